@@ -1,0 +1,27 @@
+//! Inherent optical properties of a water body, one value per colour channel.
+
+/// Absorption and scattering of homogeneous water in the three colour channels, in 1/m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Iops {
+    /// Absorption coefficient per channel (R, G, B), 1/m, finite and >= 0.
+    pub a: [f64; 3],
+    /// Scattering coefficient per channel (R, G, B), 1/m, finite and >= 0.
+    pub b: [f64; 3],
+}
+
+impl Iops {
+    /// Attenuation coefficient c = a + b per channel, 1/m.
+    pub fn c(&self) -> [f64; 3] {
+        [
+            self.a[0] + self.b[0],
+            self.a[1] + self.b[1],
+            self.a[2] + self.b[2],
+        ]
+    }
+
+    /// Single-scattering albedo b / c per channel, in [0, 1]; 0 where c is 0.
+    pub fn albedo(&self) -> [f64; 3] {
+        let c = self.c();
+        std::array::from_fn(|k| if c[k] > 0.0 { self.b[k] / c[k] } else { 0.0 })
+    }
+}

@@ -1,0 +1,3 @@
+//! Phase functions. (being written)
+/// Placeholder
+#[derive(Clone,Debug)] pub struct Phase;

@@ -1,0 +1,2 @@
+//! Scene file -> scene -> prepared -> integrator -> film -> sensor -> image.
+pub mod scene;

@@ -1,0 +1,234 @@
+//! Stage 1: what a scene file says, checked and in SI units.
+//!
+//! World frame: right-handed, +z up, metres. Colour triples are R, G, B. Radiance is linear.
+
+use glam::{DVec2, DVec3};
+use uw_media::{Iops, phase::Phase};
+
+/// A scene, complete and valid: every number is finite and inside its range, every file has been read.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// The water; `None` is air or vacuum.
+    pub water: Option<Water>,
+    /// The flat water surface; `None` when the medium fills all space.
+    pub surface: Option<WaterSurface>,
+    /// The sun. Without a surface it shines from infinity through the medium and is therefore only
+    /// seen where there is no water.
+    pub sun: Option<Sun>,
+    /// Sky radiance, W/(m² sr), uniform over the upper hemisphere; the background when there is no surface.
+    pub sky_radiance: [f64; 3],
+    /// The camera.
+    pub camera: Camera,
+    /// The lamps in file order, those of glTF files last.
+    pub lamps: Vec<Lamp>,
+    /// Opaque parallelograms.
+    pub quads: Vec<Quad>,
+    /// Opaque triangle meshes, in world space.
+    pub meshes: Vec<Mesh>,
+    /// Materials that quads and meshes refer to by index.
+    pub materials: Vec<Material>,
+    /// Textures that materials refer to by index.
+    pub textures: Vec<Texture>,
+    /// The sensor; `None` when the file has none (float output only, PNG with defaults).
+    pub sensor: Option<Sensor>,
+    /// Defaults for the render, overridden on the command line.
+    pub render: RenderSettings,
+}
+
+/// Homogeneous water.
+#[derive(Clone, Debug)]
+pub struct Water {
+    /// Absorption and scattering per channel, 1/m.
+    pub iops: Iops,
+    /// Phase function, the same for all channels.
+    pub phase: Phase,
+    /// Refractive index against air, in [1, 2]; 1.34 by default.
+    pub refractive_index: f64,
+}
+
+/// The horizontal plane between water (below) and air.
+#[derive(Clone, Copy, Debug)]
+pub struct WaterSurface {
+    /// Height of the surface, m. Depth is `height_m - z`.
+    pub height_m: f64,
+    /// False: index-matched, light enters unbent and without loss.
+    pub refractive: bool,
+}
+
+/// A parallel beam from the sun.
+#[derive(Clone, Copy, Debug)]
+pub struct Sun {
+    /// Unit direction in which sunlight travels in air (downwards: z < 0).
+    pub travel_direction: DVec3,
+    /// Irradiance on a plane perpendicular to the beam just above the surface, W/m² per channel.
+    pub irradiance: [f64; 3],
+}
+
+/// A pinhole camera with Brown-Conrady distortion.
+#[derive(Clone, Debug)]
+pub struct Camera {
+    /// Centre of projection, m.
+    pub position_m: DVec3,
+    /// Unit direction of view.
+    pub forward: DVec3,
+    /// Unit image-right direction (forward × up).
+    pub right: DVec3,
+    /// Unit image-down direction.
+    pub down: DVec3,
+    /// Image width, pixels, >= 1.
+    pub width: u32,
+    /// Image height, pixels, >= 1.
+    pub height: u32,
+    /// Focal lengths (fx, fy), pixels.
+    pub focal_px: DVec2,
+    /// Principal point (cx, cy), pixels from the top left corner of the image.
+    pub centre_px: DVec2,
+    /// Distortion k1, k2, p1, p2, k3 (OpenCV's order); all zero for none.
+    pub distortion: [f64; 5],
+}
+
+/// A lamp: a point with a hard cone, or a one-sided Lambertian disk.
+#[derive(Clone, Debug)]
+pub struct Lamp {
+    /// Unique name, used for layers.
+    pub name: String,
+    /// Centre, m.
+    pub position_m: DVec3,
+    /// Unit direction of the axis.
+    pub forward: DVec3,
+    /// Radiant intensity on the axis at 100 %, W/sr per channel.
+    pub intensity: [f64; 3],
+    /// Level, percent, in [0, 100].
+    pub level_pct: f64,
+    /// Half angle of the hard cone, degrees, in (0, 180].
+    pub half_angle_deg: f64,
+    /// Relative intensity against the angle from the axis.
+    pub falloff: Falloff,
+    /// 0 for a point; otherwise the radius of the disk, m. The disk's own cosine multiplies the falloff.
+    pub radius_m: f64,
+}
+
+/// Relative intensity of a lamp against the angle from its axis, inside the cone.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Falloff {
+    /// 1 inside the cone.
+    Uniform,
+    /// Cosine of the angle, 0 beyond 90°.
+    Cosine,
+    /// Linear interpolation of (angle in degrees, relative intensity), angles increasing.
+    Profile(Vec<(f64, f64)>),
+}
+
+/// An opaque parallelogram, `centre_m ± half_u ± half_v`, seen from both sides.
+#[derive(Clone, Copy, Debug)]
+pub struct Quad {
+    /// Centre, m.
+    pub centre_m: DVec3,
+    /// Half the edge to the right as seen from the front, m.
+    pub half_u: DVec3,
+    /// Half the edge upwards, m.
+    pub half_v: DVec3,
+    /// Unit normal of the front.
+    pub normal: DVec3,
+    /// Size of one texture tile (width, height), m; the tile starts at the upper left corner.
+    pub tile_m: DVec2,
+    /// Index into [`Scene::materials`].
+    pub material: usize,
+}
+
+/// An indexed triangle mesh in world space.
+#[derive(Clone, Debug, Default)]
+pub struct Mesh {
+    /// Vertex positions, m.
+    pub positions: Vec<DVec3>,
+    /// Unit vertex normals, or empty for flat shading.
+    pub normals: Vec<DVec3>,
+    /// Texture coordinates, (0, 0) at the upper left corner of the texture, or empty.
+    pub uvs: Vec<[f32; 2]>,
+    /// Triangles as indices into `positions`.
+    pub triangles: Vec<[u32; 3]>,
+    /// Index into [`Scene::materials`].
+    pub material: usize,
+}
+
+/// A Lambertian surface.
+#[derive(Clone, Debug)]
+pub struct Material {
+    /// Reflectance per channel in [0, 1], multiplied by the texture where there is one.
+    pub reflectance: [f64; 3],
+    /// Index into [`Scene::textures`].
+    pub texture: Option<usize>,
+    /// Emitted radiance, W/(m² sr) per channel, both sides.
+    pub emission: [f64; 3],
+}
+
+/// A picture of linear reflectances.
+#[derive(Clone)]
+pub struct Texture {
+    /// Width, texels, >= 1.
+    pub width: u32,
+    /// Height, texels, >= 1.
+    pub height: u32,
+    /// Linear R, G, B in [0, 1], row 0 at the top.
+    pub texels: Vec<[f32; 3]>,
+    /// How values between texel centres are found; coordinates repeat.
+    pub filter: TextureFilter,
+}
+
+/// Texture lookup.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TextureFilter {
+    /// Linear between the four nearest texel centres.
+    Bilinear,
+    /// The texel that holds the point.
+    Nearest,
+}
+
+/// From linear radiance to digital numbers.
+#[derive(Clone, Copy, Debug)]
+pub struct Sensor {
+    /// How radiance becomes the linear signal y (1.0 is full scale).
+    pub exposure: Exposure,
+    /// Encoding of the stored numbers.
+    pub encoding: Encoding,
+    /// Bits per channel, 8 or 16.
+    pub bits: u32,
+    /// Noise of the linear signal; `None` for none.
+    pub noise: Option<Noise>,
+}
+
+/// Exposure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Exposure {
+    /// y = exposure · radiance.
+    Fixed(f64),
+    /// The factor that brings the mean of y over all pixels and channels to this value.
+    AutoMean(f64),
+}
+
+/// Encoding of stored values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Encoding {
+    /// Proportional to y.
+    Linear,
+    /// The sRGB transfer function (IEC 61966-2-1).
+    Srgb,
+}
+
+/// Signal-dependent noise of a linear signal y: variance a·y + b, then clipped to [0, 1] (Foi 2009).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Noise {
+    /// Poissonian part, >= 0.
+    pub a: f64,
+    /// Gaussian part, >= 0.
+    pub b: f64,
+}
+
+/// Render defaults of a scene file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RenderSettings {
+    /// Samples per pixel.
+    pub samples_per_pixel: u32,
+    /// Largest number of scattering and reflection events; 0: unlimited.
+    pub max_bounces: u32,
+}
