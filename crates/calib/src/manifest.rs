@@ -1,0 +1,367 @@
+//! The list of images of a calibration routine: a CSV file with one image a row.
+//!
+//! Columns `file,kind,depth_m,distance_m,light_pct` in any order. Rows of kind `depth` look up to the
+//! surface and need `depth_m`; rows of kind `contrast` look at the target and need `distance_m` and
+//! `light_pct`. The other numbers of a row may be left empty. File names are relative to the manifest.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use csv::StringRecord;
+use thiserror::Error;
+
+use crate::json::nearest;
+
+const COLUMNS: [&str; 5] = ["file", "kind", "depth_m", "distance_m", "light_pct"];
+
+/// Why a manifest cannot be used.
+#[derive(Debug, Error)]
+pub enum ManifestError {
+    /// The manifest cannot be read.
+    #[error("{file}: cannot be read: {source}")]
+    Read {
+        /// Manifest.
+        file: String,
+        /// The system's answer.
+        source: std::io::Error,
+    },
+    /// The manifest is not a CSV table.
+    #[error("{file}: not a usable CSV table: {source}")]
+    Csv {
+        /// Manifest.
+        file: String,
+        /// What the CSV reader found.
+        source: csv::Error,
+    },
+    /// A column has no meaning here, or a needed one is not there.
+    #[error("{file}:1: {message}")]
+    Columns {
+        /// Manifest.
+        file: String,
+        /// What is wrong with the header.
+        message: String,
+    },
+    /// There is no row.
+    #[error("{file}: no image is listed below the header")]
+    Empty {
+        /// Manifest.
+        file: String,
+    },
+    /// A value cannot be used.
+    #[error("{file}:{line}: {field} must be {expected}, got {got:?}")]
+    Value {
+        /// Manifest.
+        file: String,
+        /// Line, from 1.
+        line: u64,
+        /// Column.
+        field: &'static str,
+        /// What would be right.
+        expected: &'static str,
+        /// What was given.
+        got: String,
+    },
+    /// A listed image is not there.
+    #[error("{file}:{line}: file must be an existing image, got {got:?} (no file {path})")]
+    MissingImage {
+        /// Manifest.
+        file: String,
+        /// Line, from 1.
+        line: u64,
+        /// Name as given.
+        got: String,
+        /// Where it was looked for.
+        path: String,
+    },
+}
+
+/// What an image of the routine shows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RowKind {
+    /// Looking up to the surface from a depth.
+    Depth {
+        /// Depth, m, finite and >= 0.
+        depth_m: f64,
+    },
+    /// Looking at the target from a distance.
+    Contrast {
+        /// Distance, m, finite and > 0.
+        distance_m: f64,
+        /// Lamp level, percent of full intensity, in [0, 100]; 0 is off.
+        light_pct: f64,
+    },
+}
+
+/// One image of the routine.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// Line of the manifest, from 1.
+    pub line: u64,
+    /// The image; existed when the manifest was read.
+    pub image: PathBuf,
+    /// What it shows.
+    pub kind: RowKind,
+}
+
+/// A manifest that has been read and checked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Manifest {
+    /// The manifest file.
+    pub path: PathBuf,
+    /// Its rows in file order, at least one.
+    pub rows: Vec<Row>,
+}
+
+impl Manifest {
+    /// Reads a manifest and checks every row, before any image is opened.
+    pub fn read(path: &Path) -> Result<Self, ManifestError> {
+        let file = path.display().to_string();
+        let text = fs::File::open(path).map_err(|source| ManifestError::Read {
+            file: file.clone(),
+            source,
+        })?;
+        let mut table = csv::ReaderBuilder::new()
+            .trim(csv::Trim::All)
+            .from_reader(text);
+        let csv_error = |source| ManifestError::Csv {
+            file: file.clone(),
+            source,
+        };
+        let header = table.headers().map_err(csv_error)?.clone();
+        let columns = columns(&header).map_err(|message| ManifestError::Columns {
+            file: file.clone(),
+            message,
+        })?;
+        let folder = path.parent().unwrap_or(Path::new("."));
+        let mut rows = Vec::new();
+        for record in table.records() {
+            let record = record.map_err(csv_error)?;
+            rows.push(
+                Cells {
+                    file: &file,
+                    columns,
+                    record: &record,
+                }
+                .row(folder)?,
+            );
+        }
+        if rows.is_empty() {
+            return Err(ManifestError::Empty { file });
+        }
+        Ok(Self {
+            path: path.to_owned(),
+            rows,
+        })
+    }
+}
+
+/// Position of each of [`COLUMNS`] in the header.
+fn columns(header: &StringRecord) -> Result<[usize; 5], String> {
+    for (k, name) in header.iter().enumerate() {
+        if !COLUMNS.contains(&name) {
+            return Err(match nearest(name, &COLUMNS) {
+                Some(near) => format!("unknown column {name:?}; did you mean {near}?"),
+                None => format!(
+                    "unknown column {name:?}; columns are {}",
+                    COLUMNS.join(", ")
+                ),
+            });
+        }
+        if header.iter().take(k).any(|earlier| earlier == name) {
+            return Err(format!("column {name} stands twice"));
+        }
+    }
+    let mut at = [0; 5];
+    for (k, name) in COLUMNS.iter().enumerate() {
+        at[k] = header
+            .iter()
+            .position(|column| column == *name)
+            .ok_or_else(|| {
+                format!(
+                    "column {name} is missing; columns are {}",
+                    COLUMNS.join(", ")
+                )
+            })?;
+    }
+    Ok(at)
+}
+
+/// One record with what its errors need.
+struct Cells<'a> {
+    file: &'a str,
+    columns: [usize; 5],
+    record: &'a StringRecord,
+}
+
+impl Cells<'_> {
+    fn row(&self, folder: &Path) -> Result<Row, ManifestError> {
+        let kind = match self.cell(1) {
+            "depth" => {
+                self.optional(3, POSITIVE_M)?;
+                self.optional(4, PERCENT)?;
+                RowKind::Depth {
+                    depth_m: self.number(2, DEPTH_M)?,
+                }
+            }
+            "contrast" => {
+                self.optional(2, DEPTH_M)?;
+                RowKind::Contrast {
+                    distance_m: self.number(3, POSITIVE_M)?,
+                    light_pct: self.number(4, PERCENT)?,
+                }
+            }
+            _ => return Err(self.wrong(1, "depth or contrast")),
+        };
+        let name = self.cell(0);
+        if name.is_empty() {
+            return Err(self.wrong(0, "the name of an image"));
+        }
+        let image = folder.join(name);
+        if !image.is_file() {
+            return Err(ManifestError::MissingImage {
+                file: self.file.to_owned(),
+                line: self.line(),
+                got: name.to_owned(),
+                path: image.display().to_string(),
+            });
+        }
+        Ok(Row {
+            line: self.line(),
+            image,
+            kind,
+        })
+    }
+
+    fn cell(&self, column: usize) -> &str {
+        self.record.get(self.columns[column]).unwrap_or("")
+    }
+
+    fn line(&self) -> u64 {
+        self.record.position().map_or(0, |position| position.line())
+    }
+
+    fn number(&self, column: usize, allowed: Allowed) -> Result<f64, ManifestError> {
+        f64::from_str(self.cell(column))
+            .ok()
+            .filter(|value| (allowed.accepts)(*value))
+            .ok_or_else(|| self.wrong(column, allowed.expected))
+    }
+
+    fn optional(&self, column: usize, allowed: Allowed) -> Result<(), ManifestError> {
+        if self.cell(column).is_empty() {
+            Ok(())
+        } else {
+            self.number(column, allowed).map(|_| ())
+        }
+    }
+
+    fn wrong(&self, column: usize, expected: &'static str) -> ManifestError {
+        ManifestError::Value {
+            file: self.file.to_owned(),
+            line: self.line(),
+            field: COLUMNS[column],
+            expected,
+            got: self.cell(column).to_owned(),
+        }
+    }
+}
+
+/// What a number may be, in words and as a test.
+#[derive(Clone, Copy)]
+struct Allowed {
+    expected: &'static str,
+    accepts: fn(f64) -> bool,
+}
+
+const DEPTH_M: Allowed = Allowed {
+    expected: "a finite number >= 0 (metres)",
+    accepts: |v| v.is_finite() && v >= 0.0,
+};
+const POSITIVE_M: Allowed = Allowed {
+    expected: "a finite number > 0 (metres)",
+    accepts: |v| v.is_finite() && v > 0.0,
+};
+const PERCENT: Allowed = Allowed {
+    expected: "a number from 0 to 100 (percent)",
+    accepts: |v| (0.0..=100.0).contains(&v),
+};
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<Manifest, ManifestError> {
+        let dir = tempfile::tempdir().unwrap();
+        fs::write(dir.path().join("a.png"), b"").unwrap();
+        let path = dir.path().join("m.csv");
+        fs::write(&path, text).unwrap();
+        Manifest::read(&path)
+    }
+
+    #[test]
+    fn rows_are_read_with_their_lines_and_empty_unneeded_cells() {
+        let manifest = read(
+            "kind,file,light_pct,depth_m,distance_m\ndepth, a.png ,,0.5,\ncontrast,a.png,100,,1.5\n",
+        )
+        .unwrap();
+        assert_eq!(manifest.rows[0].kind, RowKind::Depth { depth_m: 0.5 });
+        assert_eq!(
+            manifest.rows[1].kind,
+            RowKind::Contrast {
+                distance_m: 1.5,
+                light_pct: 100.0
+            }
+        );
+        assert_eq!((manifest.rows[0].line, manifest.rows[1].line), (2, 3));
+    }
+
+    #[test]
+    fn errors_name_the_line_the_field_and_the_value() {
+        let header = "file,kind,depth_m,distance_m,light_pct\n";
+        let cases = [
+            (
+                "a.png,depth,nan,,",
+                ":2: depth_m must be a finite number >= 0 (metres), got \"nan\"",
+            ),
+            ("a.png,depth,,,", ":2: depth_m must be"),
+            (
+                "a.png,sideways,1,,",
+                ":2: kind must be depth or contrast, got \"sideways\"",
+            ),
+            (
+                "a.png,contrast,,0,50",
+                ":2: distance_m must be a finite number > 0",
+            ),
+            (
+                "a.png,contrast,,1,101",
+                ":2: light_pct must be a number from 0 to 100",
+            ),
+            (
+                "gone.png,depth,1,,",
+                ":2: file must be an existing image, got \"gone.png\"",
+            ),
+            ("a.png,depth,1", "not a usable CSV table"),
+            ("", "no image is listed"),
+        ];
+        for (row, expected) in cases {
+            let message = read(&format!("{header}{row}\n")).unwrap_err().to_string();
+            assert!(message.contains(expected), "{row}: {message}");
+        }
+    }
+
+    #[test]
+    fn header_errors_name_the_column() {
+        let message = read("file,kind,dept_m,distance_m,light_pct\n")
+            .unwrap_err()
+            .to_string();
+        assert!(message.contains("did you mean depth_m?"), "{message}");
+        let message = read("file,kind,depth_m,light_pct\n")
+            .unwrap_err()
+            .to_string();
+        assert!(
+            message.contains("column distance_m is missing"),
+            "{message}"
+        );
+    }
+}

@@ -1,0 +1,380 @@
+//! Mean and contrast of one image, in 8-bit counts.
+//!
+//! Contrast is the mean over a 10 × 6 grid of patches of the population standard deviation inside each
+//! patch. Patches make it robust against slow gradients (a lamp's beam, ambient light from above), which
+//! raise the standard deviation of the whole image although no detail is visible.
+//! The file's values are used as stored: no linearisation, alpha ignored, grey replicated to R, G, B.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use image::{DynamicImage, ImageReader, Limits};
+use thiserror::Error;
+
+/// Patches along the width.
+pub const PATCH_COLUMNS: usize = 10;
+/// Patches along the height.
+pub const PATCH_ROWS: usize = 6;
+/// Longest image side that is decoded, pixels; several times that of any camera on a vehicle.
+const MAX_SIDE_PX: u32 = 32_768;
+/// Memory the decoder may take, bytes, so that a small hostile file cannot ask for all of it.
+const MAX_DECODE_BYTES: u64 = 512 << 20;
+
+/// Why an image has no statistics.
+#[derive(Debug, Error)]
+pub enum StatsError {
+    /// The file cannot be opened or read.
+    #[error("{name}: cannot be read: {source}")]
+    Read {
+        /// File name.
+        name: String,
+        /// The system's answer.
+        source: std::io::Error,
+    },
+    /// The bytes are no image this build can decode.
+    #[error("{name}: not a usable PNG, TIFF or JPEG image: {source}")]
+    Decode {
+        /// File name, or a word for bytes without one.
+        name: String,
+        /// What the decoder found.
+        source: image::ImageError,
+    },
+    /// Samples that are not unsigned 8- or 16-bit integers.
+    #[error("{name}: samples must be 8 or 16 bits per channel, got {got}")]
+    SampleType {
+        /// File name.
+        name: String,
+        /// Colour type of the file.
+        got: String,
+    },
+    /// Too small for the patch grid.
+    #[error(
+        "{name}: image must be at least 10 x 6 pixels for the patch grid, got {width} x {height}"
+    )]
+    TooSmall {
+        /// File name, or a word for buffers without one.
+        name: String,
+        /// Width, pixels.
+        width: usize,
+        /// Height, pixels.
+        height: usize,
+    },
+    /// A buffer whose length does not fit its size.
+    #[error(
+        "pixel buffer of a {width} x {height} RGB image must hold {expected} samples, got {got}"
+    )]
+    BufferLength {
+        /// Width, pixels.
+        width: usize,
+        /// Height, pixels.
+        height: usize,
+        /// 3 · width · height.
+        expected: usize,
+        /// Samples given.
+        got: usize,
+    },
+}
+
+/// Mean and contrast of an image per channel (R, G, B), 8-bit counts in [0, 255].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ImageStats {
+    /// Mean over the patch grid of the standard deviation inside each patch.
+    pub contrast: [f64; 3],
+    /// Mean over all pixels, the remainder outside the grid included.
+    pub mean: [f64; 3],
+}
+
+/// Mean and population standard deviation inside one patch, per channel, 8-bit counts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PatchStats {
+    /// Mean.
+    pub mean: [f64; 3],
+    /// Population standard deviation (divided by the number of pixels).
+    pub std: [f64; 3],
+}
+
+/// The measured image: size, statistics of the whole and of each patch.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PatchGrid {
+    /// Image width, pixels.
+    pub width: usize,
+    /// Image height, pixels.
+    pub height: usize,
+    /// Contrast and mean of the image.
+    pub stats: ImageStats,
+    /// [`PATCH_ROWS`] rows of [`PATCH_COLUMNS`] patches from the top left, row by row.
+    pub patches: Vec<PatchStats>,
+}
+
+impl ImageStats {
+    /// Statistics of interleaved 8-bit R, G, B samples, row 0 at the top.
+    pub fn from_rgb8(width: usize, height: usize, samples: &[u8]) -> Result<Self, StatsError> {
+        check_length(width, height, samples.len())?;
+        Ok(interleaved(width, height, samples, 3, 1.0)?.stats)
+    }
+
+    /// Statistics of interleaved 16-bit R, G, B samples, scaled to 8-bit counts (65535 is 255).
+    pub fn from_rgb16(width: usize, height: usize, samples: &[u16]) -> Result<Self, StatsError> {
+        check_length(width, height, samples.len())?;
+        Ok(interleaved(width, height, samples, 3, COUNTS_PER_U16)?.stats)
+    }
+
+    /// Statistics of pixels given as R, G, B in 8-bit counts, fractions allowed; row 0 first.
+    pub fn from_counts(
+        width: usize,
+        height: usize,
+        pixels: &[[f64; 3]],
+    ) -> Result<Self, StatsError> {
+        check_length(width, height, 3 * pixels.len())?;
+        Ok(patch_statistics(width, height, |i| pixels[i])?.stats)
+    }
+
+    /// Statistics of a PNG, TIFF or JPEG file.
+    pub fn from_file(path: &Path) -> Result<Self, StatsError> {
+        Ok(PatchGrid::from_file(path)?.stats)
+    }
+}
+
+impl PatchGrid {
+    /// Measures a PNG, TIFF or JPEG file.
+    pub fn from_file(path: &Path) -> Result<Self, StatsError> {
+        let name = path.display().to_string();
+        let read_error = |source| StatsError::Read {
+            name: name.clone(),
+            source,
+        };
+        let reader = ImageReader::open(path)
+            .map_err(read_error)?
+            .with_guessed_format()
+            .map_err(read_error)?;
+        decode(reader, &name)
+    }
+
+    /// Measures an image held in memory as the bytes of a PNG, TIFF or JPEG file; `name` is for messages.
+    pub fn from_encoded(bytes: &[u8], name: &str) -> Result<Self, StatsError> {
+        let reader = ImageReader::new(Cursor::new(bytes))
+            .with_guessed_format()
+            .map_err(|source| StatsError::Read {
+                name: name.to_owned(),
+                source,
+            })?;
+        decode(reader, name)
+    }
+}
+
+/// Measures an image whose pixel `i` (row by row from the top left) is `pixel(i)`: R, G, B in 8-bit counts.
+///
+/// Patches are `width / 10` by `height / 6` pixels; what is left over at the right and at the bottom
+/// belongs to no patch. `pixel` is called up to three times per pixel.
+pub fn patch_statistics(
+    width: usize,
+    height: usize,
+    pixel: impl Fn(usize) -> [f64; 3],
+) -> Result<PatchGrid, StatsError> {
+    let (patch_width, patch_height) = (width / PATCH_COLUMNS, height / PATCH_ROWS);
+    if patch_width == 0 || patch_height == 0 {
+        return Err(StatsError::TooSmall {
+            name: "image".to_owned(),
+            width,
+            height,
+        });
+    }
+    let mut patches = Vec::with_capacity(PATCH_COLUMNS * PATCH_ROWS);
+    for row in 0..PATCH_ROWS {
+        for column in 0..PATCH_COLUMNS {
+            let first = row * patch_height * width + column * patch_width;
+            let indices = (0..patch_height)
+                .flat_map(|y| (0..patch_width).map(move |x| first + y * width + x));
+            patches.push(patch(indices, patch_width * patch_height, &pixel));
+        }
+    }
+    let mut contrast = [0.0; 3];
+    for patch in &patches {
+        add(&mut contrast, patch.std);
+    }
+    let stats = ImageStats {
+        contrast: divide(contrast, patches.len()),
+        mean: mean(0..width * height, width * height, &pixel),
+    };
+    Ok(PatchGrid {
+        width,
+        height,
+        stats,
+        patches,
+    })
+}
+
+/// 8-bit counts per 16-bit count.
+const COUNTS_PER_U16: f64 = 255.0 / 65_535.0;
+
+fn patch(
+    indices: impl Iterator<Item = usize> + Clone,
+    count: usize,
+    pixel: &impl Fn(usize) -> [f64; 3],
+) -> PatchStats {
+    let mean = mean(indices.clone(), count, pixel);
+    let mut squares = [0.0; 3];
+    for i in indices {
+        let value = pixel(i);
+        add(
+            &mut squares,
+            std::array::from_fn(|k| (value[k] - mean[k]).powi(2)),
+        );
+    }
+    PatchStats {
+        mean,
+        std: divide(squares, count).map(f64::sqrt),
+    }
+}
+
+fn mean(
+    indices: impl Iterator<Item = usize>,
+    count: usize,
+    pixel: &impl Fn(usize) -> [f64; 3],
+) -> [f64; 3] {
+    let mut sum = [0.0; 3];
+    for i in indices {
+        add(&mut sum, pixel(i));
+    }
+    divide(sum, count)
+}
+
+fn add(sum: &mut [f64; 3], value: [f64; 3]) {
+    for k in 0..3 {
+        sum[k] += value[k];
+    }
+}
+
+fn divide(sum: [f64; 3], count: usize) -> [f64; 3] {
+    sum.map(|s| s / count as f64)
+}
+
+fn check_length(width: usize, height: usize, got: usize) -> Result<(), StatsError> {
+    let expected = width.saturating_mul(height).saturating_mul(3);
+    if got == expected {
+        Ok(())
+    } else {
+        Err(StatsError::BufferLength {
+            width,
+            height,
+            expected,
+            got,
+        })
+    }
+}
+
+/// `channels` is 1 (grey), 2 (grey, alpha), 3 (R, G, B) or 4 (R, G, B, alpha).
+fn interleaved<T: Copy + Into<f64>>(
+    width: usize,
+    height: usize,
+    samples: &[T],
+    channels: usize,
+    counts_per_unit: f64,
+) -> Result<PatchGrid, StatsError> {
+    let step = if channels >= 3 { 1 } else { 0 };
+    patch_statistics(width, height, |i| {
+        std::array::from_fn(|k| samples[i * channels + k * step].into() * counts_per_unit)
+    })
+}
+
+fn decode<R: std::io::BufRead + std::io::Seek>(
+    mut reader: ImageReader<R>,
+    name: &str,
+) -> Result<PatchGrid, StatsError> {
+    let mut limits = Limits::default();
+    limits.max_image_width = Some(MAX_SIDE_PX);
+    limits.max_image_height = Some(MAX_SIDE_PX);
+    limits.max_alloc = Some(MAX_DECODE_BYTES);
+    reader.limits(limits);
+    let image = reader.decode().map_err(|source| StatsError::Decode {
+        name: name.to_owned(),
+        source,
+    })?;
+    measure(&image, name).map_err(|error| match error {
+        StatsError::TooSmall { width, height, .. } => StatsError::TooSmall {
+            name: name.to_owned(),
+            width,
+            height,
+        },
+        other => other,
+    })
+}
+
+fn measure(image: &DynamicImage, name: &str) -> Result<PatchGrid, StatsError> {
+    let (w, h) = (image.width() as usize, image.height() as usize);
+    match image {
+        DynamicImage::ImageLuma8(b) => interleaved(w, h, b.as_raw(), 1, 1.0),
+        DynamicImage::ImageLumaA8(b) => interleaved(w, h, b.as_raw(), 2, 1.0),
+        DynamicImage::ImageRgb8(b) => interleaved(w, h, b.as_raw(), 3, 1.0),
+        DynamicImage::ImageRgba8(b) => interleaved(w, h, b.as_raw(), 4, 1.0),
+        DynamicImage::ImageLuma16(b) => interleaved(w, h, b.as_raw(), 1, COUNTS_PER_U16),
+        DynamicImage::ImageLumaA16(b) => interleaved(w, h, b.as_raw(), 2, COUNTS_PER_U16),
+        DynamicImage::ImageRgb16(b) => interleaved(w, h, b.as_raw(), 3, COUNTS_PER_U16),
+        DynamicImage::ImageRgba16(b) => interleaved(w, h, b.as_raw(), 4, COUNTS_PER_U16),
+        other => Err(StatsError::SampleType {
+            name: name.to_owned(),
+            got: format!("{:?}", other.color()),
+        }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn constant_image_has_its_value_as_mean_and_no_contrast() {
+        let stats = ImageStats::from_counts(23, 13, &[[0.1, 77.7, 255.0]; 23 * 13]).unwrap();
+        for (got, want) in stats.mean.into_iter().zip([0.1, 77.7, 255.0]) {
+            assert!((got - want).abs() < 1e-12, "{got} {want}");
+        }
+        assert!(
+            stats.contrast.into_iter().all(|c| c < 1e-12),
+            "{:?}",
+            stats.contrast
+        );
+    }
+
+    #[test]
+    fn remainder_counts_for_the_mean_but_not_for_the_contrast() {
+        // 21 x 13: patches of 2 x 2, column 20 and row 12 left over and the only bright ones.
+        let pixel = |i: usize| {
+            [if i % 21 == 20 || i / 21 == 12 {
+                200.0
+            } else {
+                0.0
+            }; 3]
+        };
+        let grid = patch_statistics(21, 13, pixel).unwrap();
+        assert_eq!(grid.stats.contrast, [0.0; 3]);
+        assert!((grid.stats.mean[0] - 200.0 * (21.0 + 12.0) / 273.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn standard_deviation_is_that_of_the_population() {
+        // Patches of 2 x 1: values 0 and 4 have population deviation 2, sample deviation 2.83.
+        let grid = patch_statistics(20, 6, |i| [if i % 2 == 0 { 0.0 } else { 4.0 }; 3]).unwrap();
+        assert_eq!(grid.stats.contrast, [2.0; 3]);
+        assert_eq!(grid.patches.len(), 60);
+    }
+
+    #[test]
+    fn sixteen_bits_are_scaled_to_eight_bit_counts() {
+        let eight: Vec<u8> = (0..20 * 12 * 3).map(|i| (i * 37 % 256) as u8).collect();
+        let sixteen: Vec<u16> = eight.iter().map(|&v| u16::from(v) * 257).collect();
+        let a = ImageStats::from_rgb8(20, 12, &eight).unwrap();
+        let b = ImageStats::from_rgb16(20, 12, &sixteen).unwrap();
+        for k in 0..3 {
+            assert!((a.contrast[k] - b.contrast[k]).abs() < 1e-10);
+            assert!((a.mean[k] - b.mean[k]).abs() < 1e-10);
+        }
+    }
+
+    #[test]
+    fn too_small_an_image_and_a_short_buffer_are_refused() {
+        let error = ImageStats::from_rgb8(9, 6, &[0; 9 * 6 * 3]).unwrap_err();
+        assert!(error.to_string().contains("at least 10 x 6"), "{error}");
+        let error = ImageStats::from_rgb8(20, 12, &[0; 7]).unwrap_err();
+        assert!(error.to_string().contains("720 samples, got 7"), "{error}");
+    }
+}

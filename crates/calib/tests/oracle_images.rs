@@ -1,0 +1,160 @@
+//! Statistics of two pictures against values computed independently (see `data/README.md`).
+
+use std::path::{Path, PathBuf};
+
+use uw_calib::{PatchGrid, Profile, calibrate_manifest};
+
+/// The tables print 10 significant digits of values below 256, so 1e-6 leaves room for nothing but rounding.
+const TOLERANCE_COUNTS: f64 = 1e-6;
+
+fn data(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/data")
+        .join(name)
+}
+
+fn assert_close(got: [f64; 3], want: &[f64], what: &str) {
+    assert_eq!(want.len(), 3, "{what}");
+    for k in 0..3 {
+        assert!(
+            (got[k] - want[k]).abs() < TOLERANCE_COUNTS,
+            "{what}: got {got:?}, want {want:?}"
+        );
+    }
+}
+
+fn tabulated(image: &str, field: &str) -> Vec<f64> {
+    let text = std::fs::read(data("image_stats.json")).unwrap();
+    let table: serde_json::Value = serde_json::from_slice(&text).unwrap();
+    table["images"][image][field]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|v| v.as_f64().unwrap())
+        .collect()
+}
+
+#[test]
+fn image_statistics_equal_the_tabulated_ones() {
+    for image in ["s2_turbid", "s3_lamp"] {
+        let grid = PatchGrid::from_file(&data(&format!("{image}.png"))).unwrap();
+        assert_eq!((grid.width, grid.height), (1280, 720));
+        assert_close(grid.stats.mean, &tabulated(image, "mean_rgb"), image);
+        assert_close(
+            grid.stats.contrast,
+            &tabulated(image, "patch_std_mean_rgb"),
+            image,
+        );
+    }
+}
+
+#[test]
+fn every_patch_equals_the_tabulated_one() {
+    for image in ["s2_turbid", "s3_lamp"] {
+        let grid = PatchGrid::from_file(&data(&format!("{image}.png"))).unwrap();
+        let mut table = csv::Reader::from_path(data(&format!("{image}_patches.csv"))).unwrap();
+        let mut compared = 0;
+        for record in table.deserialize::<(usize, usize, [f64; 3], [f64; 3])>() {
+            let (row, column, mean, std) = record.unwrap();
+            let patch = grid.patches[row * 10 + column];
+            assert_close(
+                patch.mean,
+                &mean,
+                &format!("{image} row {row} column {column}"),
+            );
+            assert_close(
+                patch.std,
+                &std,
+                &format!("{image} row {row} column {column}"),
+            );
+            compared += 1;
+        }
+        assert_eq!(compared, 60);
+    }
+}
+
+#[test]
+fn the_same_bytes_in_memory_give_the_same_numbers() {
+    let bytes = std::fs::read(data("s2_turbid.png")).unwrap();
+    let in_memory = PatchGrid::from_encoded(&bytes, "s2").unwrap();
+    assert_eq!(
+        in_memory,
+        PatchGrid::from_file(&data("s2_turbid.png")).unwrap()
+    );
+}
+
+#[test]
+fn grey_alpha_and_sixteen_bits_are_read_as_defined() {
+    let dir = tempfile::tempdir().unwrap();
+    let level = |x: u32, y: u32| ((x * 7 + y * 13) % 256) as u8;
+    let grey = image::GrayImage::from_fn(40, 24, |x, y| image::Luma([level(x, y)]));
+    let rgba = image::RgbaImage::from_fn(40, 24, |x, y| {
+        let v = level(x, y);
+        image::Rgba([v, v, v, (x * 6) as u8])
+    });
+    let deep = image::ImageBuffer::<image::Rgb<u16>, Vec<u16>>::from_fn(40, 24, |x, y| {
+        image::Rgb([u16::from(level(x, y)) * 257; 3])
+    });
+    grey.save(dir.path().join("grey.png")).unwrap();
+    rgba.save(dir.path().join("rgba.png")).unwrap();
+    deep.save(dir.path().join("deep.tif")).unwrap();
+    let want = PatchGrid::from_file(&dir.path().join("grey.png"))
+        .unwrap()
+        .stats;
+    assert!(want.contrast[0] > 10.0 && want.contrast[0] == want.contrast[2]);
+    for name in ["rgba.png", "deep.tif"] {
+        let got = PatchGrid::from_file(&dir.path().join(name)).unwrap().stats;
+        assert_close(got.contrast, &want.contrast, name);
+        assert_close(got.mean, &want.mean, name);
+    }
+}
+
+#[test]
+fn a_manifest_of_images_becomes_a_profile() {
+    let dir = tempfile::tempdir().unwrap();
+    for name in ["s2_turbid.png", "s3_lamp.png"] {
+        std::fs::copy(data(name), dir.path().join(name)).unwrap();
+    }
+    let manifest = dir.path().join("routine.csv");
+    std::fs::write(
+        &manifest,
+        "file,kind,depth_m,distance_m,light_pct\n\
+         s3_lamp.png,depth,4.0,,0\n\
+         s2_turbid.png,depth,0.5,,0\n\
+         s2_turbid.png,contrast,3.0,1.0,0\n\
+         s3_lamp.png,contrast,3.0,1.0,100\n",
+    )
+    .unwrap();
+    let profile: Profile = calibrate_manifest(&manifest, "test 1").unwrap();
+    let (deep, shallow) = (
+        tabulated("s3_lamp", "mean_rgb"),
+        tabulated("s2_turbid", "mean_rgb"),
+    );
+    let ratio: Vec<f64> = (0..3).map(|k| deep[k] / shallow[k]).collect();
+    assert_close(profile.k_z(4.0).unwrap(), &ratio, "k_z");
+    assert_close(
+        profile.k_c_on(1.0).unwrap(),
+        &tabulated("s3_lamp", "patch_std_mean_rgb"),
+        "on",
+    );
+    assert_close(
+        profile.k_c_off(1.0).unwrap(),
+        &tabulated("s2_turbid", "patch_std_mean_rgb"),
+        "off",
+    );
+    assert_eq!(profile.source().images, 4);
+}
+
+#[test]
+fn files_that_are_no_images_are_refused_with_their_name() {
+    let dir = tempfile::tempdir().unwrap();
+    let text = dir.path().join("text.png");
+    std::fs::write(&text, "no picture").unwrap();
+    let truncated = dir.path().join("cut.png");
+    let bytes = std::fs::read(data("s2_turbid.png")).unwrap();
+    std::fs::write(&truncated, &bytes[..bytes.len() / 2]).unwrap();
+    for path in [text, truncated, dir.path().join("gone.png")] {
+        let message = PatchGrid::from_file(&path).unwrap_err().to_string();
+        assert!(message.contains(&path.display().to_string()), "{message}");
+    }
+}
