@@ -1,0 +1,203 @@
+//! A function on (0, 1) as piecewise cubics, dense at both ends.
+
+/// Bits of the mantissa that choose a block: eight blocks to the octave.
+const BLOCK_BITS: u32 = 3;
+const BLOCKS_PER_OCTAVE: usize = 1 << BLOCK_BITS;
+/// Bits of the mantissa that remain inside a block.
+const INNER_BITS: u32 = 52 - BLOCK_BITS;
+const INNER_MASK: u64 = (1 << INNER_BITS) - 1;
+const ONE_BITS: u64 = 0x3ff0_0000_0000_0000;
+/// Exponent field of numbers in [1/4, 1/2), the octave next to the middle.
+const TOP_EXPONENT: u64 = 1021;
+/// A block holds at most 2^MAX_SPLIT cells.
+const MAX_SPLIT: u32 = 10;
+const SPLIT_BITS: u32 = 4;
+
+/// How many octaves below 1/2 a table resolves at its low end, and of one minus the argument at its
+/// high end. Arguments nearer to an end are taken as the smallest one.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ends {
+    pub(super) low_octaves: u32,
+    pub(super) high_octaves: u32,
+}
+
+/// The piecewise cubics. The key of an argument `x` is `min(x, 1 - x)`; the exponent and the first three
+/// bits of the key's mantissa name a block, the next few bits a cell of the block, and the remaining
+/// bits are the place in the cell.
+#[derive(Clone, Debug)]
+pub(super) struct CellTable {
+    /// Per block `first cell << SPLIT_BITS | split`; blocks of the low end, then of the high end.
+    blocks: Vec<u32>,
+    /// Coefficients of 1, t, t², t³ with t in [0, 1) along the key.
+    cells: Vec<[f64; 4]>,
+    low: End,
+    high: End,
+}
+
+/// Where the blocks of one end lie.
+#[derive(Clone, Copy, Debug)]
+struct End {
+    /// Smallest key, as bits.
+    smallest: u64,
+    /// What to add to `key >> INNER_BITS` for the index of the block.
+    shift: i64,
+}
+
+/// Largest key, as bits: the float below 1/2.
+const LARGEST: u64 = ((TOP_EXPONENT + 1) << 52) - 1;
+
+impl End {
+    fn new(octaves: u32, first_block: usize) -> Self {
+        let smallest = (TOP_EXPONENT + 1 - u64::from(octaves)) << 52;
+        Self {
+            smallest,
+            shift: first_block as i64 - (smallest >> INNER_BITS) as i64,
+        }
+    }
+}
+
+impl CellTable {
+    /// Tabulates `function`, whose error at a point with exact value y is to stay below `tolerance(y)`.
+    /// Blocks that cannot meet it within `max_bytes` get as close as the memory allows.
+    pub(super) fn build(
+        function: impl Fn(f64) -> f64,
+        ends: Ends,
+        tolerance: impl Fn(f64) -> f64,
+        max_bytes: usize,
+    ) -> Self {
+        let low_blocks = ends.low_octaves as usize * BLOCKS_PER_OCTAVE;
+        let high_blocks = ends.high_octaves as usize * BLOCKS_PER_OCTAVE;
+        let mut table = Self {
+            blocks: Vec::with_capacity(low_blocks + high_blocks),
+            cells: Vec::new(),
+            low: End::new(ends.low_octaves, 0),
+            high: End::new(ends.high_octaves, low_blocks),
+        };
+        let mirrored = |key: f64| function(1.0 - key);
+        let mut fits = Vec::with_capacity(low_blocks + high_blocks);
+        for block in 0..low_blocks {
+            fits.push(BlockFit::new(&function, table.low, block, &tolerance));
+        }
+        for block in 0..high_blocks {
+            fits.push(BlockFit::new(
+                &mirrored,
+                table.high,
+                low_blocks + block,
+                &tolerance,
+            ));
+        }
+        let cap = largest_split_within(&fits, max_bytes);
+        for (block, fit) in fits.iter().enumerate() {
+            let split = fit.split.min(cap);
+            table
+                .blocks
+                .push((table.cells.len() as u32) << SPLIT_BITS | split);
+            if block < low_blocks {
+                fit.append_cells(&function, split, &mut table.cells);
+            } else {
+                fit.append_cells(&mirrored, split, &mut table.cells);
+            }
+        }
+        table
+    }
+
+    /// The tabulated function at `x` in [0, 1].
+    #[inline]
+    pub(super) fn at(&self, x: f64) -> f64 {
+        let (key, end) = if x < 0.5 {
+            (x, &self.low)
+        } else {
+            (1.0 - x, &self.high)
+        };
+        // As signed integers negative numbers sort below all positive ones.
+        let bits = (key.to_bits() as i64).clamp(end.smallest as i64, LARGEST as i64) as u64;
+        let block = self.blocks[((bits >> INNER_BITS) as i64 + end.shift) as usize];
+        let split = block & ((1 << SPLIT_BITS) - 1);
+        let inner = bits & INNER_MASK;
+        let cell = (block >> SPLIT_BITS) as usize + (inner >> (INNER_BITS - split)) as usize;
+        let place = (inner << split) & INNER_MASK;
+        let t = f64::from_bits(ONE_BITS | (place << BLOCK_BITS)) - 1.0;
+        let [c0, c1, c2, c3] = self.cells[cell];
+        c0 + t * (c1 + t * (c2 + t * c3))
+    }
+
+    pub(super) fn bytes(&self) -> usize {
+        size_of_val(self.blocks.as_slice()) + size_of_val(self.cells.as_slice())
+    }
+}
+
+/// A block and the split that meets the tolerance.
+struct BlockFit {
+    start: f64,
+    width: f64,
+    split: u32,
+}
+
+impl BlockFit {
+    fn new(
+        function: &impl Fn(f64) -> f64,
+        end: End,
+        block: usize,
+        tolerance: &impl Fn(f64) -> f64,
+    ) -> Self {
+        let key = ((block as i64 - end.shift) as u64) << INNER_BITS;
+        let start = f64::from_bits(key);
+        let width = f64::from_bits(key + (1 << INNER_BITS)) - start;
+        let mut fit = Self {
+            start,
+            width,
+            split: 0,
+        };
+        while fit.split < MAX_SPLIT && !fit.meets(function, tolerance) {
+            fit.split += 1;
+        }
+        fit
+    }
+
+    /// Whether every cell agrees with the function between the points that it was made from.
+    fn meets(&self, function: &impl Fn(f64) -> f64, tolerance: &impl Fn(f64) -> f64) -> bool {
+        let count = 1usize << self.split;
+        let width = self.width / count as f64;
+        (0..count).all(|i| {
+            let start = self.start + width * i as f64;
+            let [c0, c1, c2, c3] = cubic(function, start, width);
+            [0.12, 0.5, 0.88].iter().all(|&t| {
+                let exact = function(start + width * t);
+                let fitted = c0 + t * (c1 + t * (c2 + t * c3));
+                (fitted - exact).abs() <= tolerance(exact)
+            })
+        })
+    }
+
+    fn append_cells(&self, function: &impl Fn(f64) -> f64, split: u32, cells: &mut Vec<[f64; 4]>) {
+        let count = 1usize << split;
+        let width = self.width / count as f64;
+        cells.extend((0..count).map(|i| cubic(function, self.start + width * i as f64, width)));
+    }
+}
+
+/// Largest cap on the splits that keeps the cells within `max_bytes`.
+fn largest_split_within(fits: &[BlockFit], max_bytes: usize) -> u32 {
+    let bytes = |cap: u32| -> usize {
+        let cells: usize = fits.iter().map(|fit| 1 << fit.split.min(cap)).sum();
+        cells * size_of::<[f64; 4]>() + size_of_val(fits) / size_of::<BlockFit>() * 4
+    };
+    (0..=MAX_SPLIT)
+        .rev()
+        .find(|&cap| bytes(cap) <= max_bytes)
+        .unwrap_or(0)
+}
+
+/// The cubic through the function at t = 0, 1/3, 2/3, 1; neighbouring cells join without a step.
+fn cubic(function: &impl Fn(f64) -> f64, start: f64, width: f64) -> [f64; 4] {
+    let y = [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0].map(|t| function(start + width * t));
+    let first = [y[1] - y[0], y[2] - y[1], y[3] - y[2]];
+    let second = [first[1] - first[0], first[2] - first[1]];
+    let third = second[1] - second[0];
+    [
+        y[0],
+        3.0 * first[0] - 1.5 * second[0] + third,
+        4.5 * (second[0] - third),
+        4.5 * third,
+    ]
+}

@@ -1,0 +1,53 @@
+//! The tables in `assets/water`, embedded in the library. See the README there for their sources.
+
+/// Petzold's average particle phase function.
+pub(crate) const PETZOLD: &str = include_str!("../../../assets/water/petzold_average_particle.csv");
+/// a and b of the ten Jerlov types, misprints repaired.
+pub(crate) const JERLOV: &str = include_str!("../../../assets/water/jerlov_iop.csv");
+/// The same table as printed.
+pub(crate) const JERLOV_PUBLISHED: &str =
+    include_str!("../../../assets/water/jerlov_iop_published.csv");
+/// The repaired table resampled to 10 nm.
+pub(crate) const JERLOV_10NM: &str = include_str!("../../../assets/water/jerlov_iop_10nm.csv");
+/// Measured a and b of six Jerlov types.
+pub(crate) const MEASURED: &str =
+    include_str!("../../../assets/water/williamson_hollins_2022_iop.csv");
+/// Spectral responses of three cameras.
+pub(crate) const CAMERAS: &str = include_str!("../../../assets/water/camera_responses.csv");
+
+/// One row of an embedded table.
+pub(crate) struct TableRow {
+    columns: Vec<&'static str>,
+    cells: Vec<&'static str>,
+}
+
+impl TableRow {
+    /// The cell under a column name, where the table has that column.
+    pub(crate) fn text_if_there(&self, column: &str) -> Option<&'static str> {
+        let i = self.columns.iter().position(|name| *name == column)?;
+        self.cells.get(i).copied()
+    }
+
+    /// The cell under a column name; the embedded tables have every column that is asked for.
+    pub(crate) fn text(&self, column: &str) -> &'static str {
+        self.text_if_there(column)
+            .unwrap_or_else(|| panic!("embedded table without column {column}"))
+    }
+
+    /// As [`TableRow::text`], as a number.
+    pub(crate) fn number(&self, column: &str) -> f64 {
+        let text = self.text(column);
+        text.parse()
+            .unwrap_or_else(|_| panic!("embedded table holds {text:?} under {column}"))
+    }
+}
+
+/// The rows of an embedded table (none of its cells holds a comma).
+pub(crate) fn rows(table: &'static str) -> impl Iterator<Item = TableRow> {
+    let mut lines = table.lines().filter(|line| !line.starts_with('#'));
+    let columns: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
+    lines.map(move |line| TableRow {
+        columns: columns.clone(),
+        cells: line.split(',').collect(),
+    })
+}
