@@ -2,6 +2,24 @@
 //!
 //! World frame: right-handed, +z up, metres. Colour triples are R, G, B. Radiance is linear.
 
+mod camera;
+mod error;
+mod file;
+mod gltf_accessor;
+mod gltf_file;
+mod gltf_light;
+mod gltf_material;
+mod gltf_resource;
+mod light;
+mod object;
+mod phase;
+mod reader;
+mod sections;
+mod texture;
+
+pub use error::SceneError;
+pub use gltf_resource::GltfError;
+
 use glam::{DVec2, DVec3};
 use uw_media::{Iops, phase::Phase};
 
@@ -33,6 +51,9 @@ pub struct Scene {
     pub sensor: Option<Sensor>,
     /// Defaults for the render, overridden on the command line.
     pub render: RenderSettings,
+    /// What was read but cannot be honoured (metallic materials, directional lights and the like),
+    /// one sentence each, for the user to see.
+    pub warnings: Vec<String>,
 }
 
 /// Homogeneous water.
@@ -176,7 +197,7 @@ pub struct Texture {
 }
 
 /// Texture lookup.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum TextureFilter {
     /// Linear between the four nearest texel centres.
     Bilinear,
@@ -207,7 +228,7 @@ pub enum Exposure {
 }
 
 /// Encoding of stored values.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Encoding {
     /// Proportional to y.
     Linear,

@@ -1,0 +1,107 @@
+//! The scene file as a whole: from TOML text to a checked scene.
+
+use std::fs;
+use std::path::Path;
+
+use toml::de::DeTable;
+
+use super::camera::{self, CameraTable};
+use super::reader::{Document, Table};
+use super::{Camera, Scene, SceneError, light, object, phase, sections};
+
+/// Value of the `format` field.
+const FORMAT: &str = "uw-scene/1";
+const FIELDS: [&str; 10] = [
+    "format", "water", "surface", "sun", "sky", "camera", "lamp", "object", "sensor", "render",
+];
+
+impl Scene {
+    /// Reads a scene file and every file it refers to. Paths in it start from its own folder.
+    ///
+    /// # Errors
+    /// The first thing that is wrong, with file, line and field.
+    pub fn read(path: &Path) -> Result<Self, SceneError> {
+        let file = path.display().to_string();
+        let text = fs::read_to_string(path).map_err(|source| SceneError::Unreadable {
+            file: file.clone(),
+            source,
+        })?;
+        Self::parse(&text, path.parent().unwrap_or(Path::new("")), &file)
+    }
+
+    /// Reads a scene from text. Paths in it start from `base_dir`; error messages call it `name`.
+    ///
+    /// # Errors
+    /// As [`Scene::read`].
+    pub fn parse(text: &str, base_dir: &Path, name: &str) -> Result<Self, SceneError> {
+        let doc = Document {
+            file: name,
+            text,
+            base_dir,
+        };
+        let parsed = DeTable::parse(text).map_err(|error| SceneError::Syntax {
+            file: name.to_string(),
+            line: doc.line_at(error.span().map_or(0, |span| span.start)),
+            message: error.message().replace('\n', ", "),
+        })?;
+        let root = Table::root(&doc, parsed.get_ref(), &FIELDS)?;
+        root.required("format", "\"uw-scene/1\"")?
+            .as_choice(&[(FORMAT, ())])?;
+        read_scene(&root)
+    }
+}
+
+fn read_scene(root: &Table<'_>) -> Result<Scene, SceneError> {
+    let water = phase::read_water(root)?;
+    let surface = sections::read_surface(root)?;
+    let sun = light::read_sun(root)?;
+    let sky_radiance = light::read_sky(root)?;
+    let camera = camera::read(root)?;
+    let mut lamps = light::read_lamps(root)?;
+    let objects = object::read_objects(root)?;
+    let sensor = sections::read_sensor(root)?;
+    let render = sections::read_render(root)?;
+    let camera = choose_camera(root, camera, objects.gltf.camera)?;
+    light::append_named(&mut lamps, objects.gltf.lamps);
+    Ok(Scene {
+        water,
+        surface,
+        sun,
+        sky_radiance,
+        camera,
+        lamps,
+        quads: objects.quads,
+        meshes: objects.gltf.meshes,
+        materials: objects.materials,
+        textures: objects.textures,
+        sensor,
+        render,
+        warnings: objects.gltf.warnings,
+    })
+}
+
+/// The camera of the scene file; where that is silent the first perspective camera of its glTF files,
+/// with the image size of the scene file or 1280 pixels of width.
+fn choose_camera(
+    root: &Table<'_>,
+    own: Option<CameraTable>,
+    gltf: Option<super::gltf_light::GltfCamera>,
+) -> Result<Camera, SceneError> {
+    match (own, gltf) {
+        (Some(CameraTable::Complete(camera)), _) => Ok(camera),
+        (Some(CameraTable::SizeOnly { width, height }), Some(gltf)) => {
+            Ok(gltf.with_size(width, height))
+        }
+        (None, Some(gltf)) => Ok(gltf.with_own_size()),
+        (Some(CameraTable::SizeOnly { .. }), None) => Err(SceneError::MissingField {
+            file: root.doc.file.to_string(),
+            line: root.required("camera", "")?.line(),
+            within: "camera".to_string(),
+            field: "position_m".to_string(),
+            expected: "three numbers in m, or a glTF object that holds a camera".to_string(),
+        }),
+        (None, None) => {
+            Err(root.missing("camera", "a table, or a glTF object that holds a camera"))
+        }
+    }
+}

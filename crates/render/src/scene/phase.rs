@@ -1,0 +1,223 @@
+//! `[water]`: coefficients, bands and phase function, handed to the media crate with their place in the file.
+
+use std::str::FromStr;
+
+use uw_media::phase::{
+    Draine, FournierForand, HenyeyGreenstein, Mixture, Phase, Rayleigh, Tabulated,
+};
+use uw_media::{Bands, Iops, MediaError, WaterType};
+
+use super::reader::{Range, Table, Value};
+use super::{SceneError, Water};
+
+const WATER_FIELDS: [&str; 6] = ["jerlov", "bands", "a", "b", "phase", "refractive_index"];
+const PHASE_FIELDS: [&str; 9] = [
+    "model",
+    "n",
+    "backscatter_fraction",
+    "mu",
+    "g",
+    "depolarisation",
+    "alpha",
+    "file",
+    "parts",
+];
+/// The bands of a water type for which a scene names none.
+const DEFAULT_BANDS: &str = "mean";
+/// Relative refractive index and backscatter fraction of the default phase function: the Fournier-Forand
+/// function closest to Petzold's average particle.
+const DEFAULT_PARTICLES: (f64, f64) = (1.10, 0.0183);
+/// Refractive index of sea water against air.
+const DEFAULT_REFRACTIVE_INDEX: f64 = 1.34;
+
+/// Which fields a phase function model has besides `model`.
+#[derive(Clone, Copy)]
+enum Model {
+    FournierForand,
+    HenyeyGreenstein,
+    Rayleigh,
+    Petzold,
+    Draine,
+    Isotropic,
+    Table,
+    Mix,
+}
+
+const MODELS: [(&str, Model); 8] = [
+    ("fournier-forand", Model::FournierForand),
+    ("henyey-greenstein", Model::HenyeyGreenstein),
+    ("rayleigh", Model::Rayleigh),
+    ("petzold", Model::Petzold),
+    ("draine", Model::Draine),
+    ("isotropic", Model::Isotropic),
+    ("table", Model::Table),
+    ("mix", Model::Mix),
+];
+
+impl Model {
+    fn fields(self) -> &'static [&'static str] {
+        match self {
+            Model::FournierForand => &["n", "backscatter_fraction", "mu"],
+            Model::HenyeyGreenstein => &["g"],
+            Model::Rayleigh => &["depolarisation"],
+            Model::Petzold | Model::Isotropic => &[],
+            Model::Draine => &["g", "alpha"],
+            Model::Table => &["file"],
+            Model::Mix => &["parts"],
+        }
+    }
+}
+
+/// Reads `[water]`.
+pub(super) fn read_water(root: &Table<'_>) -> Result<Option<Water>, SceneError> {
+    let Some(table) = root.table("water", &WATER_FIELDS)? else {
+        return Ok(None);
+    };
+    let (n, backscatter_fraction) = DEFAULT_PARTICLES;
+    let phase = match table.optional("phase") {
+        Some(value) => read_phase(&value)?,
+        None => Phase::FournierForand(
+            FournierForand::new(n, backscatter_fraction)
+                .map_err(|error| table.missing("phase", &error.to_string()))?,
+        ),
+    };
+    let index_range = Range::closed(1.0, 2.0, "");
+    Ok(Some(Water {
+        iops: read_iops(&table)?,
+        phase,
+        refractive_index: table.number_or(
+            "refractive_index",
+            index_range,
+            DEFAULT_REFRACTIVE_INDEX,
+        )?,
+    }))
+}
+
+fn read_iops(table: &Table<'_>) -> Result<Iops, SceneError> {
+    let Some(jerlov) = table.optional("jerlov") else {
+        if table.optional("a").is_none() && table.optional("b").is_none() {
+            return Err(table.missing("jerlov", "a Jerlov water type, or a and b in 1/m"));
+        }
+        table.refuse(
+            "bands",
+            "where water.a and water.b are given, which hold for the channels as they are",
+        )?;
+        let coefficient = |field| table.numbers(field, Range::non_negative("1/m"));
+        return Ok(Iops {
+            a: coefficient("a")?,
+            b: coefficient("b")?,
+        });
+    };
+    for field in ["a", "b"] {
+        table.refuse(field, "where water.jerlov is given")?;
+    }
+    let water_type =
+        WaterType::from_str(jerlov.as_text()?).map_err(|error| refused(&jerlov, error))?;
+    let bands_value = table.optional("bands");
+    let name = bands_value
+        .as_ref()
+        .map_or(Ok(DEFAULT_BANDS), |value| value.as_text())?;
+    let place = bands_value.as_ref().unwrap_or(&jerlov);
+    let bands = Bands::from_str(name).map_err(|error| refused(place, error))?;
+    uw_media::channel_iops(water_type, &bands).map_err(|error| refused(place, error))
+}
+
+fn read_phase(value: &Value<'_>) -> Result<Phase, SceneError> {
+    let table = value.as_table(&PHASE_FIELDS)?;
+    let words: Vec<&str> = MODELS.iter().map(|(word, _)| *word).collect();
+    let name = table.required("model", &format!("one of {}", words.join(", ")))?;
+    let model = name.as_choice(&MODELS)?;
+    for field in PHASE_FIELDS[1..]
+        .iter()
+        .filter(|field| !model.fields().contains(field))
+    {
+        table.refuse(field, &format!("for the model {}", name.written()))?;
+    }
+    let number = |field| table.number(field, Range::finite(""));
+    let phase = match model {
+        Model::FournierForand => read_fournier_forand(&table)?.map(Phase::FournierForand),
+        Model::HenyeyGreenstein => HenyeyGreenstein::new(number("g")?).map(Phase::HenyeyGreenstein),
+        Model::Rayleigh => {
+            Rayleigh::new(table.number_or("depolarisation", Range::finite(""), 0.0)?)
+                .map(Phase::Rayleigh)
+        }
+        Model::Petzold => Ok(Phase::Tabulated(Tabulated::petzold())),
+        Model::Draine => Draine::new(number("g")?, number("alpha")?).map(Phase::Draine),
+        Model::Isotropic => Ok(Phase::Isotropic),
+        Model::Table => return read_table(&table.required("file", "the path of a CSV file")?),
+        Model::Mix => Mixture::new(read_parts(
+            &table.required("parts", "a list of {weight, phase}")?,
+        )?)
+        .map(Phase::Mixture),
+    };
+    phase.map_err(|error| refused_field(&table, value, error))
+}
+
+fn read_fournier_forand(
+    table: &Table<'_>,
+) -> Result<Result<FournierForand, MediaError>, SceneError> {
+    let n = table.number("n", Range::finite(""))?;
+    if table.optional("mu").is_some() {
+        table.refuse("backscatter_fraction", "where mu is given")?;
+        return Ok(FournierForand::from_mu(
+            n,
+            table.number("mu", Range::finite(""))?,
+        ));
+    }
+    let backscatter_fraction =
+        table.required("backscatter_fraction", "a number in (0, 0.5), or mu")?;
+    Ok(FournierForand::new(
+        n,
+        backscatter_fraction.as_number(Range::finite(""))?,
+    ))
+}
+
+fn read_table(file: &Value<'_>) -> Result<Phase, SceneError> {
+    let path = file.as_path()?;
+    let text = std::fs::read_to_string(&path)
+        .map_err(|error| file.unusable_file(&path, error.to_string()))?;
+    let table =
+        Tabulated::from_csv_text(&text, &path.display().to_string()).map_err(
+            |error| match error {
+                MediaError::BadRow { row, problem, .. } => {
+                    file.unusable_file(&path, format!("line {row}: {problem}"))
+                }
+                MediaError::BadTable { problem, .. } => file.unusable_file(&path, problem),
+                other => file.unusable_file(&path, other.to_string()),
+            },
+        )?;
+    Ok(Phase::Tabulated(table))
+}
+
+fn read_parts(parts: &Value<'_>) -> Result<Vec<(f64, Phase)>, SceneError> {
+    let mut read = Vec::new();
+    for part in parts.as_elements()? {
+        let table = part.as_table(&["weight", "phase"])?;
+        let weight = table.number("weight", Range::positive(""))?;
+        read.push((
+            weight,
+            read_phase(&table.required("phase", "a phase function")?)?,
+        ));
+    }
+    Ok(read)
+}
+
+/// An error of the media crate about one value of the file.
+fn refused(value: &Value<'_>, error: MediaError) -> SceneError {
+    match error {
+        MediaError::OutOfRange { expected, .. } => value.invalid(expected),
+        MediaError::UnknownName { known, .. } => value.invalid(format!("one of {known}")),
+        MediaError::BadInterval { expected, .. } => value.invalid(expected),
+        other => value.invalid_got(other.to_string(), value.written()),
+    }
+}
+
+/// An error of the media crate about one field of a table, or about all of it.
+fn refused_field(table: &Table<'_>, whole: &Value<'_>, error: MediaError) -> SceneError {
+    match &error {
+        MediaError::OutOfRange { field, .. } => {
+            refused(table.optional(field).as_ref().unwrap_or(whole), error)
+        }
+        _ => refused(whole, error),
+    }
+}

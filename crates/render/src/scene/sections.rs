@@ -1,0 +1,114 @@
+//! The small tables of a scene file: water surface, sensor, render defaults.
+
+use super::reader::{Range, Table};
+use super::{Encoding, Exposure, Noise, RenderSettings, SceneError, Sensor, WaterSurface};
+
+/// Most samples per pixel.
+const MAX_SAMPLES: u32 = 1 << 30;
+
+impl Default for RenderSettings {
+    /// 64 samples per pixel, unlimited bounces.
+    fn default() -> Self {
+        Self {
+            samples_per_pixel: 64,
+            max_bounces: 0,
+        }
+    }
+}
+
+impl Default for Sensor {
+    /// Exposure 1, sRGB, 8 bits, no noise: what a picture goes through when the scene has no `[sensor]`.
+    fn default() -> Self {
+        Self {
+            exposure: Exposure::Fixed(1.0),
+            encoding: Encoding::Srgb,
+            bits: 8,
+            noise: None,
+        }
+    }
+}
+
+/// Reads `[surface]`.
+pub(super) fn read_surface(root: &Table<'_>) -> Result<Option<WaterSurface>, SceneError> {
+    let Some(table) = root.table("surface", &["height_m", "refractive"])? else {
+        return Ok(None);
+    };
+    Ok(Some(WaterSurface {
+        height_m: table.number_or("height_m", Range::finite("m"), 0.0)?,
+        refractive: table
+            .optional("refractive")
+            .map_or(Ok(true), |value| value.as_bool())?,
+    }))
+}
+
+/// Reads `[sensor]`.
+pub(super) fn read_sensor(root: &Table<'_>) -> Result<Option<Sensor>, SceneError> {
+    let Some(table) = root.table("sensor", &["exposure", "encoding", "bits", "noise"])? else {
+        return Ok(None);
+    };
+    let default = Sensor::default();
+    let encodings = [("linear", Encoding::Linear), ("srgb", Encoding::Srgb)];
+    let bits = match table.optional("bits") {
+        Some(value) => match value.as_whole(8, 16, "").ok() {
+            Some(bits) if bits == 8 || bits == 16 => bits,
+            _ => return Err(value.invalid("8 or 16")),
+        },
+        None => default.bits,
+    };
+    Ok(Some(Sensor {
+        exposure: read_exposure(&table)?.unwrap_or(default.exposure),
+        encoding: table
+            .optional("encoding")
+            .map_or(Ok(default.encoding), |word| word.as_choice(&encodings))?,
+        bits,
+        noise: read_noise(&table)?,
+    }))
+}
+
+fn read_exposure(sensor: &Table<'_>) -> Result<Option<Exposure>, SceneError> {
+    let Some(value) = sensor.optional("exposure") else {
+        return Ok(None);
+    };
+    if value.is_table() {
+        let table = value.as_table(&["auto_mean"])?;
+        return Ok(Some(Exposure::AutoMean(
+            table.number("auto_mean", Range::above(0.0, 1.0, ""))?,
+        )));
+    }
+    Ok(Some(Exposure::Fixed(
+        value.as_number(Range::positive("1 per W/(m² sr)"))?,
+    )))
+}
+
+fn read_noise(sensor: &Table<'_>) -> Result<Option<Noise>, SceneError> {
+    let Some(table) = sensor.table("noise", &["a", "b"])? else {
+        return Ok(None);
+    };
+    let part = |field| table.number_or(field, Range::non_negative(""), 0.0);
+    Ok(Some(Noise {
+        a: part("a")?,
+        b: part("b")?,
+    }))
+}
+
+/// Reads `[render]`.
+pub(super) fn read_render(root: &Table<'_>) -> Result<RenderSettings, SceneError> {
+    let default = RenderSettings::default();
+    let Some(table) = root.table("render", &["samples_per_pixel", "max_bounces"])? else {
+        return Ok(default);
+    };
+    let whole = |field: &str, low, high, default| {
+        table
+            .optional(field)
+            .map_or(Ok(default), |value| value.as_whole(low, high, ""))
+    };
+    Ok(RenderSettings {
+        samples_per_pixel: whole(
+            "samples_per_pixel",
+            1,
+            MAX_SAMPLES,
+            default.samples_per_pixel,
+        )?,
+        max_bounces: whole("max_bounces", 0, u32::MAX, default.max_bounces)?,
+    })
+}

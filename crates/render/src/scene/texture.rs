@@ -1,0 +1,245 @@
+//! Textures: decoding picture files to linear reflectances, and looking values up.
+
+use std::fs::File;
+use std::io::{BufReader, Cursor};
+use std::path::Path;
+
+use image::{DynamicImage, ImageDecoder, ImageReader, Limits};
+
+use super::{Encoding, Texture, TextureFilter};
+use crate::image::srgb_to_linear;
+
+/// Largest side of a texture, texels.
+const MAX_SIDE_TEXELS: u32 = 16_384;
+/// Most memory that decoding one texture may take, bytes.
+const MAX_DECODE_BYTES: u64 = 1 << 31;
+
+impl Texture {
+    /// Reads a PNG, JPEG or TIFF file. The error says what is wrong, without the path.
+    pub(super) fn read(
+        path: &Path,
+        encoding: Encoding,
+        filter: TextureFilter,
+    ) -> Result<Self, String> {
+        let file = File::open(path).map_err(|error| error.to_string())?;
+        let reader = ImageReader::new(BufReader::new(file)).with_guessed_format();
+        Self::decode(reader.map_err(|error| error.to_string())?, encoding, filter)
+    }
+
+    /// Reads an encoded picture from memory. The error says what is wrong.
+    pub(super) fn from_bytes(
+        bytes: &[u8],
+        encoding: Encoding,
+        filter: TextureFilter,
+    ) -> Result<Self, String> {
+        let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format();
+        Self::decode(reader.map_err(|error| error.to_string())?, encoding, filter)
+    }
+
+    fn decode<R: std::io::BufRead + std::io::Seek>(
+        mut reader: ImageReader<R>,
+        encoding: Encoding,
+        filter: TextureFilter,
+    ) -> Result<Self, String> {
+        let mut limits = Limits::default();
+        limits.max_alloc = Some(MAX_DECODE_BYTES);
+        reader.limits(limits);
+        let decoder = reader.into_decoder().map_err(|error| error.to_string())?;
+        let (width, height) = decoder.dimensions();
+        if width == 0 || height == 0 || width.max(height) > MAX_SIDE_TEXELS {
+            return Err(format!(
+                "a texture must be 1 to {MAX_SIDE_TEXELS} texels wide and high, got {width} x {height}"
+            ));
+        }
+        let decoded = DynamicImage::from_decoder(decoder).map_err(|error| error.to_string())?;
+        Self::from_stored(width, height, linear_texels(&decoded, encoding), filter)
+    }
+
+    fn from_stored(
+        width: u32,
+        height: u32,
+        texels: Vec<[f32; 3]>,
+        filter: TextureFilter,
+    ) -> Result<Self, String> {
+        let outside = |texel: &[f32; 3]| texel.iter().any(|value| !(0.0..=1.0).contains(value));
+        match texels.iter().position(outside) {
+            Some(i) => {
+                let (row, column) = (i / width as usize, i % width as usize);
+                Err(format!(
+                    "texel (column {column}, row {row}) must be in [0, 1], got {:?}",
+                    texels[i]
+                ))
+            }
+            None => Ok(Self {
+                width,
+                height,
+                texels,
+                filter,
+            }),
+        }
+    }
+
+    /// Value at (`u`, `v`), where (0, 0) is the upper left corner of the picture, (1, 1) its lower right one
+    /// and everything repeats. `u` and `v` are finite.
+    #[inline]
+    pub fn sample(&self, u: f64, v: f64) -> [f64; 3] {
+        let x = (u - u.floor()) * f64::from(self.width);
+        let y = (v - v.floor()) * f64::from(self.height);
+        match self.filter {
+            TextureFilter::Nearest => {
+                // Rounding can carry u - floor(u) up to 1.
+                let column = (x as usize).min(self.width as usize - 1);
+                let row = (y as usize).min(self.height as usize - 1);
+                self.texel(column, row).map(f64::from)
+            }
+            TextureFilter::Bilinear => self.bilinear(x - 0.5, y - 0.5),
+        }
+    }
+
+    /// Linear interpolation at texel coordinates in which whole numbers are texel centres, from -0.5 up.
+    #[inline]
+    fn bilinear(&self, x: f64, y: f64) -> [f64; 3] {
+        let (left, right, s) = neighbours(x, self.width as usize);
+        let (upper, lower, t) = neighbours(y, self.height as usize);
+        let corners = [
+            (self.texel(left, upper), (1.0 - s) * (1.0 - t)),
+            (self.texel(right, upper), s * (1.0 - t)),
+            (self.texel(left, lower), (1.0 - s) * t),
+            (self.texel(right, lower), s * t),
+        ];
+        std::array::from_fn(|k| {
+            corners
+                .iter()
+                .map(|(texel, weight)| f64::from(texel[k]) * weight)
+                .sum()
+        })
+    }
+
+    #[inline]
+    fn texel(&self, column: usize, row: usize) -> [f32; 3] {
+        self.texels[row * self.width as usize + column]
+    }
+
+    /// Mean value over all texels.
+    pub(super) fn mean(&self) -> [f64; 3] {
+        let count = self.texels.len() as f64;
+        std::array::from_fn(|k| {
+            self.texels
+                .iter()
+                .map(|texel| f64::from(texel[k]))
+                .sum::<f64>()
+                / count
+        })
+    }
+}
+
+/// The texels on both sides of `x` in [-0.5, size - 0.5], wrapped, and the weight of the second.
+#[inline]
+fn neighbours(x: f64, size: usize) -> (usize, usize, f64) {
+    let floor = x.floor();
+    // floor is -1 at least and size - 1 at most.
+    let before = if floor < 0.0 {
+        size - 1
+    } else {
+        (floor as usize).min(size - 1)
+    };
+    let after = if before + 1 == size { 0 } else { before + 1 };
+    (before, after, x - floor)
+}
+
+fn linear_texels(decoded: &DynamicImage, encoding: Encoding) -> Vec<[f32; 3]> {
+    match encoding {
+        Encoding::Linear => decoded.to_rgb32f().pixels().map(|pixel| pixel.0).collect(),
+        Encoding::Srgb => {
+            let linear = |value: f32| srgb_to_linear(f64::from(value)) as f32;
+            decoded
+                .to_rgb32f()
+                .pixels()
+                .map(|pixel| pixel.0.map(linear))
+                .collect()
+        }
+    }
+}
+
+impl std::fmt::Debug for Texture {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            formatter,
+            "Texture({} x {}, {:?})",
+            self.width, self.height, self.filter
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 2 x 2 texels whose red is 0, 0.25 / 0.5, 1 and whose green is the column.
+    fn texture(filter: TextureFilter) -> Texture {
+        let texels = vec![
+            [0.0, 0.0, 1.0],
+            [0.25, 1.0, 1.0],
+            [0.5, 0.0, 1.0],
+            [1.0, 1.0, 1.0],
+        ];
+        Texture {
+            width: 2,
+            height: 2,
+            texels,
+            filter,
+        }
+    }
+
+    #[test]
+    fn nearest_takes_the_texel_that_holds_the_point() {
+        let texture = texture(TextureFilter::Nearest);
+        let cases = [
+            (0.0, 0.0, 0.0),
+            (0.49, 0.49, 0.0),
+            (0.5, 0.0, 0.25),
+            (0.0, 0.5, 0.5),
+            (0.99, 0.99, 1.0),
+            (1.0, 0.0, 0.0),
+            (-0.01, 0.0, 0.25),
+            (3.75, -2.25, 1.0),
+            (-1e-18, 0.0, 0.25),
+        ];
+        for (u, v, red) in cases {
+            assert_eq!(texture.sample(u, v)[0], red, "({u}, {v})");
+        }
+    }
+
+    #[test]
+    fn bilinear_meets_texel_centres_and_is_linear_between_them() {
+        let texture = texture(TextureFilter::Bilinear);
+        let cases = [
+            (0.25, 0.25, 0.0),
+            (0.75, 0.25, 0.25),
+            (0.75, 0.75, 1.0),
+            (0.5, 0.25, 0.125),
+            (0.25, 0.5, 0.25),
+            (0.5, 0.5, 0.4375),
+            (0.0, 0.25, 0.125),
+            (1.0, 0.25, 0.125),
+            (0.25, 0.0, 0.25),
+            (-0.75, 5.25, 0.0),
+        ];
+        for (u, v, red) in cases {
+            let value = texture.sample(u, v);
+            assert!((value[0] - red).abs() < 1e-12, "({u}, {v}): {value:?}");
+            assert!((value[2] - 1.0).abs() < 1e-12);
+        }
+        assert!(texture.sample(-1e-18, -1e-18)[0].is_finite());
+    }
+
+    #[test]
+    fn values_outside_reflectances_are_refused_with_their_place() {
+        let texels = vec![[0.5; 3], [0.5; 3], [0.5; 3], [0.5, 1.5, 0.5]];
+        let reason = Texture::from_stored(2, 2, texels, TextureFilter::Nearest).expect_err("1.5");
+        assert!(
+            reason.contains("column 1, row 1") && reason.contains("1.5"),
+            "{reason}"
+        );
+    }
+}

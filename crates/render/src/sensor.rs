@@ -1,0 +1,317 @@
+//! The sensor: linear radiance becomes stored numbers. The only lossy step.
+
+use std::f64::consts::TAU;
+
+use rayon::prelude::*;
+
+use crate::image::{Counts, Frame, Picture, linear_to_srgb};
+use crate::scene::{Encoding, Exposure, Noise, Sensor};
+
+impl Sensor {
+    /// Exposes a picture: exposure, noise, clipping to [0, 1], encoding, rounding to the nearest count.
+    ///
+    /// The noise depends on `seed`, the pixel's place and the channel alone, not on the number of threads.
+    /// Radiance that is not a number counts as 0.
+    pub fn expose(&self, picture: &Picture, seed: u64) -> Frame {
+        let factor = self.exposure_factor(picture);
+        let counts = if self.bits == 16 {
+            Counts::Bits16(self.counts(picture, factor, seed, |encoded| {
+                quantise(encoded, u16::MAX.into()) as u16
+            }))
+        } else {
+            Counts::Bits8(self.counts(picture, factor, seed, |encoded| {
+                quantise(encoded, u8::MAX.into()) as u8
+            }))
+        };
+        Frame {
+            width: picture.width,
+            height: picture.height,
+            counts,
+        }
+    }
+
+    /// Factor from radiance, W/(m² sr), to the linear signal. For a picture that is black all over,
+    /// which no factor brings to a mean, it is 1.
+    pub fn exposure_factor(&self, picture: &Picture) -> f64 {
+        match self.exposure {
+            Exposure::Fixed(factor) => factor,
+            Exposure::AutoMean(mean) => {
+                let finite = picture
+                    .data
+                    .iter()
+                    .flatten()
+                    .filter(|value| value.is_finite());
+                let (sum, count) = finite.fold((0.0, 0.0), |(sum, count), value| {
+                    (sum + f64::from(*value), count + 1.0)
+                });
+                if sum > 0.0 { mean * count / sum } else { 1.0 }
+            }
+        }
+    }
+
+    fn counts<T: Send>(
+        &self,
+        picture: &Picture,
+        factor: f64,
+        seed: u64,
+        quantise: impl Fn(f64) -> T + Sync,
+    ) -> Vec<T> {
+        let count = |(index, radiance): (usize, &f32)| {
+            let signal = clip(self.noisy(f64::from(*radiance) * factor, seed, index as u64));
+            quantise(match self.encoding {
+                Encoding::Linear => signal,
+                Encoding::Srgb => linear_to_srgb(signal),
+            })
+        };
+        picture
+            .data
+            .as_flattened()
+            .par_iter()
+            .enumerate()
+            .map(count)
+            .collect()
+    }
+
+    /// The linear signal with noise, not yet clipped. `index` counts channels of pixels row by row.
+    fn noisy(&self, signal: f64, seed: u64, index: u64) -> f64 {
+        match self.noise {
+            Some(noise) => signal + noise.standard_deviation(signal) * standard_normal(seed, index),
+            None => signal,
+        }
+    }
+}
+
+impl Noise {
+    /// Standard deviation of a linear signal before clipping, sqrt(a·y + b); negative signals count as 0.
+    pub fn standard_deviation(&self, signal: f64) -> f64 {
+        (self.a * signal.max(0.0) + self.b).sqrt()
+    }
+}
+
+/// To [0, 1]; what is not a number becomes 0.
+fn clip(signal: f64) -> f64 {
+    if signal > 0.0 { signal.min(1.0) } else { 0.0 }
+}
+
+fn quantise(encoded: f64, full_scale: f64) -> f64 {
+    (encoded * full_scale).round()
+}
+
+/// A number drawn from the standard normal distribution, a function of `seed` and `index` alone (Box-Muller).
+fn standard_normal(seed: u64, index: u64) -> f64 {
+    let start = mix(seed ^ SEED_SALT);
+    let draw = |k: u64| mix(start.wrapping_add((2 * index + k).wrapping_mul(GOLDEN)));
+    // 53 random bits each; the first in (0, 1] because its logarithm is taken.
+    let radius = (-2.0 * (((draw(0) >> 11) + 1) as f64 * EPSILON).ln()).sqrt();
+    let angle = TAU * ((draw(1) >> 11) as f64 * EPSILON);
+    radius * angle.cos()
+}
+
+/// Keeps the noise of a seed apart from other uses of the same seed.
+const SEED_SALT: u64 = 0x5e45_0a11_c0de_f01e;
+/// Odd integer nearest 2⁶⁴ divided by the golden ratio, the step of SplitMix64.
+const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
+/// 2⁻⁵³.
+const EPSILON: f64 = 1.0 / (1_u64 << 53) as f64;
+
+/// The output function of SplitMix64 (Steele, Lea, Flood 2014): 64 bits to 64 well-mixed bits.
+fn mix(mut z: u64) -> u64 {
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn uniform(level: f32, width: u32, height: u32) -> Picture {
+        Picture {
+            data: vec![[level; 3]; width as usize * height as usize],
+            ..Picture::black(width, height)
+        }
+    }
+
+    fn linear_16_bits(noise: Noise) -> Sensor {
+        Sensor {
+            exposure: Exposure::Fixed(1.0),
+            encoding: Encoding::Linear,
+            bits: 16,
+            noise: Some(noise),
+        }
+    }
+
+    fn counts_16(frame: &Frame) -> Vec<u16> {
+        match &frame.counts {
+            Counts::Bits16(counts) => counts.clone(),
+            Counts::Bits8(_) => panic!("16 bits were asked for"),
+        }
+    }
+
+    fn counts_8(frame: &Frame) -> Vec<u8> {
+        match &frame.counts {
+            Counts::Bits8(counts) => counts.clone(),
+            Counts::Bits16(_) => panic!("8 bits were asked for"),
+        }
+    }
+
+    /// Standard normal distribution function by Simpson's rule from -9, where it is below 1e-18.
+    fn normal_cdf(x: f64) -> f64 {
+        let (from, steps) = (-9.0, 4000);
+        let h = (x - from) / f64::from(steps);
+        let weight = |i| {
+            if i == 0 || i == steps {
+                1.0
+            } else if i % 2 == 1 {
+                4.0
+            } else {
+                2.0
+            }
+        };
+        (0..=steps)
+            .map(|i| weight(i) * normal_density(from + h * f64::from(i)))
+            .sum::<f64>()
+            * h
+            / 3.0
+    }
+
+    fn normal_density(x: f64) -> f64 {
+        (-0.5 * x * x).exp() / TAU.sqrt()
+    }
+
+    /// Mean and variance of min(max(N(y, s²), 0), 1) (Foi 2009, Signal Processing 89, 2609-2629).
+    fn clipped_moments(y: f64, s: f64) -> (f64, f64) {
+        let (low, high) = (y / s, (y - 1.0) / s);
+        let (cdf_low, cdf_high) = (normal_cdf(low), normal_cdf(high));
+        let (density_low, density_high) = (normal_density(low), normal_density(high));
+        let mean = cdf_low * y - cdf_high * (y - 1.0) + s * density_low - s * density_high;
+        let common = y * y - 2.0 * mean * y + s * s;
+        let variance = cdf_low * common + mean * mean - cdf_high * (common + 2.0 * mean - 1.0)
+            + s * density_high * (2.0 * mean - y - 1.0)
+            - s * density_low * (2.0 * mean - y);
+        (mean, variance)
+    }
+
+    #[test]
+    fn noise_has_the_mean_and_variance_of_the_clipped_model() {
+        // Foi's test values of (a, b), at the dark end, in the middle and near saturation.
+        for (a, b) in [
+            (0.01, 0.0016),
+            (0.01, 0.0004),
+            (0.0, 0.04),
+            (0.033333, 0.01),
+        ] {
+            for level in [0.0_f32, 0.02, 0.5, 0.9, 1.0, 1.05] {
+                let noise = Noise { a, b };
+                let frame = linear_16_bits(noise).expose(&uniform(level, 400, 250), 11);
+                let values: Vec<f64> = counts_16(&frame)
+                    .into_iter()
+                    .map(|count| f64::from(count) / 65535.0)
+                    .collect();
+                let n = values.len() as f64;
+                let mean = values.iter().sum::<f64>() / n;
+                let squares: Vec<f64> = values.iter().map(|value| (value - mean).powi(2)).collect();
+                let variance = squares.iter().sum::<f64>() / n;
+                let y = f64::from(level);
+                let (expected_mean, expected_variance) =
+                    clipped_moments(y, noise.standard_deviation(y));
+                // 48 comparisons: 4.5 standard errors are exceeded by chance once in 3000 runs of this test
+                // under other seeds; the seed is fixed.
+                let mean_error = (expected_variance / n).sqrt();
+                let fourth = squares
+                    .iter()
+                    .map(|square| (square - variance).powi(2))
+                    .sum::<f64>()
+                    / n;
+                let variance_error = (fourth / n).sqrt();
+                assert!(
+                    (mean - expected_mean).abs() < 4.5 * mean_error,
+                    "mean at {a} {b} {level}: {mean} {expected_mean}"
+                );
+                assert!(
+                    (variance - expected_variance).abs() < 4.5 * variance_error,
+                    "variance at {a} {b} {level}: {variance} {expected_variance}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn noise_depends_on_seed_place_and_channel_but_not_on_threads() {
+        let sensor = linear_16_bits(Noise { a: 0.01, b: 0.001 });
+        let picture = uniform(0.4, 64, 32);
+        let frame = sensor.expose(&picture, 3);
+        let alone = rayon::ThreadPoolBuilder::new()
+            .num_threads(1)
+            .build()
+            .expect("pool");
+        assert_eq!(alone.install(|| sensor.expose(&picture, 3)), frame);
+        assert_ne!(sensor.expose(&picture, 4), frame);
+        let counts = counts_16(&frame);
+        let pair_products = |step: usize| {
+            let pairs = counts.iter().zip(&counts[step..]);
+            let deviations = pairs
+                .map(|(x, y)| (f64::from(*x) / 65535.0 - 0.4) * (f64::from(*y) / 65535.0 - 0.4));
+            deviations.sum::<f64>() / (counts.len() - step) as f64 / 0.005
+        };
+        // Correlation between channels, pixels and rows: 0 within 4.5 standard errors of 1/sqrt(6144).
+        for step in [1, 2, 3, 6, 192] {
+            assert!(
+                pair_products(step).abs() < 4.5 / 6144.0_f64.sqrt(),
+                "step {step}"
+            );
+        }
+    }
+
+    #[test]
+    fn without_noise_counts_are_the_encoded_signal_rounded() {
+        let mut picture = uniform(0.5, 3, 1);
+        picture.data = vec![
+            [0.0, 0.25, 0.5],
+            [1.0, 2.0, -1.0],
+            [0.001, f32::NAN, f32::INFINITY],
+        ];
+        let srgb = Sensor {
+            exposure: Exposure::Fixed(1.0),
+            encoding: Encoding::Srgb,
+            bits: 8,
+            noise: None,
+        };
+        // sRGB: 0.25 is 136.96, 0.5 is 187.52, 0.001 is 3.29 of 255.
+        assert_eq!(
+            counts_8(&srgb.expose(&picture, 0)),
+            [0, 137, 188, 255, 255, 0, 3, 0, 255]
+        );
+        let linear = Sensor {
+            encoding: Encoding::Linear,
+            bits: 16,
+            ..srgb
+        };
+        assert_eq!(
+            counts_16(&linear.expose(&picture, 0))[..5],
+            [0, 16384, 32768, 65535, 65535]
+        );
+        let double = Sensor {
+            exposure: Exposure::Fixed(2.0),
+            ..linear
+        };
+        assert_eq!(counts_16(&double.expose(&picture, 0))[1], 32768);
+    }
+
+    #[test]
+    fn automatic_exposure_brings_the_mean_to_its_value() {
+        let auto = Sensor {
+            exposure: Exposure::AutoMean(0.4),
+            encoding: Encoding::Linear,
+            bits: 16,
+            noise: None,
+        };
+        let mut picture = uniform(0.0, 2, 1);
+        picture.data = vec![[0.01, 0.02, 0.03], [0.02, 0.03, 0.01]];
+        assert!((auto.exposure_factor(&picture) - 20.0).abs() < 1e-5);
+        let counts = counts_16(&auto.expose(&picture, 0));
+        let mean = counts.iter().map(|count| f64::from(*count)).sum::<f64>() / 6.0 / 65535.0;
+        assert!((mean - 0.4).abs() < 1e-5);
+        assert_eq!(auto.exposure_factor(&Picture::black(4, 4)), 1.0);
+    }
+}
