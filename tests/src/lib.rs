@@ -1,1 +1,52 @@
-//! Test harness.
+//! Harness of the system tests: renders of corpus scenes and their comparison with references.
+
+pub mod reference;
+pub mod tiles;
+
+use std::{
+    path::{Path, PathBuf},
+    sync::atomic::AtomicBool,
+};
+
+use uw_render::{
+    film::Film,
+    integrator::{self, Plan, RenderStats},
+    prepare::Prepared,
+    scene::Scene,
+};
+
+/// The path of a file of this package.
+pub fn file(relative: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(relative)
+}
+
+/// Reads a scene of the corpus `scenes/`.
+///
+/// # Panics
+/// When the scene cannot be read: the corpus is part of the tests.
+pub fn corpus_scene(name: &str) -> Scene {
+    let path = file(&format!("scenes/{name}.toml"));
+    Scene::read(&path).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// A plan with a fixed number of samples and unlimited bounces.
+pub fn plan(samples_per_pixel: u32, seed: u64) -> Plan {
+    Plan {
+        samples_per_pixel: Some(samples_per_pixel),
+        time_limit: None,
+        target_error: None,
+        seed,
+        threads: None,
+        max_bounces: 0,
+        dark_lamps: false,
+    }
+}
+
+/// Renders `scene` to the end.
+///
+/// # Panics
+/// When rendering fails.
+pub fn render(scene: &Scene, plan: &Plan) -> (Film, RenderStats) {
+    let prepared = Prepared::build(scene);
+    integrator::render(&prepared, plan, &AtomicBool::new(false), &|_| {}).unwrap_or_else(|e| panic!("{e}"))
+}

@@ -1,0 +1,184 @@
+//! Stage 4: sums of radiance and of its square per pixel.
+
+use crate::integrator::cpu::Scores;
+
+/// Radiance of one source or one way, or the variance of the whole.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FilmLayer {
+    /// All sources at their levels.
+    Total,
+    /// Sun, sky and emission.
+    Ambient,
+    /// A lamp, by index, at 100 %.
+    Lamp(usize),
+    /// Unscattered light.
+    Direct,
+    /// Light that met no surface.
+    Backscatter,
+    /// Variance of the pixel mean of the total.
+    Variance,
+}
+
+/// One row of pixels. Each pixel holds, per channel: the total, the total's squares, ambient, each lamp,
+/// direct and backscatter.
+#[derive(Clone, Debug)]
+pub struct Row {
+    sums: Vec<[f64; 3]>,
+    /// Number of batches added.
+    pub batches: u32,
+    /// Number of samples per pixel added.
+    pub samples: u64,
+}
+
+/// The film: rows that can be filled independently.
+#[derive(Clone, Debug)]
+pub struct Film {
+    /// Width, pixels.
+    pub width: u32,
+    /// Height, pixels.
+    pub height: u32,
+    /// Rows from the top.
+    pub rows: Vec<Row>,
+    lamps: usize,
+}
+
+/// Fixed entries of a pixel before the lamps: total, squares, ambient, direct, backscatter.
+const FIXED: usize = 5;
+
+impl Film {
+    /// An empty film for `lamps` lamps.
+    pub fn new(width: u32, height: u32, lamps: usize) -> Self {
+        let row = Row { sums: vec![[0.0; 3]; width as usize * (FIXED + lamps)], batches: 0, samples: 0 };
+        Self { width, height, rows: vec![row; height as usize], lamps }
+    }
+
+    /// Number of lamps.
+    pub fn lamps(&self) -> usize {
+        self.lamps
+    }
+
+    /// Mean radiance (or its variance) of every pixel, row by row from the top.
+    pub fn layer(&self, layer: FilmLayer) -> Vec<[f64; 3]> {
+        let stride = FIXED + self.lamps;
+        let mut out = Vec::with_capacity(self.width as usize * self.height as usize);
+        for row in &self.rows {
+            for pixel in row.sums.chunks_exact(stride) {
+                out.push(row.value(pixel, layer));
+            }
+        }
+        out
+    }
+
+    /// Mean of the total over the picture, per channel.
+    pub fn mean(&self) -> [f64; 3] {
+        let total = self.layer(FilmLayer::Total);
+        let n = total.len() as f64;
+        std::array::from_fn(|k| total.iter().map(|p| p[k]).sum::<f64>() / n)
+    }
+
+    /// Estimated relative error of the picture, sqrt(mean(variance of the pixel mean / (pixel² + 1e-4·mean²)))
+    /// over pixels and channels; `None` before every row has two batches, 0 for a black picture.
+    pub fn relative_error(&self) -> Option<f64> {
+        if self.rows.iter().any(|r| r.batches < 2) {
+            return None;
+        }
+        let mean = self.mean();
+        let total = self.layer(FilmLayer::Total);
+        let variance = self.layer(FilmLayer::Variance);
+        let mut sum = 0.0;
+        for (t, v) in total.iter().zip(&variance) {
+            for k in 0..3 {
+                let level = t[k] * t[k] + 1e-4 * mean[k] * mean[k];
+                if level > 0.0 {
+                    sum += v[k] / level;
+                }
+            }
+        }
+        Some((sum / (3.0 * total.len() as f64)).sqrt())
+    }
+
+    /// Fewest samples per pixel over the rows.
+    pub fn samples(&self) -> u64 {
+        self.rows.iter().map(|r| r.samples).min().unwrap_or(0)
+    }
+}
+
+impl Row {
+    /// Adds the mean of a batch of `samples` samples at `column`; call [`Row::finish_batch`] after the last one.
+    pub fn add(&mut self, column: usize, lamps: usize, batch: &BatchMean, samples: u32) {
+        let stride = FIXED + lamps;
+        let n = f64::from(samples);
+        let pixel = &mut self.sums[column * stride..(column + 1) * stride];
+        for k in 0..3 {
+            pixel[0][k] += n * batch.total[k];
+            pixel[1][k] += n * batch.total[k] * batch.total[k];
+            pixel[2][k] += n * batch.ambient[k];
+            pixel[3][k] += n * batch.direct[k];
+            pixel[4][k] += n * batch.backscatter[k];
+            for (i, lamp) in batch.lamps.iter().enumerate() {
+                pixel[FIXED + i][k] += n * lamp[k];
+            }
+        }
+    }
+
+    /// Counts a batch that has been added to every pixel of the row.
+    pub fn finish_batch(&mut self, samples: u32) {
+        self.batches += 1;
+        self.samples += u64::from(samples);
+    }
+
+    fn value(&self, pixel: &[[f64; 3]], layer: FilmLayer) -> [f64; 3] {
+        let n = (self.samples as f64).max(1.0);
+        let mean = |i: usize| pixel[i].map(|s| s / n);
+        match layer {
+            FilmLayer::Total => mean(0),
+            FilmLayer::Ambient => mean(2),
+            FilmLayer::Direct => mean(3),
+            FilmLayer::Backscatter => mean(4),
+            FilmLayer::Lamp(i) => mean(FIXED + i),
+            FilmLayer::Variance => {
+                let (m, q) = (mean(0), mean(1));
+                let others = f64::from(self.batches) - 1.0;
+                std::array::from_fn(|k| if others > 0.0 { (q[k] - m[k] * m[k]).max(0.0) / others } else { f64::NAN })
+            }
+        }
+    }
+}
+
+/// Mean of the scores of one batch of samples of a pixel.
+#[derive(Clone, Debug, Default)]
+pub struct BatchMean {
+    total: [f64; 3],
+    ambient: [f64; 3],
+    direct: [f64; 3],
+    backscatter: [f64; 3],
+    lamps: Vec<[f64; 3]>,
+}
+
+impl BatchMean {
+    /// Empty sums for `lamps` lamps.
+    pub fn new(lamps: usize) -> Self {
+        Self { lamps: vec![[0.0; 3]; lamps], ..Self::default() }
+    }
+
+    /// Sets everything to zero.
+    pub fn clear(&mut self) {
+        let lamps = std::mem::take(&mut self.lamps);
+        *self = Self { lamps, ..Self::default() };
+        self.lamps.fill([0.0; 3]);
+    }
+
+    /// Adds a sample that weighs `weight` = 1 / samples in the batch.
+    pub fn add(&mut self, scores: &Scores, weight: f64) {
+        let total = scores.total();
+        for k in 0..3 {
+            self.total[k] += weight * total[k];
+            self.ambient[k] += weight * scores.ambient[k];
+            self.direct[k] += weight * scores.direct[k];
+            self.backscatter[k] += weight * scores.backscatter[k];
+            for (sum, lamp) in self.lamps.iter_mut().zip(&scores.lamps) {
+                sum[k] += weight * lamp[k];
+            }
+        }
+    }
+}

@@ -1,0 +1,140 @@
+//! How many scatterings a connection to a lamp has: q(k | D), a Poisson law with a geometric tail.
+//!
+//! A pure Poisson law is not enough: at high orders the light falls geometrically, and a thinner tail in the
+//! density would mean unbounded weights.
+
+/// Share of the geometric part.
+const TAIL_SHARE: f64 = 0.04;
+/// Ratio of the geometric part.
+const TAIL_RATIO: f64 = 0.82;
+/// Highest order drawn. The geometric tail beyond it holds 0.82^512 of 4 %, i.e. nothing.
+pub const MAX_ORDER: usize = 512;
+
+/// The law with its tables.
+#[derive(Clone, Debug)]
+pub struct OrderLaw {
+    ln_factorial: Vec<f64>,
+    ln_tail: Vec<f64>,
+}
+
+impl Default for OrderLaw {
+    fn default() -> Self {
+        let mut ln_factorial = vec![0.0];
+        for k in 1..=MAX_ORDER {
+            ln_factorial.push(ln_factorial[k - 1] + (k as f64).ln());
+        }
+        let ln_tail = (0..=MAX_ORDER)
+            .map(|k| (TAIL_SHARE * (1.0 - TAIL_RATIO)).ln() + k as f64 * TAIL_RATIO.ln() + ln_factorial[k])
+            .collect();
+        Self { ln_factorial, ln_tail }
+    }
+}
+
+impl OrderLaw {
+    /// ln k!
+    #[inline]
+    pub fn ln_factorial(&self, k: usize) -> f64 {
+        self.ln_factorial[k]
+    }
+
+    /// Draws k for optical depth `depth` = σD from `u` in (0, 1); `None` beyond [`MAX_ORDER`].
+    #[inline]
+    pub fn sample(depth: f64, u: f64) -> Option<usize> {
+        let k = if u < TAIL_SHARE {
+            ((u / TAIL_SHARE).ln() / TAIL_RATIO.ln()) as usize
+        } else {
+            poisson((u - TAIL_SHARE) / (1.0 - TAIL_SHARE), depth)
+        };
+        (k <= MAX_ORDER).then_some(k)
+    }
+
+    /// q(k | D)·k! as the sum of two exponentials whose logarithms are returned: the Poisson part
+    /// (1 − ε) e^(−σD) (σD)^k and the tail ε (1 − γ) γ^k k!.
+    #[inline]
+    pub fn ln_parts(&self, k: usize, depth: f64, ln_depth: f64) -> (f64, f64) {
+        let poisson = LN_POISSON_SHARE - depth + k as f64 * ln_depth;
+        (poisson, self.ln_tail[k])
+    }
+
+    /// ln of ε (1 − γ) γ^k k!, the tail part alone.
+    #[inline]
+    pub fn ln_tail(&self, k: usize) -> f64 {
+        self.ln_tail[k]
+    }
+}
+
+/// ln(1 − ε).
+pub const LN_POISSON_SHARE: f64 = -0.040_821_994_520_255_166;
+
+/// Poisson variate by inversion.
+fn poisson(u: f64, mean: f64) -> usize {
+    // From the mode outwards the terms cannot underflow, however large the mean; below 500 starting at 0
+    // is exact and quicker.
+    if mean > 500.0 {
+        return poisson_large(u, mean);
+    }
+    let mut term = (-mean).exp();
+    let mut sum = term;
+    let mut k = 0;
+    while u > sum && k <= MAX_ORDER {
+        k += 1;
+        term *= mean / k as f64;
+        sum += term;
+    }
+    k
+}
+
+/// For means so large that almost every order lies beyond [`MAX_ORDER`]: the exact lower tail in logarithms.
+fn poisson_large(u: f64, mean: f64) -> usize {
+    let mut ln_term = -mean;
+    let mut sum = 0.0;
+    for k in 0..=MAX_ORDER {
+        if k > 0 {
+            ln_term += (mean / k as f64).ln();
+        }
+        sum += ln_term.exp();
+        if u <= sum {
+            return k;
+        }
+    }
+    MAX_ORDER + 1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::integrator::sampling::Rng;
+
+    #[test]
+    fn drawn_orders_follow_the_stated_law() {
+        let law = OrderLaw::default();
+        assert!((LN_POISSON_SHARE - (1.0 - TAIL_SHARE).ln()).abs() < 1e-15);
+        let mut rng = Rng::new(9, 9, 9, 9);
+        for depth in [1e-3f64, 0.4, 3.0, 20.0] {
+            let n = 200_000;
+            let mut counts = vec![0u32; MAX_ORDER + 2];
+            for _ in 0..n {
+                counts[OrderLaw::sample(depth, rng.uniform()).unwrap_or(MAX_ORDER + 1)] += 1;
+            }
+            let mut chi2 = 0.0;
+            let mut cells = 0;
+            for k in 0..=MAX_ORDER {
+                let (a, b) = law.ln_parts(k, depth, depth.ln());
+                let q = (a.exp() + b.exp()) / law.ln_factorial(k).exp();
+                let expected = q * f64::from(n);
+                if expected >= 10.0 {
+                    chi2 += (f64::from(counts[k]) - expected).powi(2) / expected;
+                    cells += 1;
+                }
+            }
+            // Chi-squared with about `cells` degrees of freedom; five standard deviations.
+            assert!(chi2 < cells as f64 + 5.0 * (2.0 * cells as f64).sqrt(), "{depth}: {chi2} over {cells}");
+        }
+    }
+
+    #[test]
+    fn huge_depths_give_no_order_rather_than_a_wrong_one() {
+        assert_eq!(OrderLaw::sample(1e6, 0.5), None);
+        assert!(OrderLaw::sample(1e6, 0.03).is_some());
+    }
+}

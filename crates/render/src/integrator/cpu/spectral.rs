@@ -1,0 +1,107 @@
+//! The weight of a path in three channels that share one walk.
+//!
+//! Every channel would draw its free flights with its own coefficient. One path draws them with one of the
+//! strategies' coefficients, chosen at random, and divides by the mean density of all strategies: the balance
+//! heuristic over the whole path (spectral multiple importance sampling, Wilkie et al. 2014). Each weight is
+//! then at most the number of strategies times what the channel's own strategy would give.
+
+use crate::prepare::{Medium, Strategies};
+
+/// Integrand per channel and density per strategy of a path so far, both divided by the same factor.
+#[derive(Clone, Copy, Debug)]
+pub struct Spectral {
+    /// Integrand, per channel.
+    pub value: [f64; 3],
+    /// Density under each strategy; those beyond the count are 0.
+    pub density: [f64; 3],
+    /// Number of strategies, at least 1.
+    pub count: usize,
+    /// The strategy that draws this path's free flights.
+    pub chosen: usize,
+}
+
+impl Spectral {
+    /// A path before its first event; `u` in (0, 1) chooses the strategy.
+    #[inline]
+    pub fn start(strategies: &Strategies, u: f64) -> Self {
+        let count = strategies.count.max(1);
+        let chosen = ((u * count as f64) as usize).min(count - 1);
+        let density = std::array::from_fn(|j| if j < count { 1.0 } else { 0.0 });
+        Self { value: [1.0; 3], density, count, chosen }
+    }
+
+    /// Mean density over the strategies.
+    #[inline]
+    pub fn mean_density(&self) -> f64 {
+        (self.density[0] + self.density[1] + self.density[2]) / self.count as f64
+    }
+
+    /// Weight per channel, value over mean density.
+    #[inline]
+    pub fn weight(&self) -> [f64; 3] {
+        let inverse = 1.0 / self.mean_density();
+        self.value.map(|v| v * inverse)
+    }
+
+    /// Largest weight of the three channels.
+    #[inline]
+    pub fn largest_weight(&self) -> f64 {
+        self.value[0].max(self.value[1]).max(self.value[2]) / self.mean_density()
+    }
+
+    /// Multiplies the integrand of each channel.
+    #[inline]
+    pub fn scale(&mut self, factor: [f64; 3]) {
+        for k in 0..3 {
+            self.value[k] *= factor[k];
+        }
+    }
+
+    /// Multiplies the integrand of all channels.
+    #[inline]
+    pub fn scale_all(&mut self, factor: f64) {
+        self.value = self.value.map(|v| v * factor);
+    }
+
+    /// The path scattered after the flight `t`, drawn with density σ e^(−σt).
+    #[inline]
+    pub fn scatter(&mut self, medium: &Medium, strategies: &Strategies, t: f64) {
+        let ln_density = |j: usize| strategies.ln_sigma[j] - strategies.sigma[j] * t;
+        self.step(ln_density, |k| medium.ln_b[k] - medium.c[k] * t);
+    }
+
+    /// The path went on unscattered for `t`, with probability e^(−σt).
+    #[inline]
+    pub fn pass(&mut self, medium: &Medium, strategies: &Strategies, t: f64) {
+        self.step(|j| -strategies.sigma[j] * t, |k| -medium.c[k] * t);
+    }
+
+    /// The path is taken unscattered over `t` for certain.
+    #[inline]
+    pub fn pass_surely(&mut self, medium: &Medium, t: f64) {
+        self.scale(medium.transmittance(t));
+    }
+
+    #[inline]
+    fn step(&mut self, ln_density: impl Fn(usize) -> f64, ln_value: impl Fn(usize) -> f64) {
+        if self.count == 1 {
+            let shift = ln_density(0);
+            for k in 0..3 {
+                self.value[k] *= (ln_value(k) - shift).exp();
+            }
+            return;
+        }
+        let ln = [0, 1, 2].map(|j| if j < self.count { ln_density(j) } else { f64::NEG_INFINITY });
+        let shift = ln[0].max(ln[1]).max(ln[2]);
+        for j in 0..self.count {
+            self.density[j] *= (ln[j] - shift).exp();
+        }
+        let largest = self.density[0].max(self.density[1]).max(self.density[2]).max(1e-300);
+        for j in 0..self.count {
+            self.density[j] /= largest;
+        }
+        for k in 0..3 {
+            self.value[k] *= (ln_value(k) - shift).exp() / largest;
+        }
+    }
+}

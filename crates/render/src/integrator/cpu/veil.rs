@@ -1,0 +1,126 @@
+//! Lamp light that meets no surface: bridges from every volume vertex, combined by the balance heuristic.
+//!
+//! A path of n volume vertices can be made in n ways: the camera walk makes the first m, a bridge the other
+//! n − m. Up to common factors the density of way m under strategy j is
+//! T_m = σ_j^m e^(−σ_j L_m) q_j(k | D_m) k! D_m³ / (s_m^(k+1) p(θ_m)) with k = n − m, where L_m is the length
+//! of the camera walk to vertex m, D_m its distance to the lamp point, s_m the length of the path from it to
+//! the lamp and p(θ_m) the phase function at it. The contribution is the integrand over the sum of all T_m,
+//! whichever way made the path.
+
+use glam::DVec3;
+
+use super::{
+    bridge::Bridge,
+    order::{LN_POISSON_SHARE, OrderLaw},
+    spectral::Spectral,
+};
+use crate::{integrator::sampling::directions::sin2_half, prepare::Medium};
+
+/// A volume vertex of the camera walk, in unfolded space.
+#[derive(Clone, Copy, Debug)]
+pub struct Vertex {
+    /// Position, m.
+    pub position: DVec3,
+    /// Length of the walk up to here, m.
+    pub length: f64,
+    /// Phase function at the angle by which the walk turned here, 1/sr; not yet known at the last vertex.
+    pub phase: f64,
+    /// Product of the surface reflectances before this vertex.
+    pub reflected: f64,
+}
+
+/// What all ways of making one path share.
+struct PathToLamp<'a> {
+    medium: &'a Medium,
+    law: &'a OrderLaw,
+    spectral: &'a Spectral,
+    /// Number of volume vertices of the whole path.
+    total_order: usize,
+    /// The camera walk's length to its last vertex and from there to the lamp, m.
+    last_length: f64,
+    remaining: f64,
+    /// Number of vertices of the camera walk.
+    walked: usize,
+}
+
+impl PathToLamp<'_> {
+    /// Sum over the strategies of the density of the way whose camera walk ends at a vertex of `length`,
+    /// `distance`² = `distance2` from the lamp, with `order` scatterings after it; relative to the walk's own.
+    #[inline]
+    fn density(&self, length: f64, distance2: f64, order: usize, phase: f64) -> f64 {
+        let distance = distance2.sqrt();
+        let ahead = length - self.last_length;
+        // No way is shorter than the straight one; rounding must not say so.
+        let to_lamp = (self.remaining - ahead).max(distance);
+        let ln_to_lamp = to_lamp.ln();
+        let steps = (order + 1) as f64;
+        let ln_poisson = LN_POISSON_SHARE + steps * (distance.ln() - ln_to_lamp);
+        let ln_tail = self.law.ln_tail(order) + distance.ln() - steps * ln_to_lamp;
+        let strategies = &self.medium.by_scattering;
+        let walked_more = self.total_order as f64 - self.walked as f64;
+        let mut sum = 0.0;
+        for j in 0..self.spectral.count {
+            let (sigma, ln_sigma) = (strategies.sigma[j], strategies.ln_sigma[j]);
+            let poisson = ln_poisson - sigma * (ahead + distance) + walked_more * ln_sigma;
+            let tail = ln_tail - sigma * ahead + (walked_more - order as f64) * ln_sigma;
+            sum += self.spectral.density[j] * (poisson.exp() + tail.exp());
+        }
+        sum * distance2 / phase
+    }
+}
+
+/// Radiance per channel of the path made by `walk` (its last vertex reached along `direction`, with weight
+/// `spectral`) and `bridge` to the lamp point `lamp`, for unit intensity; the camera walk ends at the last
+/// vertex. `crossings` holds, per segment of the bridge, the product of surface reflectances on it.
+pub fn contribution(
+    medium: &Medium,
+    law: &OrderLaw,
+    spectral: &Spectral,
+    walk: &[Vertex],
+    direction: DVec3,
+    bridge: &Bridge,
+    lamp: DVec3,
+    crossings: &[f64],
+) -> [f64; 3] {
+    let Some((last, earlier)) = walk.split_last() else {
+        return [0.0; 3];
+    };
+    let order = bridge.order;
+    let total_order = walk.len() + order;
+    let path = PathToLamp {
+        medium,
+        law,
+        spectral,
+        total_order,
+        last_length: last.length,
+        remaining: bridge.length,
+        walked: walk.len(),
+    };
+    let junction = medium.phase.value(sin2_half(direction, bridge.first));
+    let mut density = path.density(last.length, bridge.distance * bridge.distance, order, junction);
+    for (i, v) in earlier.iter().enumerate() {
+        let k = total_order - (i + 1);
+        if k <= super::order::MAX_ORDER && v.reflected > 0.0 {
+            let own = path.density(v.length, v.position.distance_squared(lamp), k, v.phase);
+            density += own * v.reflected / last.reflected;
+        }
+    }
+    let mut length = last.length;
+    let mut reflected = 1.0;
+    for (i, &position) in bridge.vertices.iter().enumerate() {
+        length += bridge.lengths[i];
+        reflected *= crossings[i];
+        let phase = medium.phase.value(bridge.sin2[i]);
+        density += reflected * path.density(length, position.distance_squared(lamp), order - 1 - i, phase);
+    }
+    let all_reflected: f64 = crossings.iter().product();
+    let scale = all_reflected * spectral.count as f64 / density;
+    let steps = order as f64;
+    std::array::from_fn(|k| {
+        if spectral.value[k] == 0.0 {
+            return 0.0;
+        }
+        let ln_b = if order == 0 { 0.0 } else { steps * medium.ln_b[k] };
+        spectral.value[k] * scale * (ln_b - medium.c[k] * bridge.length).exp()
+    })
+}

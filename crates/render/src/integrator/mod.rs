@@ -1,0 +1,256 @@
+//! Stage 3: from the prepared scene to the film.
+
+pub mod cpu;
+pub mod first_hit;
+pub mod sampling;
+
+use std::{
+    sync::atomic::{AtomicBool, AtomicU64, Ordering},
+    time::{Duration, Instant},
+};
+
+use cpu_time::ProcessTime;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::{
+    film::{BatchMean, Film, Row},
+    prepare::{Needs, Prepared},
+};
+use cpu::{Selection, Worker};
+
+/// Most samples of a pixel between two updates of the film.
+const LARGEST_BATCH: u32 = 16;
+/// Fewest batches of a render with a known number of samples: the variance is estimated from them.
+const FEWEST_BATCHES: u32 = 4;
+
+/// What to render and when to stop.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// Samples per pixel; `None` to go on until another criterion stops the render.
+    pub samples_per_pixel: Option<u32>,
+    /// Stop after this time.
+    pub time_limit: Option<Duration>,
+    /// Stop when the estimated relative error is at most this.
+    pub target_error: Option<f64>,
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// Worker threads; `None` for one per core.
+    pub threads: Option<usize>,
+    /// Largest number of scatterings and reflections; 0 for no limit.
+    pub max_bounces: u32,
+    /// Whether lamps at level 0 are rendered too, for their layers.
+    pub dark_lamps: bool,
+}
+
+/// How far a render is.
+#[derive(Clone, Copy, Debug)]
+pub struct Progress {
+    /// Rows of pixels finished, over all batches.
+    pub rows_done: u64,
+    /// Rows of pixels in all, where the number of samples is known.
+    pub rows_total: Option<u64>,
+    /// Time since the start.
+    pub elapsed: Duration,
+}
+
+/// Facts about a finished render.
+#[derive(Clone, Debug, Serialize)]
+pub struct RenderStats {
+    /// Seed.
+    pub seed: u64,
+    /// "cpu".
+    pub backend: &'static str,
+    /// Name of the graphics adapter; none on the CPU.
+    pub adapter: Option<String>,
+    /// Worker threads.
+    pub threads: usize,
+    /// Samples per pixel (the fewest over the rows).
+    pub samples_per_pixel: u64,
+    /// Walks started at the camera.
+    pub paths: u64,
+    /// Vertices of walks and bridges.
+    pub path_vertices: u64,
+    /// Preparation, s.
+    pub setup_s: f64,
+    /// Rendering, s of wall time.
+    pub render_s: f64,
+    /// Rendering, s of processor time.
+    pub cpu_s: f64,
+    /// Estimated relative error; none below two batches.
+    pub relative_error: Option<f64>,
+    /// Whether the render was stopped from outside.
+    pub interrupted: bool,
+    /// What the scene makes use of.
+    pub needs: Needs,
+    /// What was skipped.
+    pub skipped: Vec<&'static str>,
+}
+
+/// Why a render could not be made.
+#[derive(Debug, thiserror::Error)]
+pub enum RenderError {
+    /// The thread pool could not be made.
+    #[error("cannot start {threads} threads: {reason}")]
+    Threads {
+        /// Number asked for.
+        threads: usize,
+        /// What the system says.
+        reason: String,
+    },
+    /// Stopped before every row had a sample.
+    #[error("stopped after {rows} of {total} rows, before the picture was complete")]
+    Incomplete {
+        /// Rows finished.
+        rows: usize,
+        /// Rows in all.
+        total: usize,
+    },
+}
+
+/// Renders `scene` on the CPU. `cancel` stops it; `observe` is called from the workers after each row.
+pub fn render(
+    scene: &Prepared,
+    plan: &Plan,
+    cancel: &AtomicBool,
+    observe: &(dyn Fn(&Progress) + Sync),
+) -> Result<(Film, RenderStats), RenderError> {
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(plan.threads.unwrap_or(0))
+        .build()
+        .map_err(|e| RenderError::Threads { threads: plan.threads.unwrap_or(0), reason: e.to_string() })?;
+    let start = Instant::now();
+    let cpu_start = ProcessTime::now();
+    let job = Job {
+        scene,
+        plan,
+        selection: select(scene, plan),
+        start,
+        cancel,
+        observe,
+        rows_done: AtomicU64::new(0),
+        paths: AtomicU64::new(0),
+        vertices: AtomicU64::new(0),
+    };
+    let mut film = Film::new(scene.camera.width, scene.camera.height, scene.lamps.len());
+    pool.install(|| job.run(&mut film));
+    let complete = film.rows.iter().filter(|r| r.batches > 0).count();
+    if complete < film.rows.len() {
+        return Err(RenderError::Incomplete { rows: complete, total: film.rows.len() });
+    }
+    let stats = RenderStats {
+        seed: plan.seed,
+        backend: "cpu",
+        adapter: None,
+        threads: pool.current_num_threads(),
+        samples_per_pixel: film.samples(),
+        paths: job.paths.into_inner(),
+        path_vertices: job.vertices.into_inner(),
+        setup_s: 0.0,
+        render_s: start.elapsed().as_secs_f64(),
+        cpu_s: cpu_start.elapsed().as_secs_f64(),
+        relative_error: film.relative_error(),
+        interrupted: cancel.load(Ordering::Relaxed),
+        needs: scene.needs,
+        skipped: scene.needs.skipped(),
+    };
+    Ok((film, stats))
+}
+
+/// The lamps and paths a plan needs.
+fn select(scene: &Prepared, plan: &Plan) -> Selection {
+    let shines = |i: &usize| {
+        let lamp = &scene.lamps[*i];
+        (plan.dark_lamps || lamp.level > 0.0) && lamp.intensity.iter().any(|&x| x > 0.0)
+    };
+    Selection {
+        lamps: (0..scene.lamps.len()).filter(shines).collect(),
+        ambient: scene.needs.ambient(),
+        max_events: if plan.max_bounces == 0 { usize::MAX } else { plan.max_bounces as usize },
+    }
+}
+
+struct Job<'a> {
+    scene: &'a Prepared,
+    plan: &'a Plan,
+    selection: Selection,
+    start: Instant,
+    cancel: &'a AtomicBool,
+    observe: &'a (dyn Fn(&Progress) + Sync),
+    rows_done: AtomicU64,
+    paths: AtomicU64,
+    vertices: AtomicU64,
+}
+
+impl Job<'_> {
+    fn run(&self, film: &mut Film) {
+        let lamps = film.lamps();
+        let mut batch = 0;
+        let mut done = 0;
+        while let Some(samples) = self.next_batch(batch, done) {
+            film.rows.par_iter_mut().enumerate().for_each_init(
+                || (Worker::new(self.scene, &self.selection), BatchMean::new(lamps)),
+                |(worker, mean), (index, row)| {
+                    // The first batch is finished whatever the time, so that there is a picture.
+                    if self.cancelled() || (batch > 0 && self.out_of_time()) {
+                        return;
+                    }
+                    self.render_row(worker, mean, index as u32, batch, samples, row);
+                },
+            );
+            batch += 1;
+            done += samples;
+            if self.cancelled() || self.out_of_time() || self.accurate_enough(film) {
+                return;
+            }
+        }
+    }
+
+    /// Number of samples per pixel of the next batch; `None` when all are done.
+    fn next_batch(&self, batch: u32, done: u32) -> Option<u32> {
+        match self.plan.samples_per_pixel {
+            Some(all) => {
+                let size = (all / FEWEST_BATCHES).clamp(1, LARGEST_BATCH);
+                (done < all).then(|| size.min(all - done))
+            }
+            // Small batches first, for an early picture and an early estimate of its error.
+            None => Some(if batch < FEWEST_BATCHES { 4 } else { LARGEST_BATCH }),
+        }
+    }
+
+    fn rows_total(&self) -> Option<u64> {
+        let all = self.plan.samples_per_pixel?;
+        let size = (all / FEWEST_BATCHES).clamp(1, LARGEST_BATCH);
+        Some(u64::from(all.div_ceil(size)) * u64::from(self.scene.camera.height))
+    }
+
+    fn render_row(&self, worker: &mut Worker, mean: &mut BatchMean, index: u32, batch: u32, samples: u32, row: &mut Row) {
+        let before = worker.work;
+        for column in 0..self.scene.camera.width {
+            mean.clear();
+            for sample in 0..samples {
+                let scores = worker.sample(self.plan.seed, column, index, batch, sample);
+                mean.add(scores, 1.0 / f64::from(samples));
+            }
+            row.add(column as usize, self.scene.lamps.len(), mean, samples);
+        }
+        row.finish_batch(samples);
+        self.paths.fetch_add(worker.work.paths - before.paths, Ordering::Relaxed);
+        self.vertices.fetch_add(worker.work.vertices - before.vertices, Ordering::Relaxed);
+        let rows_done = self.rows_done.fetch_add(1, Ordering::Relaxed) + 1;
+        (self.observe)(&Progress { rows_done, rows_total: self.rows_total(), elapsed: self.start.elapsed() });
+    }
+
+    fn cancelled(&self) -> bool {
+        self.cancel.load(Ordering::Relaxed)
+    }
+
+    fn out_of_time(&self) -> bool {
+        self.plan.time_limit.is_some_and(|limit| self.start.elapsed() >= limit)
+    }
+
+    fn accurate_enough(&self, film: &Film) -> bool {
+        let enough = |target: f64| film.rows.iter().all(|r| r.batches >= FEWEST_BATCHES) && film.relative_error().is_some_and(|e| e <= target);
+        self.plan.target_error.is_some_and(enough)
+    }
+}

@@ -1,0 +1,71 @@
+//! The numbers one path uses: leading dimensions from a shifted lattice, the rest pseudorandom.
+
+use super::Rng;
+
+/// Number of leading dimensions: two on the pixel and four for the first choices of a path.
+pub const LEADING: usize = 6;
+
+/// The real root of g⁷ = g + 1: powers of 1/g generate the additive recurrence R_6 (Roberts 2018).
+const GENERATOR: f64 = 1.134_724_138_401_519_5;
+
+/// Most samples in a batch.
+pub const MAX_BATCH: u32 = 4096;
+
+/// Draws of one path. Within a batch of samples of one pixel the leading numbers are the points of an
+/// additive recurrence, shifted at random per pixel and batch: batches are independent and unbiased.
+#[derive(Clone, Debug)]
+pub struct Draws {
+    leading: [f64; LEADING],
+    rng: Rng,
+}
+
+impl Draws {
+    /// Draws of sample `index` of `batch` at `pixel`; `stream` separates the paths of one sample.
+    pub fn new(seed: u64, pixel: u32, batch: u32, index: u32, stream: u32) -> Self {
+        let mut shift = Rng::new(seed, pixel, batch, 2 * stream);
+        let mut step = 1.0;
+        let leading = std::array::from_fn(|_| {
+            step /= GENERATOR;
+            let v = shift.uniform() + step * f64::from(index);
+            (v - v.floor()).clamp(1e-10, 1.0 - 1e-10)
+        });
+        let sample = batch.wrapping_mul(MAX_BATCH).wrapping_add(index);
+        Self { leading, rng: Rng::new(seed ^ 0x5851_f42d_4c95_7f2d, pixel, sample, 2 * stream + 1) }
+    }
+
+    /// Leading number `dimension`, in (0, 1).
+    #[inline]
+    pub fn leading(&self, dimension: usize) -> f64 {
+        self.leading[dimension]
+    }
+
+    /// The next pseudorandom number, in (0, 1).
+    #[inline]
+    pub fn uniform(&mut self) -> f64 {
+        self.rng.uniform()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn leading_numbers_are_uniform_over_batches_and_stratified_within() {
+        let mut sum = [0.0; LEADING];
+        for batch in 0..4000 {
+            for (d, s) in sum.iter_mut().enumerate() {
+                *s += Draws::new(3, 11, batch, 5, 0).leading(d);
+            }
+        }
+        assert!(sum.iter().all(|s| (s / 4000.0 - 0.5).abs() < 4.0 * 0.2887 / 4000f64.sqrt()));
+        // Sixteen points of one batch: the mean of each dimension is far closer to 1/2 than random points'.
+        let spread = |d: usize| {
+            let mean = |batch: u32| (0..16).map(|i| Draws::new(3, 11, batch, i, 0).leading(d)).sum::<f64>() / 16.0;
+            (0..200).map(|b| (mean(b) - 0.5).powi(2)).sum::<f64>() / 200.0
+        };
+        for d in 0..LEADING {
+            assert!(spread(d) < 0.5 * (1.0 / 12.0 / 16.0), "dimension {d}: {}", spread(d));
+        }
+    }
+}

@@ -1,0 +1,8 @@
+//! Random numbers and directions.
+
+pub mod directions;
+mod draws;
+mod rng;
+
+pub use draws::{Draws, LEADING, MAX_BATCH};
+pub use rng::Rng;

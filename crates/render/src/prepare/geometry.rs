@@ -1,0 +1,252 @@
+//! What rays can meet: parallelograms tested one by one, triangles through a tree.
+
+use glam::{DVec2, DVec3};
+
+use super::bvh::{Triangle, TriangleHit, TriangleTree};
+use crate::scene::{Material, Mesh, Quad, Scene, Texture};
+
+/// Which primitive a ray starts on, so that it cannot meet it again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Primitive {
+    /// None: the ray starts in the open.
+    None,
+    /// Index of a parallelogram.
+    Quad(u32),
+    /// Index of a triangle in tree order.
+    Triangle(u32),
+}
+
+/// Where a ray meets a surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Hit {
+    /// Distance along the ray, m.
+    pub t: f64,
+    /// What was met.
+    pub primitive: Primitive,
+    /// Position on the primitive: ±1 along the half edges of a quad, barycentric weights of a triangle.
+    pub local: [f64; 2],
+}
+
+/// The surface at a hit.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfacePoint {
+    /// Unit geometric normal on the side the ray came from.
+    pub normal: DVec3,
+    /// Unit shading normal on the same side.
+    pub shading_normal: DVec3,
+    /// Lambertian reflectance per channel, in [0, 1].
+    pub reflectance: [f64; 3],
+    /// Emitted radiance per channel, W/(m² sr).
+    pub emission: [f64; 3],
+}
+
+#[derive(Clone, Debug)]
+struct PreparedQuad {
+    quad: Quad,
+    dual_u: DVec3,
+    dual_v: DVec3,
+}
+
+#[derive(Clone, Debug)]
+struct TriangleShading {
+    material: u32,
+    normals: Option<[DVec3; 3]>,
+    uvs: Option<[DVec2; 3]>,
+}
+
+/// All surfaces of a scene.
+#[derive(Clone, Debug)]
+pub struct Geometry {
+    quads: Vec<PreparedQuad>,
+    tree: Option<TriangleTree>,
+    shading: Vec<TriangleShading>,
+    materials: Vec<Material>,
+    textures: Vec<Texture>,
+    bounds: Option<(DVec3, DVec3)>,
+}
+
+impl Geometry {
+    /// Flattens the surfaces of `scene` and builds the tree.
+    pub fn build(scene: &Scene) -> Self {
+        let quads: Vec<PreparedQuad> = scene.quads.iter().map(PreparedQuad::new).collect();
+        let mut triangles = Vec::new();
+        let mut shading = Vec::new();
+        for mesh in &scene.meshes {
+            add_mesh(mesh, &mut triangles, &mut shading);
+        }
+        let tree = TriangleTree::build(triangles);
+        let shading = match &tree {
+            Some(t) => t.order().iter().map(|&i| shading[i as usize].clone()).collect(),
+            None => Vec::new(),
+        };
+        let mut bounds = tree.as_ref().map(TriangleTree::bounds);
+        for q in &scene.quads {
+            let reach = q.half_u.abs() + q.half_v.abs();
+            let own = (q.centre_m - reach, q.centre_m + reach);
+            bounds = Some(bounds.map_or(own, |b| (b.0.min(own.0), b.1.max(own.1))));
+        }
+        Self {
+            quads,
+            tree,
+            shading,
+            materials: scene.materials.clone(),
+            textures: scene.textures.clone(),
+            bounds,
+        }
+    }
+
+    /// Lower and upper corner of everything, m; `None` for an empty scene.
+    pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
+        self.bounds
+    }
+
+    /// Number of primitives.
+    pub fn len(&self) -> usize {
+        self.quads.len() + self.shading.len()
+    }
+
+    /// Whether there is nothing to meet.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Whether any surface emits light.
+    pub fn emits(&self) -> bool {
+        let emits = |m: &Material| m.emission.iter().any(|&e| e > 0.0);
+        self.quads.iter().any(|q| emits(&self.materials[q.quad.material]))
+            || self.shading.iter().any(|s| emits(&self.materials[s.material as usize]))
+    }
+
+    /// Nearest surface along the ray closer than `t_max`; the ray starts on `from`.
+    pub fn closest(&self, origin: DVec3, direction: DVec3, t_max: f64, from: Primitive) -> Option<Hit> {
+        let t_min = start_distance(origin, from);
+        let mut best: Option<Hit> = None;
+        let mut best_t = t_max;
+        for (i, quad) in self.quads.iter().enumerate() {
+            if from == Primitive::Quad(i as u32) {
+                continue;
+            }
+            if let Some((t, local)) = quad.intersect(origin, direction, t_min, best_t) {
+                best_t = t;
+                best = Some(Hit { t, primitive: Primitive::Quad(i as u32), local });
+            }
+        }
+        if let Some(tree) = &self.tree
+            && let Some(TriangleHit { t, triangle, barycentric }) =
+                tree.closest(origin, direction, t_min, best_t, skipped_triangle(from))
+        {
+            best = Some(Hit { t, primitive: Primitive::Triangle(triangle), local: barycentric });
+        }
+        best
+    }
+
+    /// Whether a surface lies closer than `t_max` along the ray, which starts on `from`.
+    pub fn occluded(&self, origin: DVec3, direction: DVec3, t_max: f64, from: Primitive) -> bool {
+        let t_min = start_distance(origin, from);
+        let quad_blocks = |(i, quad): (usize, &PreparedQuad)| {
+            from != Primitive::Quad(i as u32) && quad.intersect(origin, direction, t_min, t_max).is_some()
+        };
+        self.quads.iter().enumerate().any(quad_blocks)
+            || self
+                .tree
+                .as_ref()
+                .is_some_and(|tree| tree.occluded(origin, direction, t_min, t_max, skipped_triangle(from)))
+    }
+
+    /// Normal, reflectance and emission at a hit of a ray that travels along `direction`.
+    pub fn surface_point(&self, hit: &Hit, direction: DVec3) -> SurfacePoint {
+        let facing = |n: DVec3| if n.dot(direction) > 0.0 { -n } else { n };
+        match hit.primitive {
+            Primitive::Quad(i) => {
+                let quad = &self.quads[i as usize].quad;
+                let normal = facing(quad.normal);
+                self.material_point(quad.material, Some(quad.texture_coordinates(hit.local)), normal, normal)
+            }
+            Primitive::Triangle(i) => self.triangle_point(i as usize, hit.local, &facing),
+            Primitive::None => SurfacePoint {
+                normal: -direction,
+                shading_normal: -direction,
+                reflectance: [0.0; 3],
+                emission: [0.0; 3],
+            },
+        }
+    }
+
+    fn triangle_point(&self, index: usize, [v, w]: [f64; 2], facing: &impl Fn(DVec3) -> DVec3) -> SurfacePoint {
+        let shading = &self.shading[index];
+        let triangle = self.tree.as_ref().map(|t| t.triangles()[index]);
+        let normal = triangle.map_or(DVec3::Z, |t| t.edge_1.cross(t.edge_2).normalize_or(DVec3::Z));
+        let normal = facing(normal);
+        let u = 1.0 - v - w;
+        let smooth = shading.normals.map(|n| (u * n[0] + v * n[1] + w * n[2]).normalize_or(normal));
+        let smooth = smooth.map_or(normal, |n| if n.dot(normal) < 0.0 { -n } else { n });
+        let uv = shading.uvs.map(|t| u * t[0] + v * t[1] + w * t[2]);
+        self.material_point(shading.material as usize, uv, normal, smooth)
+    }
+
+    fn material_point(&self, material: usize, uv: Option<DVec2>, normal: DVec3, shading_normal: DVec3) -> SurfacePoint {
+        let material = &self.materials[material];
+        let mut reflectance = material.reflectance;
+        if let (Some(texture), Some(uv)) = (material.texture, uv) {
+            let texel = self.textures[texture].sample(uv.x, uv.y);
+            reflectance = std::array::from_fn(|k| reflectance[k] * texel[k]);
+        }
+        SurfacePoint { normal, shading_normal, reflectance, emission: material.emission }
+    }
+}
+
+/// Least distance at which a surface counts for a ray that starts at a computed point: the rounding of the
+/// point's coordinates, a few parts in 1e12. Rays from the camera or a lamp start at exact points.
+#[inline]
+fn start_distance(origin: DVec3, from: Primitive) -> f64 {
+    if from == Primitive::None { 0.0 } else { 4e-12 * origin.abs().max_element() }
+}
+
+fn skipped_triangle(from: Primitive) -> u32 {
+    match from {
+        Primitive::Triangle(i) => i,
+        _ => u32::MAX,
+    }
+}
+
+impl PreparedQuad {
+    fn new(quad: &Quad) -> Self {
+        // Dual basis in the plane, also right for a skewed parallelogram.
+        let (u, v) = (quad.half_u, quad.half_v);
+        let n = u.cross(v);
+        let n2 = n.length_squared();
+        Self { quad: *quad, dual_u: v.cross(n) / n2, dual_v: n.cross(u) / n2 }
+    }
+
+    #[inline]
+    fn intersect(&self, origin: DVec3, direction: DVec3, t_min: f64, t_max: f64) -> Option<(f64, [f64; 2])> {
+        let cosine = self.quad.normal.dot(direction);
+        let offset = self.quad.centre_m - origin;
+        let t = self.quad.normal.dot(offset) / cosine;
+        // A ray within the plane gives NaN or infinity, which fails here.
+        if !(t > t_min && t < t_max) {
+            return None;
+        }
+        let p = t * direction - offset;
+        let local = [p.dot(self.dual_u), p.dot(self.dual_v)];
+        (local[0].abs() <= 1.0 && local[1].abs() <= 1.0).then_some((t, local))
+    }
+}
+
+fn add_mesh(mesh: &Mesh, triangles: &mut Vec<Triangle>, shading: &mut Vec<TriangleShading>) {
+    for t in &mesh.triangles {
+        let [i, j, k] = t.map(|i| i as usize);
+        let corner = mesh.positions[i];
+        let (edge_1, edge_2) = (mesh.positions[j] - corner, mesh.positions[k] - corner);
+        if edge_1.cross(edge_2).length_squared() == 0.0 {
+            continue;
+        }
+        triangles.push(Triangle { corner, edge_1, edge_2 });
+        let uv = |i: usize| DVec2::new(f64::from(mesh.uvs[i][0]), f64::from(mesh.uvs[i][1]));
+        shading.push(TriangleShading {
+            material: mesh.material as u32,
+            normals: (!mesh.normals.is_empty()).then(|| [i, j, k].map(|i| mesh.normals[i])),
+            uvs: (!mesh.uvs.is_empty()).then(|| [uv(i), uv(j), uv(k)]),
+        });
+    }
+}

@@ -1,0 +1,152 @@
+//! Lamps as the integrators read them.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
+use crate::scene::{Falloff, Lamp};
+
+/// Entries of a falloff table, spaced evenly in the sine of half the angle from the axis.
+const FALLOFF_ENTRIES: usize = 2048;
+
+/// A lamp at 100 %.
+#[derive(Clone, Debug)]
+pub struct PreparedLamp {
+    /// Centre, m.
+    pub position: DVec3,
+    /// Unit axis.
+    pub forward: DVec3,
+    /// Radiant intensity on the axis, W/sr per channel.
+    pub intensity: [f64; 3],
+    /// Level as a fraction, 0 to 1.
+    pub level: f64,
+    /// Radius of the disk, m; 0 for a point.
+    pub radius: f64,
+    cos_half_angle: f64,
+    tangent: (DVec3, DVec3),
+    falloff: Option<Vec<f64>>,
+}
+
+impl PreparedLamp {
+    /// Prepares `lamp`.
+    pub fn build(lamp: &Lamp) -> Self {
+        let falloff = match &lamp.falloff {
+            Falloff::Uniform => None,
+            Falloff::Cosine => Some(tabulate(|angle| angle.cos().max(0.0))),
+            Falloff::Profile(points) => Some(tabulate(|angle| interpolate(points, angle.to_degrees()))),
+        };
+        Self {
+            position: lamp.position_m,
+            forward: lamp.forward,
+            intensity: lamp.intensity,
+            level: lamp.level_pct / 100.0,
+            radius: lamp.radius_m,
+            cos_half_angle: if lamp.half_angle_deg >= 180.0 { -1.0 } else { lamp.half_angle_deg.to_radians().cos() },
+            tangent: lamp.forward.any_orthonormal_pair(),
+            falloff,
+        }
+    }
+
+    /// A point of the lamp, uniform on its disk, from two numbers in (0, 1).
+    #[inline]
+    pub fn sample_point(&self, u: f64, v: f64) -> DVec3 {
+        if self.radius == 0.0 {
+            return self.position;
+        }
+        let r = self.radius * u.sqrt();
+        let (sin, cos) = (2.0 * PI * v).sin_cos();
+        self.position + r * (cos * self.tangent.0 + sin * self.tangent.1)
+    }
+
+    /// Intensity in unit direction `emission`, relative to the axis at 100 %. A disk's own cosine is included.
+    #[inline]
+    pub fn relative_intensity(&self, emission: DVec3) -> f64 {
+        let cosine = self.forward.dot(emission);
+        if cosine < self.cos_half_angle {
+            return 0.0;
+        }
+        let disk = if self.radius > 0.0 { cosine.max(0.0) } else { 1.0 };
+        match &self.falloff {
+            None => disk,
+            Some(table) => disk * look_up(table, (0.5 * (1.0 - cosine)).clamp(0.0, 1.0).sqrt()),
+        }
+    }
+
+    /// Radiance that a camera sees when its ray from `origin` along `direction` meets the disk's front
+    /// closer than `t_max`, and the distance; `None` otherwise. Points are invisible.
+    pub fn radiance_along(&self, origin: DVec3, direction: DVec3, t_max: f64) -> Option<(f64, [f64; 3])> {
+        let cosine = -self.forward.dot(direction);
+        if self.radius == 0.0 || cosine <= 0.0 {
+            return None;
+        }
+        let t = self.forward.dot(origin - self.position) / cosine;
+        let offset = (origin + t * direction).distance_squared(self.position);
+        if !(t > 0.0 && t < t_max && offset <= self.radius * self.radius) {
+            return None;
+        }
+        let radiance = self.relative_intensity(-direction) / (cosine * PI * self.radius * self.radius);
+        Some((t, self.intensity.map(|i| i * radiance)))
+    }
+}
+
+fn tabulate(relative: impl Fn(f64) -> f64) -> Vec<f64> {
+    (0..=FALLOFF_ENTRIES)
+        .map(|i| relative(2.0 * (i as f64 / FALLOFF_ENTRIES as f64).asin()))
+        .collect()
+}
+
+fn look_up(table: &[f64], sin_half: f64) -> f64 {
+    let position = sin_half * FALLOFF_ENTRIES as f64;
+    let i = (position as usize).min(FALLOFF_ENTRIES - 1);
+    let f = position - i as f64;
+    table[i] + f * (table[i + 1] - table[i])
+}
+
+fn interpolate(points: &[(f64, f64)], angle_deg: f64) -> f64 {
+    let after = points.partition_point(|p| p.0 <= angle_deg);
+    match (after.checked_sub(1).map(|i| points[i]), points.get(after)) {
+        (Some(a), Some(&b)) => a.1 + (b.1 - a.1) * (angle_deg - a.0) / (b.0 - a.0),
+        // Constant before the first point; dark beyond the last, unless the last point itself is meant.
+        (None, Some(&b)) => b.1,
+        (Some(a), None) => if a.0 == angle_deg { a.1 } else { 0.0 },
+        (None, None) => 0.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lamp(falloff: Falloff, half_angle_deg: f64, radius_m: f64) -> PreparedLamp {
+        PreparedLamp::build(&Lamp {
+            name: "l".into(),
+            position_m: DVec3::ZERO,
+            forward: DVec3::X,
+            intensity: [10.0, 5.0, 1.0],
+            level_pct: 50.0,
+            half_angle_deg,
+            falloff,
+            radius_m,
+        })
+    }
+
+    #[test]
+    fn cone_is_hard_and_falloff_follows_the_angle() {
+        let at = |l: &PreparedLamp, deg: f64| l.relative_intensity(DVec3::new(deg.to_radians().cos(), deg.to_radians().sin(), 0.0));
+        let cone = lamp(Falloff::Uniform, 40.0, 0.0);
+        assert_eq!((at(&cone, 39.9), at(&cone, 40.1)), (1.0, 0.0));
+        let cosine = lamp(Falloff::Cosine, 180.0, 0.0);
+        assert!((at(&cosine, 60.0) - 0.5).abs() < 1e-6);
+        let beam = lamp(Falloff::Profile(vec![(0.0, 1.0), (30.0, 0.4), (60.0, 0.0)]), 180.0, 0.0);
+        assert!((at(&beam, 15.0) - 0.7).abs() < 1e-3 && at(&beam, 61.0) == 0.0);
+    }
+
+    #[test]
+    fn a_disk_has_the_stated_intensity_and_a_dark_back() {
+        let disk = lamp(Falloff::Uniform, 90.0, 0.1);
+        let (t, radiance) = disk.radiance_along(DVec3::new(2.0, 0.05, 0.0), -DVec3::X, 10.0).unwrap();
+        assert!((t - 2.0).abs() < 1e-12);
+        assert!((radiance[0] * PI * 0.01 - 10.0).abs() < 1e-9);
+        assert!(disk.radiance_along(DVec3::new(-2.0, 0.05, 0.0), DVec3::X, 10.0).is_none());
+    }
+}

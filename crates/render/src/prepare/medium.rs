@@ -1,0 +1,112 @@
+//! The water as the integrators read it: coefficients, phase table, and the sampling strategies.
+
+use uw_media::phase::{PhaseFunction, PhaseTable};
+
+use crate::scene::Water;
+
+/// Channels whose coefficients differ by more than this factor are sampled by one strategy each.
+const GREY_RATIO: f64 = 1.6;
+
+/// A homogeneous medium.
+#[derive(Clone, Debug)]
+pub struct Medium {
+    /// Scattering coefficient, 1/m.
+    pub b: [f64; 3],
+    /// Attenuation coefficient, 1/m.
+    pub c: [f64; 3],
+    /// Smallest attenuation coefficient, 1/m.
+    pub c_min: f64,
+    /// Natural logarithm of `b`; negative infinity where b is 0.
+    pub ln_b: [f64; 3],
+    /// Phase function for the inner loop.
+    pub phase: PhaseTable,
+    /// Mean cosine of the phase function.
+    pub mean_cosine: f64,
+    /// Free flights of paths that are joined to lamps: scattering coefficients.
+    pub by_scattering: Strategies,
+    /// Free flights of paths that look for daylight: attenuation coefficients.
+    pub by_attenuation: Strategies,
+}
+
+/// Sampling coefficients shared by the channels: one where they are nearly grey, else one per channel, of
+/// which each path draws one. Contributions are divided by the mean of the densities (balance heuristic).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Strategies {
+    /// Number of strategies in use, 1 to 3; 0 where no channel scatters.
+    pub count: usize,
+    /// Sampling coefficients, 1/m, > 0 for those in use.
+    pub sigma: [f64; 3],
+    /// Their natural logarithms.
+    pub ln_sigma: [f64; 3],
+}
+
+impl Strategies {
+    /// Strategies for channels with sampling coefficients `sigma` (1/m), of which `relevant` ones scatter.
+    pub fn new(sigma: [f64; 3], relevant: [bool; 3]) -> Self {
+        let used: Vec<f64> = (0..3)
+            .filter(|&k| relevant[k] && sigma[k] > 0.0)
+            .map(|k| sigma[k])
+            .collect();
+        let largest = used.iter().copied().fold(0.0, f64::max);
+        let smallest = used.iter().copied().fold(f64::INFINITY, f64::min);
+        let chosen = if used.len() > 1 && largest <= GREY_RATIO * smallest {
+            vec![used.iter().sum::<f64>() / used.len() as f64]
+        } else {
+            used
+        };
+        let at = |k: usize| chosen.get(k).copied().unwrap_or(1.0);
+        let sigma = [at(0), at(1), at(2)];
+        Self { count: chosen.len(), sigma, ln_sigma: sigma.map(f64::ln) }
+    }
+}
+
+impl Medium {
+    /// Prepares `water`; `None` when nothing is absorbed or scattered.
+    pub fn build(water: &Water) -> Option<Self> {
+        let b = water.iops.b;
+        let c = water.iops.c();
+        if c.iter().all(|&c| c == 0.0) {
+            return None;
+        }
+        let scatters = b.map(|b| b > 0.0);
+        Some(Self {
+            b,
+            c,
+            c_min: c.iter().copied().fold(f64::INFINITY, f64::min),
+            ln_b: b.map(f64::ln),
+            phase: PhaseTable::new(&water.phase),
+            mean_cosine: water.phase.mean_cosine(),
+            by_scattering: Strategies::new(b, scatters),
+            by_attenuation: Strategies::new(c, scatters),
+        })
+    }
+
+    /// Whether any channel scatters.
+    pub fn scatters(&self) -> bool {
+        self.by_scattering.count > 0
+    }
+
+    /// Transmittance over `range_m`, per channel.
+    #[inline]
+    pub fn transmittance(&self, range_m: f64) -> [f64; 3] {
+        self.c.map(|c| if c > 0.0 { (-c * range_m).exp() } else { 1.0 })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nearly_grey_water_shares_one_strategy() {
+        let s = Strategies::new([0.9, 1.0, 1.1], [true; 3]);
+        assert_eq!((s.count, s.sigma[0]), (1, 1.0));
+    }
+
+    #[test]
+    fn coloured_water_has_one_strategy_per_channel_that_scatters() {
+        let s = Strategies::new([0.05, 1.5, 0.3], [true, true, false]);
+        assert_eq!((s.count, s.sigma[0], s.sigma[1]), (2, 0.05, 1.5));
+        assert_eq!(Strategies::new([1.0; 3], [false; 3]).count, 0);
+    }
+}

@@ -1,0 +1,89 @@
+//! What a scene makes use of, so that the rest can be skipped.
+
+use serde::Serialize;
+
+use super::{Boundary, Geometry, Medium, PreparedLamp, SunBeam};
+use crate::scene::Scene;
+
+/// Features a scene can reach.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Needs {
+    /// There is absorption or scattering.
+    pub medium: bool,
+    /// There is scattering.
+    pub scattering: bool,
+    /// The channels differ so much that each needs its own sampling.
+    pub chromatic: bool,
+    /// There is a water surface.
+    pub boundary: bool,
+    /// The surface refracts and reflects.
+    pub refraction: bool,
+    /// There are surfaces to meet.
+    pub geometry: bool,
+    /// Some of them rise above the water.
+    pub geometry_in_air: bool,
+    /// There are textures.
+    pub textures: bool,
+    /// There are lamps.
+    pub lamps: bool,
+    /// The sun shines.
+    pub sun: bool,
+    /// The sky shines.
+    pub sky: bool,
+    /// Surfaces emit light.
+    pub emission: bool,
+}
+
+impl Needs {
+    /// Analyses the prepared parts of `scene`.
+    pub fn analyse(
+        medium: Option<&Medium>,
+        boundary: Option<&Boundary>,
+        geometry: &Geometry,
+        lamps: &[PreparedLamp],
+        sun: Option<&SunBeam>,
+        scene: &Scene,
+    ) -> Self {
+        let above = |b: &Boundary| geometry.bounds().is_some_and(|(_, upper)| upper.z > b.height);
+        Self {
+            medium: medium.is_some(),
+            scattering: medium.is_some_and(Medium::scatters),
+            chromatic: medium.is_some_and(|m| m.by_scattering.count > 1 || m.by_attenuation.count > 1),
+            boundary: boundary.is_some(),
+            refraction: boundary.is_some_and(|b| b.index != 1.0),
+            geometry: !geometry.is_empty(),
+            geometry_in_air: boundary.is_some_and(above),
+            textures: !scene.textures.is_empty(),
+            lamps: lamps.iter().any(|l| l.intensity.iter().any(|&i| i > 0.0)),
+            sun: sun.is_some(),
+            sky: scene.sky_radiance.iter().any(|&l| l > 0.0),
+            emission: geometry.emits(),
+        }
+    }
+
+    /// Whether any light comes from elsewhere than lamps.
+    pub fn ambient(&self) -> bool {
+        self.sun || self.sky || self.emission
+    }
+
+    /// Names of what is skipped, for the statistics.
+    pub fn skipped(&self) -> Vec<&'static str> {
+        [
+            (self.medium, "medium"),
+            (self.scattering, "scattering"),
+            (self.chromatic, "chromatic sampling"),
+            (self.boundary, "surface"),
+            (self.refraction, "refraction"),
+            (self.geometry, "geometry"),
+            (self.geometry_in_air, "geometry in air"),
+            (self.textures, "textures"),
+            (self.lamps, "lamps"),
+            (self.sun, "sun"),
+            (self.sky, "sky"),
+            (self.emission, "emission"),
+        ]
+        .into_iter()
+        .filter_map(|(needed, name)| (!needed).then_some(name))
+        .collect()
+    }
+}

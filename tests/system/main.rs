@@ -1,0 +1,3 @@
+//! System tests: whole renders against closed forms and independent references.
+
+mod reference_scenes;
