@@ -36,7 +36,14 @@ pub enum FieldProblem {
         /// What was given.
         got: String,
     },
-    /// The value has the right type but is not acceptable.
+    /// A number, or a count, outside its range.
+    OutOfRange {
+        /// What would be right.
+        expected: String,
+        /// What was given.
+        got: String,
+    },
+    /// The value has the right type but is none of those allowed.
     Invalid {
         /// What would be right.
         expected: String,
@@ -74,6 +81,31 @@ impl FieldError {
         }
     }
 
+    /// A number outside its range at `field`.
+    pub fn out_of_range(
+        field: impl Into<String>,
+        expected: impl Into<String>,
+        got: impl ToString,
+    ) -> Self {
+        let problem = FieldProblem::OutOfRange {
+            expected: expected.into(),
+            got: got.to_string(),
+        };
+        Self {
+            field: field.into(),
+            problem,
+        }
+    }
+
+    /// The same error, with `parent` before its path.
+    pub fn within(mut self, parent: &str) -> Self {
+        self.field = match self.field.is_empty() {
+            true => parent.to_owned(),
+            false => format!("{parent}.{}", self.field),
+        };
+        self
+    }
+
     /// A required field that is not there.
     pub fn missing(field: impl Into<String>) -> Self {
         Self {
@@ -105,7 +137,9 @@ impl FieldError {
                     known.join(", ")
                 )
             }
-            FieldProblem::WrongType { expected, got } | FieldProblem::Invalid { expected, got } => {
+            FieldProblem::WrongType { expected, got }
+            | FieldProblem::OutOfRange { expected, got }
+            | FieldProblem::Invalid { expected, got } => {
                 format!("{field} must be {expected}, got {got}")
             }
         }

@@ -1,1 +1,48 @@
-//! Placeholder.
+//! Guidance: where a vehicle should go and how bright its lamps should be, for contrast and coverage.
+//!
+//! The way of the data, a file each:
+//!
+//! 1. [`observation`]: what the vehicle knows now.
+//! 2. [`features`]: the network's inputs, one table of names, units and meanings.
+//! 3. [`mlp`] and [`model_file`]: the network that predicts contrast for a candidate.
+//! 4. [`objective`]: contrast against distance, one score for a candidate.
+//! 5. [`nelder_mead`] and [`optimise`]: the candidate with the best score.
+//! 6. [`advice`]: all of it as one pure function, no socket in sight.
+//! 7. [`wire`], [`service`], [`daemon`], [`config`]: the same over TCP.
+//!
+//! ```no_run
+//! use uw_guidance::{Model, Objective, Observation, advise};
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let model = Model::read("model.json".as_ref())?;
+//! let profile = uw_calib::Profile::read("profile.json".as_ref())?;
+//! let now = Observation {
+//!     depth_m: 3.0, distance_m: 1.0, light_pct: 20.0,
+//!     mean: [41.0, 88.0, 79.0], std: [4.1, 7.7, 6.2],
+//! };
+//! let advice = advise(&now, &profile, &model, &Objective::default());
+//! assert!(advice.valid());
+//! # Ok(()) }
+//! ```
+
+pub mod advice;
+pub mod config;
+pub mod daemon;
+pub mod features;
+pub mod mlp;
+pub mod model_file;
+pub mod nelder_mead;
+pub mod objective;
+pub mod observation;
+pub mod optimise;
+pub mod service;
+pub mod wire;
+
+pub use advice::{Advice, Reason, advise};
+pub use config::{Config, ConfigError};
+pub use daemon::{Daemon, Limits, Running, spawn};
+pub use features::{Candidate, Situation};
+pub use mlp::Model;
+pub use model_file::ModelError;
+pub use objective::Objective;
+pub use observation::Observation;
+pub use service::Service;

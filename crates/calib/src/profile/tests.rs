@@ -1,0 +1,124 @@
+use super::*;
+use serde_json::{Value, json};
+use std::fs;
+
+fn profile() -> Profile {
+    Profile::from_json(&document()).unwrap()
+}
+
+fn document() -> Value {
+    json!({
+        "format": "uw-profile/1", "unit": "8-bit counts",
+        "depth": [
+            {"depth_m": 0.5, "k_z": [1, 1, 1]},
+            {"depth_m": 2.5, "k_z": [0.1, 0.612_345_678_901_234_6, 0.55]}],
+        "contrast_on": [
+            {"distance_m": 0.5, "k_c": [17.2, 18.1, 14.0]},
+            {"distance_m": 3.0, "k_c": [1.0, 4.0, 2.0]}],
+        "contrast_off": [
+            {"distance_m": 0.4, "k_c": [8.6, 9.1, 7.2]},
+            {"distance_m": 2.0, "k_c": [2.6, 5.1, 3.2]},
+            {"distance_m": 2.5, "k_c": [2.0, 5.0, 3.0]}],
+        "source": {"made_by": "uw calibrate 0.1.0", "images": 24}
+    })
+}
+
+#[test]
+fn round_trip_keeps_every_bit() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("profile.json");
+    profile().write(&path).unwrap();
+    assert_eq!(Profile::read(&path).unwrap(), profile());
+    assert_eq!(
+        fs::read_dir(dir.path()).unwrap().count(),
+        1,
+        "no part file is left behind"
+    );
+}
+
+#[test]
+fn a_failed_write_leaves_nothing_behind() {
+    let dir = tempfile::tempdir().unwrap();
+    let target = dir.path().join("taken");
+    fs::create_dir(&target).unwrap();
+    assert!(matches!(
+        profile().write(&target),
+        Err(ProfileError::Write { .. })
+    ));
+    assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1);
+}
+
+#[test]
+fn values_between_samples_are_linear_and_those_at_samples_exact() {
+    let p = profile();
+    assert_eq!(p.k_z(0.5).unwrap(), [1.0; 3]);
+    assert!((p.k_z(1.0).unwrap()[0] - 0.775).abs() < 1e-12);
+    assert!((p.k_c_off(1.2).unwrap()[1] - 7.1).abs() < 1e-12);
+    assert_eq!(p.k_c_off(2.5).unwrap(), [2.0, 5.0, 3.0]);
+    assert_eq!(p.distance_range_m(), (0.5, 2.5));
+}
+
+#[test]
+fn outside_the_samples_there_is_no_value() {
+    let error = profile().k_z(40.0).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "depth_m must be between 0.5 and 2.5 m (calibrated), got 40"
+    );
+    for distance_m in [0.49, 3.01, f64::NAN] {
+        assert!(profile().k_c_on(distance_m).is_err());
+    }
+}
+
+#[test]
+fn wrong_files_are_refused_with_the_field() {
+    let cases: [(&str, Value, &str); 9] = [
+        (
+            "/format",
+            json!("uw-profile/2"),
+            "format must be \"uw-profile/1\"",
+        ),
+        ("/unit", json!("percent"), "unit must be \"8-bit counts\""),
+        (
+            "/depth/1/depth_m",
+            json!(0.5),
+            "depth[1].depth_m must be greater than",
+        ),
+        (
+            "/depth/1/depth_m",
+            json!("2.5"),
+            "depth[1].depth_m must be a finite number",
+        ),
+        (
+            "/contrast_on/0/k_c",
+            json!([1, 2]),
+            "contrast_on[0].k_c must be an array of 3",
+        ),
+        (
+            "/contrast_on/0/k_c/2",
+            json!(-1),
+            "contrast_on[0].k_c[2] must be finite and >= 0",
+        ),
+        (
+            "/contrast_off",
+            json!([]),
+            "contrast_off must be at least one sample",
+        ),
+        (
+            "/source/images",
+            json!(1.5),
+            "source.images must be a whole number",
+        ),
+        (
+            "/contrast_off/0",
+            json!({"distance": 1, "k_c": [1, 1, 1]}),
+            "did you mean distance_m?",
+        ),
+    ];
+    for (pointer, value, expected) in cases {
+        let mut wrong = document();
+        *wrong.pointer_mut(pointer).unwrap() = value;
+        let message = Profile::from_json(&wrong).unwrap_err().to_string();
+        assert!(message.contains(expected), "{pointer}: {message}");
+    }
+}
