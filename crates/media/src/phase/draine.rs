@@ -37,21 +37,21 @@ impl Draine {
         1.0 + self.alpha * (1.0 + 2.0 * self.g * self.g) / 3.0
     }
 
-    fn cdf_at(&self, g: f64, x: f64) -> f64 {
-        let hg = HenyeyGreenstein::cdf_at(g, x);
-        ((hg + self.alpha * second_moment(g, x)) / self.normalisation()).min(1.0)
+    fn cdf_at(&self, g: f64, x: f64, y: f64) -> f64 {
+        let hg = HenyeyGreenstein::cdf_at(g, x, y);
+        ((hg + self.alpha * second_moment(g, x, y)) / self.normalisation()).min(1.0)
     }
 }
 
-/// `∫ cos²θ dF` of Henyey-Greenstein from straight on to `x`.
+/// `∫ cos²θ dF` of Henyey-Greenstein from straight on to `x`, `y = 1 - x`.
 ///
 /// The antiderivative is rational in the chord `q = sqrt(1 + g² - 2g cosθ)`, with g³ below the line;
 /// rearranged so that these powers of g are divided out and g = 0 is no special case.
-fn second_moment(g: f64, x: f64) -> f64 {
-    let cos_theta = 1.0 - 2.0 * x;
+fn second_moment(g: f64, x: f64, y: f64) -> f64 {
+    let cos_theta = y - x;
     let k = 1.0 + g * g;
     let q0 = 1.0 - g;
-    let q = HenyeyGreenstein::chord(g, x);
+    let q = HenyeyGreenstein::chord(g, x, y);
     let r = q * q0;
     let rho = (2.0 * k * (1.0 + cos_theta) - 4.0 * g * cos_theta) / (k + r);
     let bracket = rho * rho / r + (rho * rho - 4.0 * cos_theta) / (3.0 * k);
@@ -67,12 +67,14 @@ impl PhaseFunction for Draine {
     }
 
     fn cdf(&self, x: f64) -> f64 {
-        self.cdf_at(self.g, x.clamp(0.0, 1.0))
+        let x = x.clamp(0.0, 1.0);
+        self.cdf_at(self.g, x, 1.0 - x)
     }
 
     fn ccdf(&self, x: f64) -> f64 {
         // Seen from behind the function is the one with -g.
-        self.cdf_at(-self.g, (1.0 - x).clamp(0.0, 1.0))
+        let x = x.clamp(0.0, 1.0);
+        self.cdf_at(-self.g, 1.0 - x, x)
     }
 
     fn mean_cosine(&self) -> f64 {

@@ -178,7 +178,7 @@ impl PhaseFunction for FournierForand {
     /// `1 - 2 E[x]` with `E[x] = ∫ (1 - x) Q dx` by quadrature in ln x, to about 1e-13.
     fn mean_cosine(&self) -> f64 {
         const REACH: f64 = 42.0;
-        const STEPS: usize = 168;
+        const STEPS: usize = 336;
         let mean_x = super::solve::gauss_legendre(0.0, REACH, STEPS, |v| {
             let x = (-v).exp();
             (1.0 - x) * mean_slope(self.m, self.log_d180 - v) * x

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use super::PhaseFunction;
+use super::solve::into_range;
 use crate::error::{MediaError, check};
 
 /// `p = (1 - g²) / (4π (1 + g² - 2g cosθ)^(3/2))`, cosθ between the directions of travel.
@@ -23,21 +24,36 @@ impl HenyeyGreenstein {
         self.g
     }
 
-    /// `sqrt(1 + g² - 2g cosθ)`, without cancellation near the peak of positive `g`.
-    pub(super) fn chord(g: f64, x: f64) -> f64 {
-        ((1.0 - g) * (1.0 - g) + 4.0 * g * x).sqrt()
+    /// `sqrt(1 + g² - 2g cosθ)` at `x` with `y = 1 - x`, as a sum of positive terms for either sign of `g`.
+    pub(super) fn chord(g: f64, x: f64, y: f64) -> f64 {
+        if g >= 0.0 {
+            ((1.0 - g) * (1.0 - g) + 4.0 * g * x).sqrt()
+        } else {
+            ((1.0 + g) * (1.0 + g) - 4.0 * g * y).sqrt()
+        }
     }
 
     /// Value for any `g` in (-1, 1), 1/sr.
     pub(super) fn value_at(g: f64, x: f64) -> f64 {
-        let chord = Self::chord(g, x);
+        let chord = Self::chord(g, x, 1.0 - x);
         (1.0 - g) * (1.0 + g) / (4.0 * PI * chord * chord * chord)
     }
 
-    /// CDF for any `g` in (-1, 1). The complement at `x` is the CDF of `-g` at `1 - x`.
-    pub(super) fn cdf_at(g: f64, x: f64) -> f64 {
-        let chord = Self::chord(g, x);
-        2.0 * (1.0 + g) * x / (chord * (chord + 1.0 - g))
+    /// CDF for any `g` in (-1, 1) at `x` with `y = 1 - x`. With `-g` and `x`, `y` exchanged it is the complement.
+    pub(super) fn cdf_at(g: f64, x: f64, y: f64) -> f64 {
+        let chord = Self::chord(g, x, y);
+        2.0 * (1.0 + g) * x / (chord * (chord + (1.0 - g)))
+    }
+
+    /// Inverse of [`HenyeyGreenstein::cdf_at`].
+    fn inverse_at(g: f64, u: f64) -> f64 {
+        let u = u.clamp(0.0, 1.0);
+        let d = if g >= 0.0 {
+            1.0 - g + 2.0 * g * (1.0 - u)
+        } else {
+            1.0 + g - 2.0 * g * u
+        };
+        0.5 * u * ((1.0 - g) / d).powi(2) * (1.0 + g + d)
     }
 }
 
@@ -47,19 +63,21 @@ impl PhaseFunction for HenyeyGreenstein {
     }
 
     fn cdf(&self, x: f64) -> f64 {
-        Self::cdf_at(self.g, x.clamp(0.0, 1.0)).min(1.0)
+        let x = x.clamp(0.0, 1.0);
+        Self::cdf_at(self.g, x, 1.0 - x).min(1.0)
     }
 
     fn ccdf(&self, x: f64) -> f64 {
-        Self::cdf_at(-self.g, (1.0 - x).clamp(0.0, 1.0)).min(1.0)
+        let x = x.clamp(0.0, 1.0);
+        Self::cdf_at(-self.g, 1.0 - x, x).min(1.0)
     }
 
     fn inverse_cdf(&self, u: f64) -> f64 {
-        let g = self.g;
-        let u = u.clamp(0.0, 1.0);
-        let d = 1.0 + g - 2.0 * g * u;
-        let x = 0.5 * u * ((1.0 - g) / d).powi(2) * (1.0 + g + d);
-        x.clamp(super::X_FLOOR, 1.0)
+        into_range(Self::inverse_at(self.g, u))
+    }
+
+    fn inverse_ccdf(&self, v: f64) -> f64 {
+        into_range(1.0 - Self::inverse_at(-self.g, v))
     }
 
     fn mean_cosine(&self) -> f64 {

@@ -21,6 +21,7 @@ pub use fournier_forand::{FournierForand, backscatter_from_mu, mu_from_backscatt
 pub use henyey_greenstein::HenyeyGreenstein;
 pub use mixture::Mixture;
 pub use molecular::{Isotropic, Rayleigh};
+use solve::Share;
 pub use solve::X_FLOOR;
 pub use tabulated::Tabulated;
 
@@ -38,7 +39,13 @@ pub trait PhaseFunction {
     /// The `x` below which the share `u` in `[0, 1]` of the light is scattered; small `u` is forward.
     /// An angle too small for any float comes back as [`X_FLOOR`], never as NaN.
     fn inverse_cdf(&self, u: f64) -> f64 {
-        solve::inverse_cdf(self, u)
+        solve::invert(self, Share::Below(u))
+    }
+
+    /// The `x` above which the share `v` in `[0, 1]` of the light is scattered: `inverse_cdf(1 - v)` without
+    /// the rounding of `1 - v`; small `v` is backward.
+    fn inverse_ccdf(&self, v: f64) -> f64 {
+        solve::invert(self, Share::Above(v))
     }
 
     /// Mean of cosθ, in (-1, 1).
@@ -112,6 +119,10 @@ impl PhaseFunction for Phase {
 
     fn inverse_cdf(&self, u: f64) -> f64 {
         self.model().inverse_cdf(u)
+    }
+
+    fn inverse_ccdf(&self, v: f64) -> f64 {
+        self.model().inverse_ccdf(v)
     }
 
     fn mean_cosine(&self) -> f64 {

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use super::PhaseFunction;
+use super::solve::into_range;
 use crate::error::{MediaError, check};
 
 /// Rayleigh scattering of unpolarised light with depolarisation,
@@ -79,7 +80,11 @@ impl PhaseFunction for Isotropic {
     }
 
     fn inverse_cdf(&self, u: f64) -> f64 {
-        u.clamp(super::X_FLOOR, 1.0)
+        into_range(u)
+    }
+
+    fn inverse_ccdf(&self, v: f64) -> f64 {
+        into_range(1.0 - v)
     }
 
     fn mean_cosine(&self) -> f64 {

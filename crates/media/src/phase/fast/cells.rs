@@ -30,8 +30,8 @@ pub(super) struct CellTable {
     blocks: Vec<u32>,
     /// Coefficients of 1, t, t², t³ with t in [0, 1) along the key.
     cells: Vec<[f64; 4]>,
-    low: End,
-    high: End,
+    /// The low and the high end.
+    ends: [End; 2],
 }
 
 /// Where the blocks of one end lie.
@@ -57,10 +57,11 @@ impl End {
 }
 
 impl CellTable {
-    /// Tabulates `function`, whose error at a point with exact value y is to stay below `tolerance(y)`.
+    /// Tabulates `function`, also given as `mirrored(y) = function(1 - y)`, whose error at a point with exact value y is to stay below `tolerance(y)`.
     /// Blocks that cannot meet it within `max_bytes` get as close as the memory allows.
     pub(super) fn build(
         function: impl Fn(f64) -> f64,
+        mirrored: impl Fn(f64) -> f64,
         ends: Ends,
         tolerance: impl Fn(f64) -> f64,
         max_bytes: usize,
@@ -70,18 +71,19 @@ impl CellTable {
         let mut table = Self {
             blocks: Vec::with_capacity(low_blocks + high_blocks),
             cells: Vec::new(),
-            low: End::new(ends.low_octaves, 0),
-            high: End::new(ends.high_octaves, low_blocks),
+            ends: [
+                End::new(ends.low_octaves, 0),
+                End::new(ends.high_octaves, low_blocks),
+            ],
         };
-        let mirrored = |key: f64| function(1.0 - key);
         let mut fits = Vec::with_capacity(low_blocks + high_blocks);
         for block in 0..low_blocks {
-            fits.push(BlockFit::new(&function, table.low, block, &tolerance));
+            fits.push(BlockFit::new(&function, table.ends[0], block, &tolerance));
         }
         for block in 0..high_blocks {
             fits.push(BlockFit::new(
                 &mirrored,
-                table.high,
+                table.ends[1],
                 low_blocks + block,
                 &tolerance,
             ));
@@ -104,11 +106,10 @@ impl CellTable {
     /// The tabulated function at `x` in [0, 1].
     #[inline]
     pub(super) fn at(&self, x: f64) -> f64 {
-        let (key, end) = if x < 0.5 {
-            (x, &self.low)
-        } else {
-            (1.0 - x, &self.high)
-        };
+        // Chosen by index, not by a branch, because the ends come in random order.
+        let high = usize::from(x >= 0.5);
+        let key = x.min(1.0 - x);
+        let end = &self.ends[high];
         // As signed integers negative numbers sort below all positive ones.
         let bits = (key.to_bits() as i64).clamp(end.smallest as i64, LARGEST as i64) as u64;
         let block = self.blocks[((bits >> INNER_BITS) as i64 + end.shift) as usize];
@@ -118,7 +119,7 @@ impl CellTable {
         let place = (inner << split) & INNER_MASK;
         let t = f64::from_bits(ONE_BITS | (place << BLOCK_BITS)) - 1.0;
         let [c0, c1, c2, c3] = self.cells[cell];
-        c0 + t * (c1 + t * (c2 + t * c3))
+        (c0 + t * c1) + t * t * (c2 + t * c3)
     }
 
     pub(super) fn bytes(&self) -> usize {

@@ -3,6 +3,9 @@
 mod piece;
 mod read;
 
+use std::f64::consts::PI;
+
+use super::solve::into_range;
 use super::{PhaseFunction, X_FLOOR};
 use crate::error::MediaError;
 use piece::Piece;
@@ -105,7 +108,7 @@ impl Tabulated {
             });
         }
         for piece in &mut pieces {
-            piece.scale(1.0 / (4.0 * std::f64::consts::PI * total));
+            piece.scale(1.0 / (4.0 * PI * total));
         }
         Ok(Self::from_pieces(pieces))
     }
@@ -113,7 +116,7 @@ impl Tabulated {
     fn from_pieces(pieces: Vec<Piece>) -> Self {
         let share: Vec<f64> = pieces
             .iter()
-            .map(|piece| 4.0 * std::f64::consts::PI * piece.integral())
+            .map(|piece| 4.0 * PI * piece.integral())
             .collect();
         let sums = |shares: &mut dyn Iterator<Item = &f64>| {
             let mut sum = 0.0;
@@ -206,7 +209,7 @@ impl PhaseFunction for Tabulated {
         }
         let x = x.clamp(X_FLOOR, 1.0);
         let i = self.piece_at(x);
-        let within = 4.0 * std::f64::consts::PI * self.pieces[i].integral_to(x);
+        let within = 4.0 * PI * self.pieces[i].integral_to(x);
         (self.below[i] + within).min(1.0)
     }
 
@@ -216,28 +219,33 @@ impl PhaseFunction for Tabulated {
         }
         let x = x.clamp(X_FLOOR, 1.0);
         let i = self.piece_at(x);
-        let within = 4.0 * std::f64::consts::PI * self.pieces[i].integral_from(x);
+        let within = 4.0 * PI * self.pieces[i].integral_from(x);
         (self.above[i + 1] + within).min(1.0)
     }
 
     fn inverse_cdf(&self, u: f64) -> f64 {
+        if u > 0.5 {
+            return self.inverse_ccdf(1.0 - u);
+        }
         let last = self.pieces.len() - 1;
-        let x = if u <= 0.5 {
-            let i = self.below[1..].partition_point(|&sum| sum < u).min(last);
-            let within = (u - self.below[i]) / (4.0 * std::f64::consts::PI);
-            self.pieces[i].inverse_to(within.max(0.0))
-        } else {
-            let rest = 1.0 - u;
-            let i = self.above[1..].partition_point(|&sum| sum > rest).min(last);
-            let within = (rest - self.above[i + 1]) / (4.0 * std::f64::consts::PI);
-            self.pieces[i].inverse_from(within.max(0.0))
-        };
-        x.clamp(X_FLOOR, 1.0)
+        let i = self.below[1..].partition_point(|&sum| sum < u).min(last);
+        let within = (u - self.below[i]) / (4.0 * PI);
+        into_range(self.pieces[i].inverse_to(within.max(0.0)))
+    }
+
+    fn inverse_ccdf(&self, v: f64) -> f64 {
+        if v >= 0.5 {
+            return self.inverse_cdf(1.0 - v);
+        }
+        let last = self.pieces.len() - 1;
+        let i = self.above[1..].partition_point(|&sum| sum > v).min(last);
+        let within = (v - self.above[i + 1]) / (4.0 * PI);
+        into_range(self.pieces[i].inverse_from(within.max(0.0)))
     }
 
     fn mean_cosine(&self) -> f64 {
         let mean_x: f64 = self.pieces.iter().map(Piece::first_moment).sum();
-        1.0 - 8.0 * std::f64::consts::PI * mean_x
+        1.0 - 8.0 * PI * mean_x
     }
 }
 
@@ -264,7 +272,7 @@ mod tests {
     fn unit_and_constant_extension_do_not_matter_for_a_flat_table() -> Result<(), MediaError> {
         let flat = Tabulated::from_table(&[10.0, 90.0, 170.0], &[7.0, 7.0, 7.0])?;
         for x in [0.0, 1e-9, 0.3, 1.0] {
-            assert!((flat.value(x) * 4.0 * std::f64::consts::PI - 1.0).abs() < 1e-14);
+            assert!((flat.value(x) * 4.0 * PI - 1.0).abs() < 1e-14);
             assert!((flat.cdf(x) - x).abs() < 1e-14);
         }
         assert!(flat.mean_cosine().abs() < 1e-14);

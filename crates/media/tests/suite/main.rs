@@ -1,0 +1,10 @@
+//! Phase functions, their samplers and the colour channels against independent numbers.
+
+mod bands;
+mod contract;
+mod fournier_forand;
+mod models;
+mod phase_table;
+mod reference;
+mod samplers;
+mod statistics;
