@@ -38,9 +38,9 @@ fn value_and_cdf_equal_the_table() {
 }
 
 #[test]
-fn value_and_cdf_equal_the_wide_table_to_eleven_digits() {
-    // Rounding of n - 1 and of the parameters costs some of the sixteen digits, never more than five.
-    let tolerance = 1e-11;
+fn value_and_cdf_equal_the_wide_table_to_ten_digits() {
+    // Rounding of n - 1 and of the parameters costs up to five of the sixteen digits; one more for other math libraries.
+    let tolerance = 1e-10;
     for row in rows("ff/ff_wide.csv") {
         let phase = phase_of(&row);
         let x = number(&row, "x");

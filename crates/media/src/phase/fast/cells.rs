@@ -54,51 +54,44 @@ impl End {
             shift: first_block as i64 - (smallest >> INNER_BITS) as i64,
         }
     }
+
+    /// First and last key of a block of this end.
+    fn key_range(&self, block: usize) -> (f64, f64) {
+        let key = ((block as i64 - self.shift) as u64) << INNER_BITS;
+        (f64::from_bits(key), f64::from_bits(key + (1 << INNER_BITS)))
+    }
 }
 
 impl CellTable {
-    /// Tabulates `function`, also given as `mirrored(y) = function(1 - y)`, whose error at a point with exact value y is to stay below `tolerance(y)`.
-    /// Blocks that cannot meet it within `max_bytes` get as close as the memory allows.
+    /// Tabulates a function, given twice: as a function of the argument for its low end, and of one
+    /// minus the argument for its high end. Its error where the exact value is y is to stay below
+    /// `tolerance(y)`; blocks that cannot meet that within `max_bytes` get as close as the memory allows.
     pub(super) fn build(
-        function: impl Fn(f64) -> f64,
-        mirrored: impl Fn(f64) -> f64,
+        sides: [&dyn Fn(f64) -> f64; 2],
         ends: Ends,
-        tolerance: impl Fn(f64) -> f64,
+        tolerance: &dyn Fn(f64) -> f64,
         max_bytes: usize,
     ) -> Self {
-        let low_blocks = ends.low_octaves as usize * BLOCKS_PER_OCTAVE;
-        let high_blocks = ends.high_octaves as usize * BLOCKS_PER_OCTAVE;
-        let mut table = Self {
-            blocks: Vec::with_capacity(low_blocks + high_blocks),
-            cells: Vec::new(),
-            ends: [
-                End::new(ends.low_octaves, 0),
-                End::new(ends.high_octaves, low_blocks),
-            ],
-        };
-        let mut fits = Vec::with_capacity(low_blocks + high_blocks);
-        for block in 0..low_blocks {
-            fits.push(BlockFit::new(&function, table.ends[0], block, &tolerance));
-        }
-        for block in 0..high_blocks {
-            fits.push(BlockFit::new(
-                &mirrored,
-                table.ends[1],
-                low_blocks + block,
-                &tolerance,
-            ));
-        }
+        let octaves = [ends.low_octaves, ends.high_octaves];
+        let blocks = octaves.map(|octaves| octaves as usize * BLOCKS_PER_OCTAVE);
+        let ends = [End::new(octaves[0], 0), End::new(octaves[1], blocks[0])];
+        let fits: Vec<BlockFit> = (0..blocks[0] + blocks[1])
+            .map(|block| {
+                let side = usize::from(block >= blocks[0]);
+                BlockFit::new(sides[side], ends[side].key_range(block), tolerance)
+            })
+            .collect();
         let cap = largest_split_within(&fits, max_bytes);
-        for (block, fit) in fits.iter().enumerate() {
+        let mut table = Self {
+            blocks: Vec::with_capacity(fits.len()),
+            cells: Vec::new(),
+            ends,
+        };
+        for fit in &fits {
             let split = fit.split.min(cap);
-            table
-                .blocks
-                .push((table.cells.len() as u32) << SPLIT_BITS | split);
-            if block < low_blocks {
-                fit.append_cells(&function, split, &mut table.cells);
-            } else {
-                fit.append_cells(&mirrored, split, &mut table.cells);
-            }
+            let first_cell = table.cells.len() as u32;
+            table.blocks.push(first_cell << SPLIT_BITS | split);
+            table.cells.extend(fit.cubics(split));
         }
         table
     }
@@ -128,52 +121,53 @@ impl CellTable {
 }
 
 /// A block and the split that meets the tolerance.
-struct BlockFit {
+struct BlockFit<'a> {
+    function: &'a dyn Fn(f64) -> f64,
     start: f64,
     width: f64,
     split: u32,
 }
 
-impl BlockFit {
+impl<'a> BlockFit<'a> {
     fn new(
-        function: &impl Fn(f64) -> f64,
-        end: End,
-        block: usize,
-        tolerance: &impl Fn(f64) -> f64,
+        function: &'a dyn Fn(f64) -> f64,
+        (start, end): (f64, f64),
+        tolerance: &dyn Fn(f64) -> f64,
     ) -> Self {
-        let key = ((block as i64 - end.shift) as u64) << INNER_BITS;
-        let start = f64::from_bits(key);
-        let width = f64::from_bits(key + (1 << INNER_BITS)) - start;
         let mut fit = Self {
+            function,
             start,
-            width,
+            width: end - start,
             split: 0,
         };
-        while fit.split < MAX_SPLIT && !fit.meets(function, tolerance) {
+        while fit.split < MAX_SPLIT && !fit.meets(tolerance) {
             fit.split += 1;
         }
         fit
     }
 
-    /// Whether every cell agrees with the function between the points that it was made from.
-    fn meets(&self, function: &impl Fn(f64) -> f64, tolerance: &impl Fn(f64) -> f64) -> bool {
-        let count = 1usize << self.split;
+    /// Start and width of the cells of a split.
+    fn cells(&self, split: u32) -> impl Iterator<Item = (f64, f64)> {
+        let count = 1usize << split;
         let width = self.width / count as f64;
-        (0..count).all(|i| {
-            let start = self.start + width * i as f64;
-            let [c0, c1, c2, c3] = cubic(function, start, width);
+        (0..count).map(move |i| (self.start + width * i as f64, width))
+    }
+
+    /// Whether every cell agrees with the function between the points that it was made from.
+    fn meets(&self, tolerance: &dyn Fn(f64) -> f64) -> bool {
+        self.cells(self.split).all(|(start, width)| {
+            let [c0, c1, c2, c3] = cubic(self.function, start, width);
             [0.12, 0.5, 0.88].iter().all(|&t| {
-                let exact = function(start + width * t);
+                let exact = (self.function)(start + width * t);
                 let fitted = c0 + t * (c1 + t * (c2 + t * c3));
                 (fitted - exact).abs() <= tolerance(exact)
             })
         })
     }
 
-    fn append_cells(&self, function: &impl Fn(f64) -> f64, split: u32, cells: &mut Vec<[f64; 4]>) {
-        let count = 1usize << split;
-        let width = self.width / count as f64;
-        cells.extend((0..count).map(|i| cubic(function, self.start + width * i as f64, width)));
+    fn cubics(&self, split: u32) -> impl Iterator<Item = [f64; 4]> {
+        self.cells(split)
+            .map(|(start, width)| cubic(self.function, start, width))
     }
 }
 
@@ -181,7 +175,7 @@ impl BlockFit {
 fn largest_split_within(fits: &[BlockFit], max_bytes: usize) -> u32 {
     let bytes = |cap: u32| -> usize {
         let cells: usize = fits.iter().map(|fit| 1 << fit.split.min(cap)).sum();
-        cells * size_of::<[f64; 4]>() + size_of_val(fits) / size_of::<BlockFit>() * 4
+        cells * size_of::<[f64; 4]>() + fits.len() * size_of::<u32>()
     };
     (0..=MAX_SPLIT)
         .rev()
@@ -190,7 +184,7 @@ fn largest_split_within(fits: &[BlockFit], max_bytes: usize) -> u32 {
 }
 
 /// The cubic through the function at t = 0, 1/3, 2/3, 1; neighbouring cells join without a step.
-fn cubic(function: &impl Fn(f64) -> f64, start: f64, width: f64) -> [f64; 4] {
+fn cubic(function: &dyn Fn(f64) -> f64, start: f64, width: f64) -> [f64; 4] {
     let y = [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0].map(|t| function(start + width * t));
     let first = [y[1] - y[0], y[2] - y[1], y[3] - y[2]];
     let second = [first[1] - first[0], first[2] - first[1]];
@@ -201,4 +195,43 @@ fn cubic(function: &impl Fn(f64) -> f64, start: f64, width: f64) -> [f64; 4] {
         4.5 * (second[0] - third),
         4.5 * third,
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ENDS: Ends = Ends {
+        low_octaves: 20,
+        high_octaves: 10,
+    };
+
+    fn polynomial(x: f64) -> f64 {
+        1.0 - 2.0 * x + 3.0 * x * x - 4.0 * x * x * x
+    }
+
+    #[test]
+    fn a_cubic_is_met_exactly_by_one_cell_to_the_block() {
+        let sides: [&dyn Fn(f64) -> f64; 2] = [&polynomial, &|y| polynomial(1.0 - y)];
+        let table = CellTable::build(sides, ENDS, &|_| 1e-13, 1 << 20);
+        assert_eq!(table.cells.len(), 30 * BLOCKS_PER_OCTAVE);
+        for i in 1..1000 {
+            let x = f64::from(i) / 1000.0;
+            assert!((table.at(x) - polynomial(x)).abs() < 1e-13, "x {x}");
+        }
+    }
+
+    #[test]
+    fn memory_is_bounded_and_then_shared_by_all_blocks() {
+        let step = |x: f64| f64::from(u8::from(x > 0.3));
+        let sides: [&dyn Fn(f64) -> f64; 2] = [&step, &|y| step(1.0 - y)];
+        let free = CellTable::build(sides, ENDS, &|_| 1e-6, 1 << 20);
+        assert_eq!(
+            free.cells.len(),
+            30 * BLOCKS_PER_OCTAVE - 1 + (1 << MAX_SPLIT)
+        );
+        let bounded = CellTable::build(sides, ENDS, &|_| 1e-6, 12 << 10);
+        assert!(bounded.bytes() <= 12 << 10);
+        assert_eq!((bounded.at(0.28), bounded.at(0.35)), (0.0, 1.0));
+    }
 }

@@ -37,7 +37,7 @@ const VALUE_BYTES: usize = 160 << 10;
 const SAMPLE_BYTES: usize = 96 << 10;
 
 impl PhaseTable {
-    /// Tabulates a phase function; takes some ten milliseconds.
+    /// Tabulates a phase function; takes a few hundredths of a second.
     pub fn new(phase: &Phase) -> Self {
         let value_ends = Ends {
             low_octaves: X_OCTAVES,
@@ -50,26 +50,25 @@ impl PhaseTable {
         // A millionth of the isotropic value is dark enough to be met absolutely.
         let floor = 1e-6 / (4.0 * std::f64::consts::PI);
         let value = CellTable::build(
-            |x| phase.value(x),
-            |y| phase.value(1.0 - y),
+            [&|x| phase.value(x), &|y| phase.value(1.0 - y)],
             value_ends,
-            |exact| 2e-6 * exact.max(floor),
+            &|exact| 2e-6 * exact.max(floor),
             VALUE_BYTES,
         );
         let sample = CellTable::build(
-            |u| phase.inverse_cdf(u),
-            |v| phase.inverse_ccdf(v),
+            [&|u| phase.inverse_cdf(u), &|v| phase.inverse_ccdf(v)],
             sample_ends,
-            sample_tolerance,
+            &sample_tolerance,
             SAMPLE_BYTES,
         );
         Self { value, sample }
     }
 
-    /// Phase function, 1/sr, at `x = sin²(θ/2)`; `x` outside `[X_MIN, 1]` is taken as the nearest bound.
+    /// Phase function, 1/sr, >= 0, at `x = sin²(θ/2)`; `x` outside `[X_MIN, 1]` is taken as the nearest bound.
     #[inline]
     pub fn value(&self, x: f64) -> f64 {
-        self.value.at(x)
+        // A cubic may dip below 0 next to a row of 0 in a table.
+        self.value.at(x).max(0.0)
     }
 
     /// `x = sin²(θ/2)` in `[X_MIN, 1]` with density `4π·value(x)`, for `u` uniform in (0, 1).
