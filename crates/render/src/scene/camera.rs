@@ -2,7 +2,8 @@
 
 use glam::{DMat2, DVec2, DVec3};
 
-use super::reader::{Range, Table};
+use super::range::Range;
+use super::reader::Table;
 use super::{Camera, SceneError};
 
 /// Largest image side, pixels.
@@ -65,10 +66,10 @@ pub(super) fn read(root: &Table<'_>) -> Result<Option<CameraTable>, SceneError> 
         .map_or(Ok(DVec3::Z), |up| up.as_direction())?;
     if forward.cross(up).length() < PARALLEL_SINE {
         let (field, expected) = match table.optional("up") {
-            Some(up) => (up, "not parallel to camera.forward"),
+            Some(up) => (up, "a direction not parallel to camera.forward"),
             None => (
                 table.required("forward", "")?,
-                "not vertical, or camera.up be given",
+                "a direction that is not vertical, where camera.up is left out",
             ),
         };
         return Err(field.invalid(expected));

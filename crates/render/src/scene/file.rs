@@ -39,15 +39,25 @@ impl Scene {
             text,
             base_dir,
         };
-        let parsed = DeTable::parse(text).map_err(|error| SceneError::Syntax {
-            file: name.to_string(),
-            line: doc.line_at(error.span().map_or(0, |span| span.start)),
-            message: error.message().replace('\n', ", "),
-        })?;
+        let parsed = DeTable::parse(text).map_err(|error| syntax_error(&doc, &error))?;
         let root = Table::root(&doc, parsed.get_ref(), &FIELDS)?;
         root.required("format", "\"uw-scene/1\"")?
             .as_choice(&[(FORMAT, ())])?;
         read_scene(&root)
+    }
+}
+
+fn syntax_error(doc: &Document<'_>, error: &toml::de::Error) -> SceneError {
+    let span = error.span().unwrap_or(0..0);
+    let place = doc.text.get(span.clone()).unwrap_or_default().trim();
+    let place = place.lines().next().filter(|place| !place.is_empty());
+    let place = place
+        .map(|place| format!(" at `{place}`"))
+        .unwrap_or_default();
+    SceneError::Syntax {
+        file: doc.file.to_string(),
+        line: doc.line_at(span.start),
+        message: error.message().replace('\n', ", ") + &place,
     }
 }
 

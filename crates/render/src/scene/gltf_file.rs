@@ -1,20 +1,15 @@
-//! glTF files: the walk over their nodes, and triangles in world space.
+//! glTF files: the walk over their nodes.
 
 use std::path::Path;
 
-use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
-use gltf::Semantic;
-use gltf::mesh::Mode;
-
-use super::gltf_accessor as accessor;
 use super::gltf_light::{self, GltfCamera};
 use super::gltf_material::MaterialReader;
+use super::gltf_mesh::PrimitiveReader;
 use super::gltf_resource::{GltfError, GltfSource, item};
 use super::object::Objects;
 use super::{Lamp, Mesh};
+use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 
-/// Largest coordinate of a vertex, m.
-const LARGEST_COORDINATE_M: f64 = 1e12;
 /// Extensions that are honoured; any other gets a warning.
 const HONOURED: [&str; 3] = [
     "KHR_lights_punctual",
@@ -191,12 +186,16 @@ impl<'a> Walk<'a> {
     ) -> Result<(), GltfError> {
         if let Some(mesh) = node.mesh() {
             for primitive in mesh.primitives() {
-                let place = format!(
-                    "{} primitive {}",
-                    item("mesh", mesh.index(), mesh.name()),
-                    primitive.index()
-                );
-                self.add_primitive(&primitive, world_from_node, &place)?;
+                let name = item("mesh", mesh.index(), mesh.name());
+                let mut reader = PrimitiveReader {
+                    source: self.source,
+                    materials: &mut self.materials,
+                    world_from_node,
+                    place: format!("{name} primitive {}", primitive.index()),
+                    dropped: 0,
+                };
+                self.meshes.extend(reader.read(&primitive)?);
+                self.dropped += reader.dropped;
             }
         }
         if let Some(light) = node.light() {
@@ -211,251 +210,5 @@ impl<'a> Walk<'a> {
             *self.camera = gltf_light::read_camera(self.source, &camera, world_from_node)?;
         }
         Ok(())
-    }
-
-    fn add_primitive(
-        &mut self,
-        primitive: &gltf::Primitive<'_>,
-        world_from_node: &DAffine3,
-        place: &str,
-    ) -> Result<(), GltfError> {
-        if !matches!(
-            primitive.mode(),
-            Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan
-        ) {
-            self.materials
-                .warn(&format!("{place}: points and lines are not rendered"));
-            return Ok(());
-        }
-        if primitive.get(&Semantic::Colors(0)).is_some() {
-            self.materials
-                .warn(&format!("{place}: vertex colours are not used"));
-        }
-        let surface = self.materials.surface(&primitive.material())?;
-        let positions = self.positions(primitive, world_from_node, place)?;
-        let indices = self.indices(primitive, positions.len(), place)?;
-        let mirrored = world_from_node.matrix3.determinant() < 0.0;
-        let triangles = self.triangles(primitive.mode(), &indices, &positions, mirrored, place)?;
-        if triangles.is_empty() {
-            return Ok(());
-        }
-        let normals = self.normals(primitive, world_from_node, positions.len(), place)?;
-        let uvs = match surface.tex_coord {
-            Some(set) => self.uvs(primitive, set, positions.len(), place)?,
-            None => Vec::new(),
-        };
-        self.meshes.push(Mesh {
-            positions,
-            normals,
-            uvs,
-            triangles,
-            material: surface.material,
-        });
-        Ok(())
-    }
-
-    /// An attribute with one finite element per vertex; `None` when the primitive has none of that name.
-    fn attribute<const N: usize>(
-        &self,
-        primitive: &gltf::Primitive<'_>,
-        semantic: &Semantic,
-        vertices: Option<usize>,
-        place: &str,
-    ) -> Result<Option<Vec<[f64; N]>>, GltfError> {
-        let Some(accessor) = primitive.get(semantic) else {
-            return Ok(None);
-        };
-        let place = format!("{place} {}", semantic.to_string());
-        let elements: Vec<[f64; N]> = accessor::read(self.source, &accessor, &place)?;
-        if vertices.is_some_and(|vertices| vertices != elements.len()) {
-            let expected = format!(
-                "as many as there are positions ({})",
-                vertices.unwrap_or_default()
-            );
-            return Err(self
-                .source
-                .value(format!("{place} count"), &expected, elements.len()));
-        }
-        match elements
-            .iter()
-            .position(|element| !element.iter().all(|value| value.is_finite()))
-        {
-            Some(i) => Err(self
-                .source
-                .value(format!("{place} {i}"), "finite", elements[i])),
-            None => Ok(Some(elements)),
-        }
-    }
-
-    fn positions(
-        &self,
-        primitive: &gltf::Primitive<'_>,
-        world_from_node: &DAffine3,
-        place: &str,
-    ) -> Result<Vec<DVec3>, GltfError> {
-        let local = self.attribute::<3>(primitive, &Semantic::Positions, None, place)?;
-        let local = local.ok_or_else(|| {
-            self.source
-                .resource(place, "must have a POSITION attribute")
-        })?;
-        let world: Vec<DVec3> = local
-            .iter()
-            .map(|p| world_from_node.transform_point3(DVec3::from_array(*p)))
-            .collect();
-        match world
-            .iter()
-            .position(|p| !(p.abs().max_element() <= LARGEST_COORDINATE_M))
-        {
-            Some(i) => {
-                let expected = "within 1e12 m of the origin in the world";
-                Err(self.source.value(
-                    format!("{place} POSITION {i}"),
-                    expected,
-                    world[i].to_array(),
-                ))
-            }
-            None => Ok(world),
-        }
-    }
-
-    /// Unit normals in the world; empty where the primitive has none or one of them has no direction.
-    fn normals(
-        &mut self,
-        primitive: &gltf::Primitive<'_>,
-        world_from_node: &DAffine3,
-        vertices: usize,
-        place: &str,
-    ) -> Result<Vec<DVec3>, GltfError> {
-        let Some(local) =
-            self.attribute::<3>(primitive, &Semantic::Normals, Some(vertices), place)?
-        else {
-            return Ok(Vec::new());
-        };
-        // The cofactor matrix: the inverse transpose but for a positive or negative factor.
-        let DMat3 {
-            x_axis: x,
-            y_axis: y,
-            z_axis: z,
-        } = world_from_node.matrix3;
-        let sign = world_from_node.matrix3.determinant().signum();
-        let cofactor = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * sign;
-        let world: Option<Vec<DVec3>> = local
-            .iter()
-            .map(|normal| (cofactor * DVec3::from_array(*normal)).try_normalize())
-            .collect();
-        if world.is_none() {
-            self.materials.warn(&format!(
-                "{place}: a vertex normal has no direction; flat shading is used"
-            ));
-        }
-        Ok(world.unwrap_or_default())
-    }
-
-    fn uvs(
-        &self,
-        primitive: &gltf::Primitive<'_>,
-        set: u32,
-        vertices: usize,
-        place: &str,
-    ) -> Result<Vec<[f32; 2]>, GltfError> {
-        let uvs =
-            self.attribute::<2>(primitive, &Semantic::TexCoords(set), Some(vertices), place)?;
-        let missing = || {
-            self.source.resource(
-                place,
-                format!("must have TEXCOORD_{set}, which its material's texture needs"),
-            )
-        };
-        Ok(uvs
-            .ok_or_else(missing)?
-            .into_iter()
-            .map(|uv| uv.map(|value| value as f32))
-            .collect())
-    }
-
-    fn indices(
-        &self,
-        primitive: &gltf::Primitive<'_>,
-        vertices: usize,
-        place: &str,
-    ) -> Result<Vec<u32>, GltfError> {
-        let Some(accessor) = primitive.indices() else {
-            return (0..vertices)
-                .map(|i| u32::try_from(i).map_err(|_| self.too_many(place, vertices)))
-                .collect();
-        };
-        let place = format!("{place} index");
-        let elements: Vec<[f64; 1]> = accessor::read(self.source, &accessor, &place)?;
-        match elements.iter().position(|[index]| {
-            !(*index >= 0.0 && *index < vertices as f64 && index.fract() == 0.0)
-        }) {
-            Some(i) => {
-                let expected = format!("a whole number below {vertices} (the number of vertices)");
-                Err(self
-                    .source
-                    .value(format!("{place} {i}"), &expected, elements[i][0]))
-            }
-            None => Ok(elements.into_iter().map(|[index]| index as u32).collect()),
-        }
-    }
-
-    fn too_many(&self, place: &str, vertices: usize) -> GltfError {
-        self.source.value(
-            format!("{place} number of vertices"),
-            "at most 4294967295",
-            vertices,
-        )
-    }
-
-    /// The triangles that have an area, their front counter-clockwise in the world.
-    fn triangles(
-        &mut self,
-        mode: Mode,
-        indices: &[u32],
-        positions: &[DVec3],
-        mirrored: bool,
-        place: &str,
-    ) -> Result<Vec<[u32; 3]>, GltfError> {
-        let all: Vec<[u32; 3]> = match mode {
-            Mode::Triangles if indices.len() % 3 != 0 => {
-                return Err(self.source.value(
-                    format!("{place} number of indices"),
-                    "a multiple of 3",
-                    indices.len(),
-                ));
-            }
-            Mode::Triangles => indices
-                .chunks_exact(3)
-                .map(|t| [t[0], t[1], t[2]])
-                .collect(),
-            Mode::TriangleStrip => {
-                let turned = |(i, t): (usize, &[u32])| {
-                    if i % 2 == 0 {
-                        [t[0], t[1], t[2]]
-                    } else {
-                        [t[0], t[2], t[1]]
-                    }
-                };
-                indices.windows(3).enumerate().map(turned).collect()
-            }
-            _ => indices
-                .get(1..)
-                .unwrap_or_default()
-                .windows(2)
-                .map(|t| [t[0], t[1], indices[0]])
-                .collect(),
-        };
-        let corner = |i: u32| positions[i as usize];
-        let has_area = |t: &[u32; 3]| {
-            let [a, b, c] = t.map(corner);
-            (b - a).cross(c - a) != DVec3::ZERO
-        };
-        let kept: Vec<[u32; 3]> = all.iter().filter(|t| has_area(t)).copied().collect();
-        self.dropped += all.len() - kept.len();
-        Ok(if mirrored {
-            kept.into_iter().map(|[a, b, c]| [a, c, b]).collect()
-        } else {
-            kept
-        })
     }
 }

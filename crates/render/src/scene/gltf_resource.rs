@@ -73,9 +73,7 @@ impl GltfSource {
             file: file.clone(),
             reason,
         };
-        check_header(&bytes).map_err(malformed)?;
-        let Gltf { document, blob } =
-            Gltf::from_slice(&bytes).map_err(|error| malformed(describe(&error)))?;
+        let (document, blob) = parse(&bytes).map_err(malformed)?;
         let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
         let mut source = Self {
             file,
@@ -206,6 +204,28 @@ fn check_header(bytes: &[u8]) -> Result<(), String> {
         ));
     }
     Ok(())
+}
+
+/// Parses and validates the file. What validation takes for granted is checked before it.
+fn parse(bytes: &[u8]) -> Result<(Document, Option<Vec<u8>>), String> {
+    check_header(bytes)?;
+    let Gltf { document, blob } =
+        Gltf::from_slice_without_validation(bytes).map_err(|error| describe(&error))?;
+    let json = document.into_json();
+    let accessors = json.accessors.len();
+    for (i, mesh) in json.meshes.iter().enumerate() {
+        for (j, primitive) in mesh.primitives.iter().enumerate() {
+            let listed = primitive.attributes.values().map(|index| index.value());
+            if let Some(index) = listed.max().filter(|index| *index >= accessors) {
+                let place = format!("meshes[{i}].primitives[{j}].attributes");
+                return Err(format!(
+                    "{place} must be accessors below {accessors}, got {index}"
+                ));
+            }
+        }
+    }
+    let document = Document::from_json(json).map_err(|error| describe(&error))?;
+    Ok((document, blob))
 }
 
 fn describe(error: &gltf::Error) -> String {

@@ -4,7 +4,9 @@ use std::fs;
 
 use glam::DVec3;
 
-use super::reader::{Range, Table, Value};
+use super::range::Range;
+use super::reader::Table;
+use super::value::Value;
 use super::{Falloff, Lamp, SceneError, Sun};
 
 const SUN_FIELDS: [&str; 3] = ["zenith_deg", "azimuth_deg", "irradiance"];

@@ -9,13 +9,16 @@ mod gltf_accessor;
 mod gltf_file;
 mod gltf_light;
 mod gltf_material;
+mod gltf_mesh;
 mod gltf_resource;
 mod light;
 mod object;
 mod phase;
+mod range;
 mod reader;
 mod sections;
 mod texture;
+mod value;
 
 pub use error::SceneError;
 pub use gltf_resource::GltfError;

@@ -5,7 +5,9 @@ use std::path::PathBuf;
 
 use glam::{DAffine3, DMat3, DVec2, DVec3, EulerRot};
 
-use super::reader::{Range, Table, Value};
+use super::range::Range;
+use super::reader::Table;
+use super::value::Value;
 use super::{Encoding, Material, Quad, SceneError, Texture, TextureFilter, gltf_file};
 
 const OBJECT_FIELDS: [&str; 7] = [
@@ -121,7 +123,7 @@ impl Objects {
         gltf_file::read_into(&path, placement, self).map_err(|source| SceneError::Gltf {
             file: gltf.doc.file.to_string(),
             line: gltf.line(),
-            field: gltf.path().to_string(),
+            field: gltf.path.clone(),
             source,
         })
     }
@@ -137,7 +139,7 @@ fn read_plane(value: &Value<'_>) -> Result<Quad, SceneError> {
     let right = up.cross(normal);
     if right.length() < PARALLEL_SINE {
         return Err(match table.optional("up") {
-            Some(up) => up.invalid("not parallel to the plane's normal"),
+            Some(up) => up.invalid("a direction not parallel to the plane's normal"),
             None => table.missing("up", "a direction not parallel to the plane's normal"),
         });
     }

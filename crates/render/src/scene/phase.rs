@@ -7,7 +7,9 @@ use uw_media::phase::{
 };
 use uw_media::{Bands, Iops, MediaError, WaterType};
 
-use super::reader::{Range, Table, Value};
+use super::range::Range;
+use super::reader::Table;
+use super::value::Value;
 use super::{SceneError, Water};
 
 const WATER_FIELDS: [&str; 6] = ["jerlov", "bands", "a", "b", "phase", "refractive_index"];

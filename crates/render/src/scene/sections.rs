@@ -1,6 +1,7 @@
 //! The small tables of a scene file: water surface, sensor, render defaults.
 
-use super::reader::{Range, Table};
+use super::range::Range;
+use super::reader::Table;
 use super::{Encoding, Exposure, Noise, RenderSettings, SceneError, Sensor, WaterSurface};
 
 /// Most samples per pixel.

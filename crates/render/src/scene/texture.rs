@@ -16,7 +16,7 @@ const MAX_DECODE_BYTES: u64 = 1 << 31;
 
 impl Texture {
     /// Reads a PNG, JPEG or TIFF file. The error says what is wrong, without the path.
-    pub(super) fn read(
+    pub fn read(
         path: &Path,
         encoding: Encoding,
         filter: TextureFilter,

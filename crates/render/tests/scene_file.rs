@@ -1,0 +1,258 @@
+//! A complete scene file says what it should, and what is left out has its default.
+
+use std::fs;
+
+use glam::{DVec2, DVec3};
+use uw_media::phase::{Phase, PhaseFunction};
+use uw_media::{Bands, WaterType, channel_iops};
+use uw_render::scene::{Encoding, Exposure, Falloff, Noise, Scene, SceneError, TextureFilter};
+
+const COMPLETE: &str = r#"
+format = "uw-scene/1"
+[water]
+jerlov = "3C"
+bands = "mean"
+phase = { model = "fournier-forand", n = 1.10, backscatter_fraction = 0.005 }
+refractive_index = 1.33
+[surface]
+height_m = 2.5
+refractive = false
+[sun]
+zenith_deg = 30.0
+azimuth_deg = 90.0
+irradiance = [1.0, 0.9, 0.8]
+[sky]
+radiance = [0.1, 0.2, 0.3]
+[camera]
+position_m = [0.5, 0.0, -1]
+forward = [2.0, 0.0, 0.0]
+up = [0.3, 0.0, 1.0]
+fx = 300.0
+fy = 310.0
+cx = 150.0
+cy = 95.0
+distortion = [-0.1, 0.01, 0.001, 0.002, 0.0]
+width = 320
+height = 180
+[[lamp]]
+name = "left"
+position_m = [0.0, -0.3, 0.0]
+forward = [1.0, 0.0, 0.0]
+intensity = [10.0, 11.0, 12.0]
+level_pct = 40.0
+half_angle_deg = 35.0
+falloff = { file = "beam.csv" }
+radius_m = 0.02
+[[lamp]]
+name = "right"
+position_m = [0.0, 0.3, 0.0]
+intensity = [1, 2, 3]
+[[object]]
+plane = { center_m = [1.5, 0.0, 0.0], normal = [-1.0, 0.0, 0.0], up = [0.0, 0.0, 1.0], size_m = [8.0, 6.0] }
+reflectance = { texture = "grey.png", encoding = "linear", filter = "nearest", tile_m = [2.0, 3.0] }
+[[object]]
+plane = { center_m = [0, 0, -3], normal = [0, 0, 1], up = [0, 1, 0], size_m = [4, 5] }
+reflectance = { texture = "grey.png", encoding = "linear", filter = "nearest" }
+[[object]]
+plane = { center_m = [0, 0, 4], normal = [0, 0, -1], up = [0, 1, 0], size_m = [4, 4] }
+reflectance = [0.1, 0.2, 0.3]
+emission = [1, 2, 3]
+[sensor]
+exposure = { auto_mean = 0.4 }
+encoding = "linear"
+bits = 16
+noise = { a = 1e-3, b = 1e-5 }
+[render]
+samples_per_pixel = 16
+max_bounces = 3
+"#;
+
+fn parse(text: &str) -> Result<Scene, SceneError> {
+    let folder = tempfile::tempdir().expect("folder");
+    fs::write(folder.path().join("beam.csv"), "deg,relative\n0,4\n30,2\n").expect("writable");
+    let texels = image::GrayImage::from_raw(2, 1, vec![51, 255]).expect("2 x 1");
+    texels
+        .save(folder.path().join("grey.png"))
+        .expect("writable");
+    Scene::parse(text, folder.path(), "test.toml")
+}
+
+#[test]
+fn light_and_water_are_as_written() {
+    let scene = parse(COMPLETE).expect("valid");
+    let water = scene.water.expect("water");
+    let expected = channel_iops(WaterType::C3, &Bands::Mean).expect("tabulated");
+    assert_eq!((water.iops, water.refractive_index), (expected, 1.33));
+    assert!((water.phase.backscatter_fraction() - 0.005).abs() < 1e-9);
+    let surface = scene.surface.expect("surface");
+    assert_eq!((surface.height_m, surface.refractive), (2.5, false));
+    // Zenith 30°, towards +y: sin 30° along y, cos 30° down.
+    let sun = scene.sun.expect("sun");
+    assert!((sun.travel_direction - DVec3::new(0.0, 0.5, -0.75_f64.sqrt())).length() < 1e-15);
+    assert_eq!(
+        (sun.irradiance, scene.sky_radiance),
+        ([1.0, 0.9, 0.8], [0.1, 0.2, 0.3])
+    );
+    let [left, right] = &scene.lamps[..] else {
+        panic!("two lamps")
+    };
+    assert_eq!(
+        (left.level_pct, left.half_angle_deg, left.radius_m),
+        (40.0, 35.0, 0.02)
+    );
+    assert_eq!(
+        left.falloff,
+        Falloff::Profile(vec![(0.0, 1.0), (30.0, 0.5)])
+    );
+    assert_eq!(
+        (right.level_pct, right.half_angle_deg, right.radius_m),
+        (100.0, 180.0, 0.0)
+    );
+    assert_eq!(
+        (right.intensity, &right.falloff),
+        ([1.0, 2.0, 3.0], &Falloff::Uniform)
+    );
+}
+
+#[test]
+fn camera_objects_and_sensor_are_as_written() {
+    let scene = parse(COMPLETE).expect("valid");
+    let camera = &scene.camera;
+    assert_eq!(
+        (camera.position_m, camera.forward),
+        (DVec3::new(0.5, 0.0, -1.0), DVec3::X)
+    );
+    assert!(
+        (camera.right + DVec3::Y).length() < 1e-15 && (camera.down + DVec3::Z).length() < 1e-15
+    );
+    assert_eq!(
+        (camera.focal_px, camera.centre_px),
+        (DVec2::new(300.0, 310.0), DVec2::new(150.0, 95.0))
+    );
+    assert_eq!(
+        (camera.width, camera.height, camera.distortion[4]),
+        (320, 180, 0.0)
+    );
+    let [wall, floor, ceiling] = &scene.quads[..] else {
+        panic!("three planes")
+    };
+    assert_eq!(
+        (wall.tile_m, floor.tile_m),
+        (DVec2::new(2.0, 3.0), DVec2::new(4.0, 5.0))
+    );
+    let [wall, floor, ceiling] = [wall, floor, ceiling].map(|quad| &scene.materials[quad.material]);
+    assert_eq!(
+        (
+            scene.textures.len(),
+            wall.texture,
+            floor.texture,
+            ceiling.texture
+        ),
+        (1, Some(0), Some(0), None)
+    );
+    assert_eq!(
+        (ceiling.reflectance, ceiling.emission),
+        ([0.1, 0.2, 0.3], [1.0, 2.0, 3.0])
+    );
+    let texture = &scene.textures[0];
+    assert_eq!(
+        (texture.width, texture.height, texture.filter),
+        (2, 1, TextureFilter::Nearest)
+    );
+    assert!((texture.sample(0.1, 0.1)[1] - 0.2).abs() < 1e-7);
+    let sensor = scene.sensor.expect("sensor");
+    assert_eq!(
+        (sensor.exposure, sensor.encoding, sensor.bits),
+        (Exposure::AutoMean(0.4), Encoding::Linear, 16)
+    );
+    assert_eq!(sensor.noise, Some(Noise { a: 1e-3, b: 1e-5 }));
+    assert_eq!(
+        (scene.render.samples_per_pixel, scene.render.max_bounces),
+        (16, 3)
+    );
+    assert!(scene.warnings.is_empty());
+}
+
+#[test]
+fn what_is_left_out_has_its_default() {
+    let camera = "[camera]\nposition_m = [0, 0, 0]\nforward = [0, 1, 0]\nhfov_deg = 90\nwidth = 40\nheight = 20\n";
+    let text = format!(
+        "format = \"uw-scene/1\"\n{camera}[water]\na = [1, 2, 3]\nb = [4, 5, 6]\n[surface]\n[sensor]\n"
+    );
+    let scene = parse(&text).expect("valid");
+    let water = scene.water.expect("water");
+    assert_eq!(
+        (water.iops.a, water.iops.b, water.refractive_index),
+        ([1.0, 2.0, 3.0], [4.0, 5.0, 6.0], 1.34)
+    );
+    assert!((water.phase.backscatter_fraction() - 0.0183).abs() < 1e-9);
+    let surface = scene.surface.expect("surface");
+    assert_eq!((surface.height_m, surface.refractive), (0.0, true));
+    assert!(scene.sun.is_none() && scene.lamps.is_empty() && scene.sky_radiance == [0.0; 3]);
+    assert_eq!(scene.camera.right, DVec3::X);
+    assert!((scene.camera.focal_px - DVec2::splat(20.0)).length() < 1e-12);
+    assert_eq!(
+        (scene.render.samples_per_pixel, scene.render.max_bounces),
+        (64, 0)
+    );
+    let sensor = scene.sensor.expect("sensor");
+    assert_eq!(
+        (sensor.exposure, sensor.encoding, sensor.bits),
+        (Exposure::Fixed(1.0), Encoding::Srgb, 8)
+    );
+    let bare = parse(&format!("format = \"uw-scene/1\"\n{camera}")).expect("valid");
+    assert!(bare.water.is_none() && bare.surface.is_none() && bare.sensor.is_none());
+}
+
+#[test]
+fn every_phase_function_model_is_read() {
+    let models = [
+        (
+            "{ model = \"fournier-forand\", n = 1.1, mu = 3.5835 }",
+            "fournier-forand",
+            0.930,
+        ),
+        (
+            "{ model = \"henyey-greenstein\", g = 0.9 }",
+            "henyey-greenstein",
+            0.9,
+        ),
+        (
+            "{ model = \"rayleigh\", depolarisation = 0.09 }",
+            "rayleigh",
+            0.0,
+        ),
+        ("{ model = \"petzold\" }", "petzold", 0.924),
+        (
+            "{ model = \"draine\", g = 0.5, alpha = 0.0 }",
+            "draine",
+            0.5,
+        ),
+        ("{ model = \"isotropic\" }", "isotropic", 0.0),
+        (
+            "{ model = \"table\", file = \"beam.csv\" }",
+            "table",
+            f64::NAN,
+        ),
+        (
+            "{ model = \"mix\", parts = [{ weight = 3, phase = { model = \"mix\", parts = [{ weight = 1, phase = \
+             { model = \"henyey-greenstein\", g = 0.8 } }] } }, { weight = 1, phase = { model = \"isotropic\" } }] }",
+            "mix",
+            0.6,
+        ),
+    ];
+    for (phase, name, mean_cosine) in models {
+        let text = COMPLETE.replace(
+            "{ model = \"fournier-forand\", n = 1.10, backscatter_fraction = 0.005 }",
+            phase,
+        );
+        let read: Phase = parse(&text).expect(name).water.expect("water").phase;
+        assert_eq!(read.name(), name);
+        // The table, a beam profile lent for the purpose, has no published mean cosine.
+        assert!(
+            mean_cosine.is_nan() || (read.mean_cosine() - mean_cosine).abs() < 2e-3,
+            "{name}: {}",
+            read.mean_cosine()
+        );
+    }
+}
