@@ -1,0 +1,171 @@
+//! The project's own scenery: procedural textures and glTF models.
+//!
+//! `noise` → `tile` (noise and scattered items in metres) → `textures` (reflectance pictures) →
+//! `image_file`; `mesh` → `models` → `gltf_writer`. [`write_all`] makes the shipped files again, byte for byte.
+
+pub mod colour;
+pub mod gltf_writer;
+pub mod image_file;
+pub mod mesh;
+pub mod models;
+pub mod noise;
+pub mod textures;
+pub mod tile;
+
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use textures::Pattern;
+use tile::Tile;
+
+/// How to make the scenery. The default makes the shipped files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Options {
+    /// Seed of all patterns and models.
+    pub seed: u32,
+    /// Width and height of the textures that models carry (`hull_red`, `seabed`), texels, 16..=16384.
+    pub main_texture_px: u32,
+    /// Width and height of the other textures, texels, 16..=16384.
+    pub texture_px: u32,
+    /// Quality of the JPEG inside models, 1..=100.
+    pub jpeg_quality: u8,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            seed: 1,
+            main_texture_px: 1920,
+            texture_px: 1024,
+            jpeg_quality: 92,
+        }
+    }
+}
+
+/// Why scenery could not be made.
+#[derive(Debug, thiserror::Error)]
+pub enum SceneryError {
+    /// An option is outside its range.
+    #[error("{field} must be {expected}, got {got}")]
+    OutOfRange {
+        /// Name of the option.
+        field: &'static str,
+        /// What it may be.
+        expected: &'static str,
+        /// What it is.
+        got: u32,
+    },
+    /// A picture could not be encoded.
+    #[error("cannot encode {width} × {height} texels as {format}: {source}")]
+    Encode {
+        /// Image format.
+        format: &'static str,
+        /// Width, texels.
+        width: u32,
+        /// Height, texels.
+        height: u32,
+        /// What the encoder says.
+        source: image::ImageError,
+    },
+    /// A model exceeds what binary glTF can hold.
+    #[error("model needs {bytes} bytes, binary glTF holds less than 4294967296")]
+    ModelTooLarge {
+        /// Size the file would have.
+        bytes: usize,
+    },
+    /// A file or folder could not be written.
+    #[error("cannot write {}: {source}", path.display())]
+    Write {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+}
+
+/// Makes all textures (`DIR/textures/*.png`) and models (`DIR/scenes/*.glb`) and returns the files
+/// written. Each file appears complete or not at all. The same options give the same bytes.
+pub fn write_all(dir: &Path, options: &Options) -> Result<Vec<PathBuf>, SceneryError> {
+    options.check()?;
+    let mut files = Vec::new();
+    for pattern in Pattern::ALL {
+        let tile = Tile {
+            size_m: pattern.tile_m(),
+            seed: options.seed,
+        };
+        let model = match pattern {
+            Pattern::HullRed => Some(models::ship_hull(options.seed)),
+            Pattern::Seabed => Some(models::seabed(options.seed)),
+            _ => None,
+        };
+        let width = if model.is_some() {
+            options.main_texture_px
+        } else {
+            options.texture_px
+        };
+        let picture = pattern.draw(&tile, width);
+        let path = dir.join("textures").join(format!("{}.png", pattern.name()));
+        write_file(&path, &image_file::png_bytes(&picture)?)?;
+        files.push(path);
+        if let Some(model) = model {
+            let path = dir.join("scenes").join(format!("{}.glb", model.name));
+            write_file(
+                &path,
+                &gltf_writer::glb_bytes(&model, &picture, options.jpeg_quality)?,
+            )?;
+            files.push(path);
+        }
+    }
+    Ok(files)
+}
+
+impl Options {
+    fn check(&self) -> Result<(), SceneryError> {
+        for (field, got) in [
+            ("main_texture_px", self.main_texture_px),
+            ("texture_px", self.texture_px),
+        ] {
+            if !(16..=16_384).contains(&got) {
+                return Err(SceneryError::OutOfRange {
+                    field,
+                    expected: "between 16 and 16384",
+                    got,
+                });
+            }
+        }
+        if !(1..=100).contains(&self.jpeg_quality) {
+            let got = u32::from(self.jpeg_quality);
+            return Err(SceneryError::OutOfRange {
+                field: "jpeg_quality",
+                expected: "between 1 and 100",
+                got,
+            });
+        }
+        Ok(())
+    }
+}
+
+/// Writes a file beside its place and renames it, so that no half-written file is ever seen.
+fn write_file(path: &Path, bytes: &[u8]) -> Result<(), SceneryError> {
+    let part = path.with_added_extension(format!("{}.part", std::process::id()));
+    let write = || {
+        if let Some(folder) = path.parent() {
+            fs::create_dir_all(folder)?;
+        }
+        let mut file = fs::File::create(&part)?;
+        file.write_all(bytes)?;
+        file.sync_all()?;
+        fs::rename(&part, path)
+    };
+    write().map_err(|source| {
+        // The first error is the one to report; there may be no partial file to remove.
+        let _ = fs::remove_file(&part);
+        SceneryError::Write {
+            path: path.to_path_buf(),
+            source,
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests;

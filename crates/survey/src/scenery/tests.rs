@@ -1,0 +1,134 @@
+use super::colour::srgb_code;
+use super::noise::{hash, unit};
+use super::*;
+
+fn assets() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets")
+}
+
+#[test]
+fn small_scenery_is_written_whole_and_the_same_twice() {
+    let options = Options {
+        main_texture_px: 32,
+        texture_px: 16,
+        ..Options::default()
+    };
+    let folders = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
+    let [first, second] = folders
+        .each_ref()
+        .map(|folder| write_all(folder.path(), &options).unwrap());
+    assert_eq!(first.len(), Pattern::ALL.len() + 2);
+    for (one, other) in first.iter().zip(&second) {
+        assert!(
+            fs::read(one).unwrap() == fs::read(other).unwrap(),
+            "{}",
+            one.display()
+        );
+    }
+    for folder in ["textures", "scenes"] {
+        let listed = fs::read_dir(folders[0].path().join(folder))
+            .unwrap()
+            .count();
+        assert_eq!(
+            listed,
+            first
+                .iter()
+                .filter(|path| path.parent().unwrap().ends_with(folder))
+                .count()
+        );
+    }
+}
+
+#[test]
+fn unusable_options_and_folders_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let refusal = |options| write_all(folder.path(), &options).unwrap_err().to_string();
+    let small = Options {
+        texture_px: 8,
+        ..Options::default()
+    };
+    assert_eq!(
+        refusal(small),
+        "texture_px must be between 16 and 16384, got 8"
+    );
+    let poor = Options {
+        jpeg_quality: 0,
+        ..Options::default()
+    };
+    assert_eq!(
+        refusal(poor),
+        "jpeg_quality must be between 1 and 100, got 0"
+    );
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+
+    let file = folder.path().join("file");
+    fs::write(&file, "not a folder").unwrap();
+    let tiny = Options {
+        main_texture_px: 16,
+        texture_px: 16,
+        ..Options::default()
+    };
+    assert!(matches!(
+        write_all(&file, &tiny),
+        Err(SceneryError::Write { .. })
+    ));
+}
+
+#[test]
+fn shipped_textures_are_what_the_generator_draws() {
+    let options = Options::default();
+    for pattern in Pattern::ALL {
+        let path = assets()
+            .join("textures")
+            .join(format!("{}.png", pattern.name()));
+        let shipped = image::open(&path).unwrap().to_rgb8();
+        let main = matches!(pattern, Pattern::HullRed | Pattern::Seabed);
+        let width = if main {
+            options.main_texture_px
+        } else {
+            options.texture_px
+        };
+        assert_eq!(shipped.dimensions(), (width, width), "{}", path.display());
+        let tile = Tile {
+            size_m: pattern.tile_m(),
+            seed: options.seed,
+        };
+        for i in 0..2000 {
+            let [column, row] = [1, 2].map(|k| (unit(hash(i, 0, 77), k) * width as f32) as u32);
+            let drawn = pattern.texel(&tile, width, column, row).map(srgb_code);
+            assert_eq!(
+                shipped.get_pixel(column, row).0,
+                drawn,
+                "{} at {column}, {row}",
+                pattern.name()
+            );
+        }
+    }
+}
+
+#[test]
+fn shipped_scenes_find_their_files() {
+    let scenes = assets().join("scenes");
+    let mut found = 0;
+    for entry in fs::read_dir(&scenes).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_none_or(|extension| extension != "toml") {
+            continue;
+        }
+        found += 1;
+        let scene: toml::Table = fs::read_to_string(&path).unwrap().parse().unwrap();
+        for object in scene["object"].as_array().unwrap() {
+            let file = object
+                .get("gltf")
+                .unwrap_or_else(|| &object["reflectance"]["texture"]);
+            let file = scenes.join(file.as_str().unwrap());
+            assert!(
+                file.is_file(),
+                "{} names {}",
+                path.display(),
+                file.display()
+            );
+        }
+    }
+    assert_eq!(found, 6);
+}
