@@ -307,6 +307,20 @@ mod tests {
     }
 
     #[test]
+    fn tangential_distortion_follows_opencv() {
+        // p1 = 0.01, p2 = 0.02 at (0.3, -0.2), r² = 0.13:
+        // x + 2 p1 x y + p2 (r² + 2 x²) = 0.3 - 0.0012 + 0.0062, y + p1 (r² + 2 y²) + 2 p2 x y = -0.2 + 0.0021 - 0.0024.
+        let camera = camera([0.0, 0.0, 0.01, 0.02, 0.0]);
+        let (distorted, jacobian) = camera.distort(DVec2::new(0.3, -0.2));
+        assert!((distorted - DVec2::new(0.305, -0.2003)).length() < 1e-15);
+        let step = 1e-6;
+        for (axis, column) in [(DVec2::X, jacobian.x_axis), (DVec2::Y, jacobian.y_axis)] {
+            let ahead = camera.distort(DVec2::new(0.3, -0.2) + axis * step).0;
+            assert!(((ahead - distorted) / step - column).length() < 1e-6);
+        }
+    }
+
+    #[test]
     fn points_behind_are_not_seen_and_folding_lenses_are_recognised() {
         let camera = camera([-0.2, 0.0, 0.0, 0.0, 0.0]);
         assert_eq!(camera.project(camera.position_m - camera.forward), None);

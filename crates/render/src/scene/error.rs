@@ -92,6 +92,6 @@ pub enum SceneError {
         /// Path of the field.
         field: String,
         /// What is wrong with it.
-        source: GltfError,
+        source: Box<GltfError>,
     },
 }

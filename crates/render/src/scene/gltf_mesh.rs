@@ -184,7 +184,7 @@ impl PrimitiveReader<'_, '_> {
         indices: &[u32],
         positions: &[DVec3],
     ) -> Result<Vec<[u32; 3]>, GltfError> {
-        if mode == Mode::Triangles && indices.len() % 3 != 0 {
+        if mode == Mode::Triangles && !indices.len().is_multiple_of(3) {
             let place = format!("{} number of indices", self.place);
             return Err(self.source.value(place, "a multiple of 3", indices.len()));
         }

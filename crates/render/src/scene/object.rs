@@ -124,7 +124,7 @@ impl Objects {
             file: gltf.doc.file.to_string(),
             line: gltf.line(),
             field: gltf.path.clone(),
-            source,
+            source: Box::new(source),
         })
     }
 }

@@ -16,11 +16,7 @@ const MAX_DECODE_BYTES: u64 = 1 << 31;
 
 impl Texture {
     /// Reads a PNG, JPEG or TIFF file. The error says what is wrong, without the path.
-    pub fn read(
-        path: &Path,
-        encoding: Encoding,
-        filter: TextureFilter,
-    ) -> Result<Self, String> {
+    pub fn read(path: &Path, encoding: Encoding, filter: TextureFilter) -> Result<Self, String> {
         let file = File::open(path).map_err(|error| error.to_string())?;
         let reader = ImageReader::new(BufReader::new(file)).with_guessed_format();
         Self::decode(reader.map_err(|error| error.to_string())?, encoding, filter)
