@@ -1,0 +1,6 @@
+//! Tests of the training as its users meet it, in one binary because linking the deep-learning
+//! library takes longer than running them.
+
+mod bad_input;
+mod dataset;
+mod learning;
