@@ -210,9 +210,12 @@ async fn write(writer: &mut OwnedWriteHalf, mut line: String) -> bool {
 }
 
 async fn refuse(stream: TcpStream, max_connections: usize) {
-    let (_reader, mut writer) = stream.into_split();
+    let (mut reader, mut writer) = stream.into_split();
     let message = format!("all {max_connections} connections are taken; closing");
-    write(&mut writer, farewell(Code::Busy, message)).await;
+    if write(&mut writer, farewell(Code::Busy, message)).await && writer.shutdown().await.is_ok() {
+        // Closing with bytes unread would reset the connection and could lose the message on its way.
+        let _ = timeout(GRACE, tokio::io::copy(&mut reader, &mut tokio::io::sink())).await;
+    }
 }
 
 fn farewell(code: Code, message: String) -> String {

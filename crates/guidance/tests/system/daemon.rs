@@ -352,6 +352,7 @@ fn connections_are_limited_and_idle_ones_closed() {
     assert_eq!(one.ask(&suggest())["ok"], true);
     assert_eq!(two.ask(&suggest())["ok"], true);
     let mut three = Client::connect(&daemon);
+    three.send(b"{\"op\": \"health\"}\n");
     assert_eq!(three.receive()["error"]["code"], "busy");
     assert_eq!(three.reader.read(&mut [0]).unwrap(), 0);
     assert_eq!(one.receive()["error"]["code"], "idle");

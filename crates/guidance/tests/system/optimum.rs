@@ -3,7 +3,7 @@
 use crate::support::{Numbers, profile, random_model};
 use serde_json::Value;
 use uw_calib::Profile;
-use uw_guidance::advice::predict;
+use uw_guidance::advice::{Reason, predict};
 use uw_guidance::objective::{ContrastTerm, DepthTerm};
 use uw_guidance::{Candidate, Model, Objective, Observation, advise};
 
@@ -118,4 +118,72 @@ fn the_same_question_has_the_same_answer() {
         advise(&now, &water, model, &objective),
         advise(&now, &water, model, &objective)
     );
+}
+
+#[test]
+fn without_a_usable_answer_the_advice_is_to_hold() {
+    let numbers = &mut Numbers::new(7);
+    let water = profile(numbers);
+    let good = &models(&mut Numbers::new(1))[0];
+    let mut overflowing: Value = serde_json::from_str(include_str!("../data/mlp_a.json")).unwrap();
+    overflowing["outputs"][1]["scale"] = serde_json::json!(1e308);
+    let overflowing = Model::from_json(&overflowing).unwrap();
+    let now = Observation {
+        depth_m: 3.0,
+        ..observation(numbers)
+    };
+    let objective = Objective::default();
+    let far = Objective {
+        distance_m: [4.0, 5.0],
+        ..objective
+    };
+    let cases = [
+        (
+            advise(
+                &Observation {
+                    depth_m: 9.0,
+                    ..now
+                },
+                &water,
+                good,
+                &objective,
+            ),
+            "outside_calibration",
+        ),
+        (
+            advise(
+                &Observation {
+                    distance_m: 0.4,
+                    ..now
+                },
+                &water,
+                good,
+                &objective,
+            ),
+            "outside_calibration",
+        ),
+        (
+            advise(
+                &Observation {
+                    light_pct: f64::NAN,
+                    ..now
+                },
+                &water,
+                good,
+                &objective,
+            ),
+            "bad_observation",
+        ),
+        (advise(&now, &water, good, &far), "no_candidates"),
+        (advise(&now, &water, &overflowing, &objective), "not_finite"),
+    ];
+    for (advice, reason) in cases {
+        assert_eq!(advice.reason.as_ref().map(Reason::name), Some(reason));
+        assert_eq!(
+            (advice.delta_distance_m, advice.delta_light_pct),
+            (0.0, 0.0)
+        );
+        assert_eq!((advice.predicted_contrast, advice.score), (None, None));
+    }
+    assert!(advise(&now, &water, good, &objective).valid());
 }
