@@ -190,7 +190,6 @@ fn container(mut text: Vec<u8>, mut binary: Vec<u8>) -> Result<Vec<u8>, SceneryE
 mod tests {
     use super::*;
     use crate::scenery::models::{seabed, ship_hull};
-    use crate::scenery::tile::Tile;
 
     /// The model as written with a small texture and read again.
     fn written(model: &Model) -> gltf::Gltf {

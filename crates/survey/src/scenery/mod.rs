@@ -17,6 +17,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use textures::Pattern;
 use tile::Tile;
+use uw_render::image::{ImageError, write_atomically};
 
 /// How to make the scenery. The default makes the shipped files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,10 +74,13 @@ pub enum SceneryError {
         /// Size the file would have.
         bytes: usize,
     },
-    /// A file or folder could not be written.
-    #[error("cannot write {}: {source}", path.display())]
-    Write {
-        /// The file or folder.
+    /// A file could not be completed.
+    #[error(transparent)]
+    File(#[from] ImageError),
+    /// The folder of a file could not be made.
+    #[error("cannot make the folder for {}: {source}", path.display())]
+    Folder {
+        /// The file.
         path: PathBuf,
         /// What the system says.
         source: io::Error,
@@ -145,26 +149,23 @@ impl Options {
     }
 }
 
-/// Writes a file beside its place and renames it, so that no half-written file is ever seen.
+/// Writes a file under its name once it is complete; makes the folder where there is none.
 fn write_file(path: &Path, bytes: &[u8]) -> Result<(), SceneryError> {
-    let part = path.with_added_extension(format!("{}.part", std::process::id()));
-    let write = || {
-        if let Some(folder) = path.parent() {
-            fs::create_dir_all(folder)?;
-        }
-        let mut file = fs::File::create(&part)?;
-        file.write_all(bytes)?;
-        file.sync_all()?;
-        fs::rename(&part, path)
+    let cannot = |source| SceneryError::Folder {
+        path: path.to_path_buf(),
+        source,
     };
-    write().map_err(|source| {
-        // The first error is the one to report; there may be no partial file to remove.
-        let _ = fs::remove_file(&part);
-        SceneryError::Write {
+    if let Some(folder) = path.parent() {
+        fs::create_dir_all(folder).map_err(cannot)?;
+    }
+    write_atomically(path, |file| {
+        file.write_all(bytes).map_err(|source| ImageError::System {
             path: path.to_path_buf(),
+            action: "written",
             source,
-        }
-    })
+        })
+    })?;
+    Ok(())
 }
 
 #[cfg(test)]

@@ -70,7 +70,7 @@ fn unusable_options_and_folders_are_refused() {
     };
     assert!(matches!(
         write_all(&file, &tiny),
-        Err(SceneryError::Write { .. })
+        Err(SceneryError::Folder { .. })
     ));
 }
 
