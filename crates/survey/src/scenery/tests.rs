@@ -107,6 +107,29 @@ fn shipped_textures_are_what_the_generator_draws() {
 }
 
 #[test]
+fn shipped_models_are_what_the_generator_builds() {
+    let seed = Options::default().seed;
+    // The geometry stands before the texture, so files with different textures agree up to there.
+    let geometry = |bytes: &[u8]| {
+        let file = gltf::Gltf::from_slice(bytes).unwrap();
+        let gltf::image::Source::View { view, .. } = file.images().next().unwrap().source() else {
+            panic!("the texture is not embedded")
+        };
+        file.blob.as_ref().unwrap()[..view.offset()].to_vec()
+    };
+    for model in [models::ship_hull(seed), models::seabed(seed)] {
+        let path = assets().join("scenes").join(format!("{}.glb", model.name));
+        let texture = model.pattern.draw(&model.tile, 16);
+        let built = gltf_writer::glb_bytes(&model, &texture, 92).unwrap();
+        assert!(
+            geometry(&fs::read(&path).unwrap()) == geometry(&built),
+            "{} differs from the generator's model",
+            path.display()
+        );
+    }
+}
+
+#[test]
 fn shipped_scenes_find_their_files() {
     let scenes = assets().join("scenes");
     let mut found = 0;
