@@ -276,6 +276,46 @@ mod tests {
         );
     }
 
+    /// Where the costs are asked for after a first simplex of (0, 0), (1, 0), (0, 1) with costs 0, 1, 2,
+    /// when the trial points have the given costs.
+    fn trials(costs: &[f64]) -> Vec<[f64; 2]> {
+        let scripted: Vec<f64> = [0.0, 1.0, 2.0].iter().chain(costs).copied().collect();
+        let mut asked = Vec::new();
+        let one_step = Search {
+            step: [1.0; 2],
+            max_evaluations: 4,
+            ..search(-9.0, 9.0)
+        };
+        minimise(
+            |x: &[f64; 2]| {
+                asked.push(*x);
+                scripted.get(asked.len() - 1).copied().unwrap_or(9.0)
+            },
+            [0.0; 2],
+            &one_step,
+        );
+        asked.split_off(3)
+    }
+
+    #[test]
+    fn each_step_asks_for_the_points_of_the_method() {
+        let reflected = [1.0, -1.0];
+        assert_eq!(trials(&[0.5]), [reflected]);
+        assert_eq!(trials(&[-1.0, -2.0]), [reflected, [1.5, -2.0]], "expansion");
+        assert_eq!(
+            trials(&[1.5, 0.5]),
+            [reflected, [0.75, -0.5]],
+            "contraction outside"
+        );
+        assert_eq!(
+            trials(&[3.0, 0.5]),
+            [reflected, [0.25, 0.5]],
+            "contraction inside"
+        );
+        let shrunk = [reflected, [0.25, 0.5], [0.5, 0.0], [0.0, 0.5]];
+        assert_eq!(trials(&[3.0, 5.0]), shrunk);
+    }
+
     #[test]
     fn a_minimum_on_the_bounds_is_found_and_nothing_outside_is_asked() {
         let mut outside = 0;
