@@ -1,0 +1,111 @@
+//! The command line `uw`: one file per subcommand, and what they share.
+//!
+//! Exit codes: 0 done, 1 a failure while running, 2 unusable arguments or input, 130 interrupted.
+//! [`error`] makes them, [`output`] writes results (whole or not at all), [`interrupt`] and [`progress`] serve
+//! the commands that take long, [`numbers`] reads and prints columns of numbers.
+
+mod assets;
+mod calibrate;
+mod dataset;
+mod demo;
+pub(crate) mod error;
+pub(crate) mod interrupt;
+pub(crate) mod numbers;
+pub(crate) mod output;
+mod phase;
+mod phase_model;
+mod predict;
+pub(crate) mod progress;
+mod render;
+mod sensor;
+mod stats;
+mod water;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use error::CliError;
+
+/// Renders underwater scenes, shows water as numbers, measures pictures, calibrates and predicts.
+#[derive(Debug, Parser)]
+#[command(name = "uw", version)]
+struct Arguments {
+    /// JSON instead of text: results of `stats` and `water`, and errors as one object on standard error.
+    #[arg(long, global = true)]
+    json: bool,
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Render a scene file to an EXR, PNG or TIFF picture.
+    Render(render::RenderArguments),
+    /// Values, samples or angles of a phase function.
+    Phase(phase::PhaseArguments),
+    /// Absorption, scattering and attenuation of a Jerlov water type per colour channel.
+    Water(water::WaterArguments),
+    /// Contrast and mean of pictures, in 8-bit counts.
+    Stats(stats::StatsArguments),
+    /// Apply the sensor of a scene to a linear picture.
+    Sensor(sensor::SensorArguments),
+    /// Make a calibration profile from the pictures that a manifest lists.
+    Calibrate(calibrate::CalibrateArguments),
+    /// Predict contrast with a trained model for the rows of a table.
+    Predict(predict::PredictArguments),
+    /// Make a training set: render a grid of waters and views and pair the images.
+    Dataset(dataset::DatasetArguments),
+    /// See the whole way, small: calibrate, ask the daemon, render before and after.
+    Demo(demo::DemoArguments),
+    /// Make the shipped textures and models again.
+    Assets(assets::AssetsArguments),
+}
+
+impl Command {
+    fn run(&self, json: bool) -> Result<(), CliError> {
+        match self {
+            Self::Render(arguments) => arguments.run(json),
+            Self::Phase(arguments) => arguments.run(),
+            Self::Water(arguments) => arguments.run(json),
+            Self::Stats(arguments) => arguments.run(json),
+            Self::Sensor(arguments) => arguments.run(),
+            Self::Calibrate(arguments) => arguments.run(),
+            Self::Predict(arguments) => arguments.run(),
+            Self::Dataset(arguments) => arguments.run(),
+            Self::Demo(arguments) => arguments.run(),
+            Self::Assets(arguments) => arguments.run(),
+        }
+    }
+}
+
+/// Runs the command line of this process and returns its exit code.
+pub fn main() -> ExitCode {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => return refuse(&error),
+    };
+    match arguments.command.run(arguments.json) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => error.report(arguments.json),
+    }
+}
+
+/// Answers arguments that did not parse, among them `--help` and `--version`.
+fn refuse(error: &clap::Error) -> ExitCode {
+    let json = std::env::args_os()
+        .take_while(|argument| argument != "--")
+        .any(|argument| argument == "--json");
+    if error.use_stderr() && json {
+        let text = error.render().to_string();
+        let message = text.trim().trim_start_matches("error: ");
+        return CliError::input(message).report(true);
+    }
+    // A closed standard output or error leaves nobody to tell.
+    let _ = error.print();
+    ExitCode::from(if error.use_stderr() {
+        error::BAD_INPUT
+    } else {
+        0
+    })
+}

@@ -1,0 +1,86 @@
+//! `uw water`: Jerlov's water types in three colour channels.
+
+use std::io::{self, Write};
+
+use clap::{ArgGroup, Args};
+use serde_json::json;
+use uw_media::{Bands, Iops, WaterType, channel_iops};
+
+use super::error::CliError;
+use super::numbers::significant;
+use super::output;
+
+/// Significant digits of the coefficients: more than any measurement has.
+const DIGITS: usize = 9;
+
+/// Arguments of `uw water`.
+#[derive(Debug, Args)]
+#[command(group(ArgGroup::new("task").required(true)))]
+pub(super) struct WaterArguments {
+    /// Water type: I, IA, IB, II, III, 1C, 3C, 5C, 7C or 9C.
+    #[arg(long, group = "task", value_name = "TYPE")]
+    jerlov: Option<String>,
+    /// List the water types.
+    #[arg(long, group = "task")]
+    list: bool,
+    /// How wavelengths become channels: mean, paper-printed, measured, camera:NAME, or three intervals in nm
+    /// such as 600-700,500-600,400-500. Default: mean.
+    #[arg(long, conflicts_with = "list")]
+    bands: Option<String>,
+}
+
+impl WaterArguments {
+    /// Prints the table or the list, as JSON where `json`.
+    pub(super) fn run(&self, json: bool) -> Result<(), CliError> {
+        let Some(name) = &self.jerlov else {
+            return list(json);
+        };
+        let water_type: WaterType = name.parse().map_err(CliError::input)?;
+        let bands: Bands = match &self.bands {
+            Some(bands) => bands.parse().map_err(CliError::input)?,
+            None => Bands::default(),
+        };
+        let iops = channel_iops(water_type, &bands).map_err(CliError::input)?;
+        output::to_stdout(|out| {
+            if json {
+                write_json(out, water_type, &bands, &iops)
+            } else {
+                write_table(out, &iops)
+            }
+        })
+    }
+}
+
+fn list(json: bool) -> Result<(), CliError> {
+    let names = WaterType::ALL.map(WaterType::name);
+    output::to_stdout(|out| match json {
+        true => writeln!(out, "{}", json!(names)),
+        false => writeln!(out, "{}", names.join("\n")),
+    })
+}
+
+fn write_table(out: &mut dyn Write, iops: &Iops) -> io::Result<()> {
+    writeln!(out, "channel,a_per_m,b_per_m,c_per_m")?;
+    let c = iops.c();
+    for (k, channel) in ["r", "g", "b"].iter().enumerate() {
+        let row = [iops.a[k], iops.b[k], c[k]].map(|value| significant(value, DIGITS));
+        writeln!(out, "{channel},{}", row.join(","))?;
+    }
+    Ok(())
+}
+
+fn write_json(
+    out: &mut dyn Write,
+    water_type: WaterType,
+    bands: &Bands,
+    iops: &Iops,
+) -> io::Result<()> {
+    let water = json!({
+        "jerlov": water_type.name(),
+        "bands": bands.to_string(),
+        "a_per_m": iops.a,
+        "b_per_m": iops.b,
+        "c_per_m": iops.c(),
+    });
+    writeln!(out, "{water}")
+}
