@@ -213,8 +213,7 @@ mod tests {
                 let squares: Vec<f64> = values.iter().map(|value| (value - mean).powi(2)).collect();
                 let variance = squares.iter().sum::<f64>() / n;
                 let y = f64::from(level);
-                let (expected_mean, expected_variance) =
-                    clipped_moments(y, noise.standard_deviation(y));
+                let (expected_mean, expected_variance) = clipped_moments(y, (a * y + b).sqrt());
                 // 48 comparisons: 4.5 standard errors are exceeded by chance once in 3000 runs of this test
                 // under other seeds; the seed is fixed.
                 let mean_error = (expected_variance / n).sqrt();
