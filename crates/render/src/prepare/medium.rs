@@ -34,7 +34,7 @@ pub struct Medium {
 pub struct Strategies {
     /// Number of strategies in use, 1 to 3; 0 where no channel scatters.
     pub count: usize,
-    /// Sampling coefficients, 1/m, > 0 for those in use.
+    /// Sampling coefficients, 1/m: > 0 for those in use, all 0 where nothing scatters.
     pub sigma: [f64; 3],
     /// Their natural logarithms.
     pub ln_sigma: [f64; 3],
@@ -54,7 +54,8 @@ impl Strategies {
         } else {
             used
         };
-        let at = |k: usize| chosen.get(k).copied().unwrap_or(1.0);
+        let unused = if chosen.is_empty() { 0.0 } else { 1.0 };
+        let at = |k: usize| chosen.get(k).copied().unwrap_or(unused);
         let sigma = [at(0), at(1), at(2)];
         Self { count: chosen.len(), sigma, ln_sigma: sigma.map(f64::ln) }
     }
@@ -107,6 +108,7 @@ mod tests {
     fn coloured_water_has_one_strategy_per_channel_that_scatters() {
         let s = Strategies::new([0.05, 1.5, 0.3], [true, true, false]);
         assert_eq!((s.count, s.sigma[0], s.sigma[1]), (2, 0.05, 1.5));
-        assert_eq!(Strategies::new([1.0; 3], [false; 3]).count, 0);
+        let none = Strategies::new([1.0; 3], [false; 3]);
+        assert_eq!((none.count, none.sigma), (0, [0.0; 3]));
     }
 }

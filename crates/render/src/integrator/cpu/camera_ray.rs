@@ -113,9 +113,4 @@ impl CameraRay {
             _ => End::Nothing,
         }
     }
-
-    /// The first surface met in the water, with its distance from where the water begins.
-    pub fn surface(&self) -> Option<(f64, SurfacePoint, Primitive)> {
-        self.surface
-    }
 }

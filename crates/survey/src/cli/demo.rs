@@ -1,0 +1,67 @@
+//! `uw demo`: the whole way, small.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use uw_media::WaterType;
+
+use super::error::{CliError, note};
+use super::interrupt::cancel_flag;
+use crate::assets::assets_dir;
+use crate::demo::{self, DemoError, DemoOptions};
+use crate::environment::WaterBody;
+use crate::scenery::textures::Pattern;
+
+/// Arguments of `uw demo`.
+#[derive(Debug, Args)]
+pub(super) struct DemoArguments {
+    /// Jerlov type of the water.
+    #[arg(long, default_value = "1C")]
+    jerlov: String,
+    /// Backscatter fraction of the phase function.
+    #[arg(long, default_value_t = 0.0183)]
+    backscatter_fraction: f64,
+    /// What the vehicle looks at: a texture's name.
+    #[arg(long, default_value = "hull_red")]
+    target: String,
+    /// Folder for pictures, profile, plot and report.
+    #[arg(short, long, value_name = "DIR", default_value = "demo")]
+    output: PathBuf,
+    /// Model file; by default the first one that ships.
+    #[arg(long, value_name = "M.json")]
+    model: Option<PathBuf>,
+    /// Seed of all random numbers.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Threads; one per core by default.
+    #[arg(long, value_parser = clap::value_parser!(u64).range(1..=4096))]
+    threads: Option<u64>,
+}
+
+impl DemoArguments {
+    pub(super) fn run(&self) -> Result<(), CliError> {
+        let jerlov: WaterType = self.jerlov.parse().map_err(CliError::input)?;
+        let pattern = Pattern::from_name(&self.target).ok_or_else(|| {
+            let known = Pattern::ALL.map(Pattern::name).join(", ");
+            CliError::input(format_args!("--target must be one of {known}, got {:?}", self.target))
+        })?;
+        let options = DemoOptions {
+            water: WaterBody { jerlov, backscatter_fraction: self.backscatter_fraction },
+            pattern,
+            model: self.model.clone(),
+            seed: self.seed,
+            threads: self.threads.map(|n| n as usize),
+        };
+        let assets = assets_dir().map_err(CliError::input)?;
+        let cancel = cancel_flag()?;
+        let report = demo::run(&options, &self.output, &assets, &cancel, &|line| note(line)).map_err(|e| match e {
+            _ if cancel.load(std::sync::atomic::Ordering::Relaxed) => {
+                CliError::Interrupted("interrupted; what was written so far is in the output folder".into())
+            }
+            DemoError::Input(_) | DemoError::Environment(_) => CliError::input(e),
+            other => CliError::failed(other),
+        })?;
+        note(format_args!("Read {} and look at the pictures beside it.", report.display()));
+        Ok(())
+    }
+}

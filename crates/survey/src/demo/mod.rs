@@ -1,0 +1,134 @@
+//! The whole way, small: calibrate in a chosen water, ask the daemon over its socket, look at the result.
+
+mod ask;
+mod plot;
+mod report;
+mod stages;
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+use uw_guidance::daemon::{self, Limits};
+use uw_guidance::service::Service;
+use uw_guidance::{Model, Objective};
+use uw_render::image::ImageError;
+use uw_render::integrator::RenderError;
+
+use crate::environment::{EnvironmentError, Target, WaterBody};
+use crate::routine::RoutineError;
+use crate::scenery::textures::Pattern;
+use crate::vehicle::Vehicle;
+
+pub use ask::Suggestion;
+
+/// What to demonstrate.
+#[derive(Clone, Debug)]
+pub struct DemoOptions {
+    /// The water.
+    pub water: WaterBody,
+    /// What the vehicle looks at.
+    pub pattern: Pattern,
+    /// Model file; `None` for the first shipped one.
+    pub model: Option<PathBuf>,
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// Threads; `None` for one per core.
+    pub threads: Option<usize>,
+}
+
+/// The demonstration cannot be given.
+#[derive(Debug, thiserror::Error)]
+pub enum DemoError {
+    /// An input file is missing or wrong.
+    #[error("{0}")]
+    Input(String),
+    /// The water is not valid, or a texture is missing.
+    #[error(transparent)]
+    Environment(#[from] EnvironmentError),
+    /// The calibration failed.
+    #[error(transparent)]
+    Routine(#[from] RoutineError),
+    /// A render failed.
+    #[error(transparent)]
+    Render(#[from] RenderError),
+    /// A file cannot be written.
+    #[error(transparent)]
+    Write(#[from] ImageError),
+    /// The daemon did not answer as it should.
+    #[error("daemon: {0}")]
+    Daemon(String),
+    /// Another file or folder cannot be written.
+    #[error("{path}: {reason}")]
+    Output {
+        /// The path.
+        path: String,
+        /// What is wrong.
+        reason: String,
+    },
+}
+
+/// One place at which the daemon was asked, with what was rendered there.
+#[derive(Clone, Debug)]
+pub struct Visit {
+    /// Depth, m.
+    pub depth_m: f64,
+    /// Distance before, m.
+    pub distance_m: f64,
+    /// Lamp level before, percent.
+    pub light_pct: f64,
+    /// Contrast before, rendered, 8-bit counts.
+    pub contrast_before: [f64; 3],
+    /// What the daemon suggests.
+    pub suggestion: Suggestion,
+    /// Contrast after following it, rendered, 8-bit counts.
+    pub contrast_after: [f64; 3],
+}
+
+/// Gives the demonstration in `folder` and returns the path of the report. `tell` gets a line per stage.
+pub fn run(
+    options: &DemoOptions,
+    folder: &Path,
+    assets: &Path,
+    cancel: &AtomicBool,
+    tell: &dyn Fn(&str),
+) -> Result<PathBuf, DemoError> {
+    let start = Instant::now();
+    let model_path = options.model.clone().map_or_else(|| first_model(assets), Ok)?;
+    let model = Model::read(&model_path).map_err(|e| DemoError::Input(e.to_string()))?;
+    let target = Target::read(options.pattern, assets)?;
+    let stage = stages::Stage {
+        vehicle: Vehicle::default(),
+        water: options.water,
+        target,
+        seed: options.seed,
+        threads: options.threads,
+        folder,
+        cancel,
+    };
+    stage.make_folders()?;
+    tell(&format!("1/4 Calibrating in Jerlov {} water, backscatter fraction {}", options.water.jerlov, options.water.backscatter_fraction));
+    let profile = stage.calibrate()?;
+    tell(&format!("2/4 Starting uwguide with {}", model_path.display()));
+    let name = model_path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    let service = Service::new(model, name, profile.clone(), Objective::default());
+    let running = daemon::spawn("127.0.0.1:0", service, Limits::default()).map_err(|e| DemoError::Daemon(e.to_string()))?;
+    tell(&format!("3/4 Visiting {} depths, asking {} over its socket", stages::VISITS.len(), running.local_addr()));
+    let visits = stage.visit(running.local_addr(), tell)?;
+    running.shutdown();
+    tell("4/4 Writing plot and report");
+    plot::write(&folder.join("contrast.png"), &folder.join("contrast.svg"), &visits)?;
+    report::write(folder, options, &model_path, &profile, &visits, start.elapsed())
+}
+
+/// The first model by name among the shipped ones.
+fn first_model(assets: &Path) -> Result<PathBuf, DemoError> {
+    let folder = assets.join("models");
+    let mut models: Vec<PathBuf> = std::fs::read_dir(&folder)
+        .map_err(|e| DemoError::Input(format!("{}: {e}", folder.display())))?
+        .filter_map(|entry| entry.ok().map(|e| e.path()))
+        .filter(|p| p.extension().is_some_and(|e| e == "json"))
+        .collect();
+    models.sort();
+    models.into_iter().next().ok_or_else(|| DemoError::Input(format!("{}: holds no model (*.json); give one with --model", folder.display())))
+}

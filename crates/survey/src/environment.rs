@@ -1,0 +1,197 @@
+//! A water and a target: the scenes of its views.
+
+use std::path::Path;
+
+use glam::{DVec2, DVec3};
+use uw_media::{Bands, MediaError, WaterType, channel_iops, phase::{FournierForand, Phase}};
+use uw_render::scene::{
+    Camera, Encoding, Exposure, Falloff, Lamp, Material, Noise, Quad, RenderSettings, Scene, Sensor, Sun, Texture,
+    TextureFilter, Water, WaterSurface,
+};
+
+use crate::scenery::textures::Pattern;
+use crate::vehicle::Vehicle;
+
+/// Refractive index of the particles against water in the phase function.
+const PARTICLE_INDEX: f64 = 1.10;
+/// Refractive index of the water.
+const WATER_INDEX: f64 = 1.34;
+/// Half the edge of a target, m.
+const TARGET_HALF_M: f64 = 12.0;
+
+/// A water body: Jerlov type and backscatter fraction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WaterBody {
+    /// Jerlov type.
+    pub jerlov: WaterType,
+    /// Backscatter fraction B of the phase function.
+    pub backscatter_fraction: f64,
+}
+
+/// What the vehicle looks at.
+#[derive(Clone, Debug)]
+pub struct Target {
+    /// Which of the project's textures.
+    pub pattern: Pattern,
+    texture: Texture,
+}
+
+/// Where the vehicle is and looks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum View {
+    /// At a target at a distance.
+    Target {
+        /// Depth of the camera, m.
+        depth_m: f64,
+        /// Distance along the optical axis, m.
+        distance_m: f64,
+    },
+    /// Straight up to the surface.
+    Up {
+        /// Depth of the camera, m.
+        depth_m: f64,
+    },
+}
+
+/// An environment cannot be made.
+#[derive(Debug, thiserror::Error)]
+pub enum EnvironmentError {
+    /// The water's parameters are wrong.
+    #[error(transparent)]
+    Water(#[from] MediaError),
+    /// A texture cannot be read.
+    #[error("{path}: {reason}")]
+    Texture {
+        /// The file.
+        path: String,
+        /// What is wrong.
+        reason: String,
+    },
+}
+
+impl WaterBody {
+    fn water(&self) -> Result<Water, EnvironmentError> {
+        Ok(Water {
+            iops: channel_iops(self.jerlov, &Bands::Mean)?,
+            phase: Phase::FournierForand(FournierForand::new(PARTICLE_INDEX, self.backscatter_fraction)?),
+            refractive_index: WATER_INDEX,
+        })
+    }
+
+    /// A name for files and tables, such as `3C_B0.0183`.
+    pub fn name(&self) -> String {
+        format!("{}_B{}", self.jerlov, self.backscatter_fraction)
+    }
+}
+
+impl Target {
+    /// Reads the texture of `pattern` from the folder of assets.
+    pub fn read(pattern: Pattern, assets: &Path) -> Result<Self, EnvironmentError> {
+        let path = assets.join("textures").join(format!("{}.png", pattern.name()));
+        let texture = Texture::read(&path, Encoding::Srgb, TextureFilter::Bilinear)
+            .map_err(|reason| EnvironmentError::Texture { path: path.display().to_string(), reason: reason.to_string() })?;
+        Ok(Self { pattern, texture })
+    }
+
+    /// Whether the target lies on the bottom, seen from above, rather than standing upright.
+    pub fn is_bottom(&self) -> bool {
+        matches!(self.pattern, Pattern::Seabed | Pattern::Gravel | Pattern::KelpSediment | Pattern::CoralRock)
+    }
+}
+
+/// The scene of `view` in `water`; both lamps at 100 %. A view up shows no target.
+pub fn scene(vehicle: &Vehicle, water: &WaterBody, target: &Target, view: View) -> Result<Scene, EnvironmentError> {
+    let (depth_m, forward, up) = match view {
+        View::Up { depth_m } => (depth_m, DVec3::Z, DVec3::X),
+        View::Target { depth_m, .. } if target.is_bottom() => (depth_m, -DVec3::Z, DVec3::X),
+        View::Target { depth_m, .. } => (depth_m, DVec3::X, DVec3::Z),
+    };
+    let position_m = DVec3::new(0.0, 0.0, -depth_m);
+    let camera = camera(vehicle, position_m, forward, up);
+    let zenith = vehicle.sun_zenith_deg.to_radians();
+    let mut scene = Scene {
+        water: Some(water.water()?),
+        surface: Some(WaterSurface { height_m: 0.0, refractive: true }),
+        sun: Some(Sun {
+            travel_direction: DVec3::new(zenith.sin(), 0.0, -zenith.cos()),
+            irradiance: [vehicle.sun_irradiance; 3],
+        }),
+        sky_radiance: [vehicle.sky_radiance; 3],
+        lamps: lamps(vehicle, &camera),
+        camera,
+        quads: Vec::new(),
+        meshes: Vec::new(),
+        materials: Vec::new(),
+        textures: Vec::new(),
+        sensor: Some(sensor(vehicle, vehicle.exposure)),
+        render: RenderSettings { samples_per_pixel: 32, max_bounces: 0 },
+        warnings: Vec::new(),
+    };
+    match view {
+        View::Target { distance_m, .. } => {
+            scene.quads.push(quad(target, position_m + distance_m * forward, forward, up));
+            scene.materials.push(Material { reflectance: [1.0; 3], texture: Some(0), emission: [0.0; 3] });
+            scene.textures.push(target.texture.clone());
+        }
+        View::Up { .. } => scene.lamps.clear(),
+    }
+    Ok(scene)
+}
+
+/// The vehicle's sensor at a given exposure.
+pub fn sensor(vehicle: &Vehicle, exposure: f64) -> Sensor {
+    Sensor {
+        exposure: Exposure::Fixed(exposure),
+        encoding: Encoding::Srgb,
+        bits: 8,
+        noise: Some(Noise { a: vehicle.noise_a, b: vehicle.noise_b }),
+    }
+}
+
+fn camera(vehicle: &Vehicle, position_m: DVec3, forward: DVec3, up: DVec3) -> Camera {
+    let (width, height) = (f64::from(vehicle.width), f64::from(vehicle.height));
+    let focal = 0.5 * width / (0.5 * vehicle.hfov_deg.to_radians()).tan();
+    Camera {
+        position_m,
+        forward,
+        right: forward.cross(up),
+        down: -up,
+        width: vehicle.width,
+        height: vehicle.height,
+        focal_px: DVec2::splat(focal),
+        centre_px: 0.5 * DVec2::new(width, height),
+        distortion: [0.0; 5],
+    }
+}
+
+fn lamps(vehicle: &Vehicle, camera: &Camera) -> Vec<Lamp> {
+    [("left", -1.0), ("right", 1.0)]
+        .map(|(name, side)| Lamp {
+            name: name.into(),
+            position_m: camera.position_m + side * vehicle.lamp_offset_m * camera.right,
+            forward: camera.forward,
+            intensity: [vehicle.lamp_intensity; 3],
+            level_pct: 100.0,
+            half_angle_deg: vehicle.lamp_half_angle_deg,
+            falloff: Falloff::Cosine,
+            radius_m: 0.02,
+        })
+        .to_vec()
+}
+
+/// A target across the optical axis. An upright one ends at the water surface, as a hull does.
+fn quad(target: &Target, centre: DVec3, forward: DVec3, up: DVec3) -> Quad {
+    let (mut centre_m, mut half_v) = (centre, TARGET_HALF_M * up);
+    if !target.is_bottom() {
+        centre_m.z = -TARGET_HALF_M;
+        half_v = TARGET_HALF_M * DVec3::Z;
+    }
+    Quad {
+        centre_m,
+        half_u: TARGET_HALF_M * forward.cross(up),
+        half_v,
+        normal: -forward,
+        tile_m: DVec2::splat(f64::from(target.pattern.tile_m())),
+        material: 0,
+    }
+}

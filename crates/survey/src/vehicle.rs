@@ -1,0 +1,96 @@
+//! The vehicle that looks: its camera, lamps and sensor, and the daylight above it.
+
+use serde::{Deserialize, Serialize};
+
+/// A vehicle and the daylight; every field has a default.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Vehicle {
+    /// Image width, pixels.
+    pub width: u32,
+    /// Image height, pixels.
+    pub height: u32,
+    /// Horizontal field of view, degrees, in (0, 180).
+    pub hfov_deg: f64,
+    /// Sideways distance of each of the two lamps from the camera, m.
+    pub lamp_offset_m: f64,
+    /// Intensity of each lamp on its axis at 100 %, W/sr.
+    pub lamp_intensity: f64,
+    /// Half angle of the lamps' cones, degrees.
+    pub lamp_half_angle_deg: f64,
+    /// Linear signal per radiance for images of the target: one fixed exposure.
+    pub exposure: f64,
+    /// Mean linear signal of the shallowest image that looks up; its exposure serves all depths.
+    pub up_mean: f64,
+    /// Sensor noise of the linear signal y: variance `noise_a`·y + `noise_b`; the default is of the order of a
+    /// current small sensor at base gain (assets/water/noise_params.csv).
+    pub noise_a: f64,
+    /// See `noise_a`.
+    pub noise_b: f64,
+    /// Zenith angle of the sun in air, degrees.
+    pub sun_zenith_deg: f64,
+    /// Irradiance of the sun on a plane perpendicular to its beam, W/m², all channels.
+    pub sun_irradiance: f64,
+    /// Radiance of the sky, W/(m² sr), all channels.
+    pub sky_radiance: f64,
+}
+
+impl Default for Vehicle {
+    fn default() -> Self {
+        Self {
+            width: 320,
+            height: 180,
+            hfov_deg: 60.0,
+            lamp_offset_m: 0.3,
+            lamp_intensity: 0.4,
+            lamp_half_angle_deg: 50.0,
+            exposure: 8.0,
+            up_mean: 0.4,
+            noise_a: 2e-4,
+            noise_b: 1e-6,
+            sun_zenith_deg: 30.0,
+            sun_irradiance: 1.0,
+            sky_radiance: 0.1,
+        }
+    }
+}
+
+impl Vehicle {
+    /// Checks every value; the error names the field, the value and what would be right.
+    pub fn check(&self) -> Result<(), String> {
+        let positive = [
+            ("hfov_deg", self.hfov_deg, 179.0),
+            ("lamp_intensity", self.lamp_intensity, f64::MAX),
+            ("lamp_half_angle_deg", self.lamp_half_angle_deg, 180.0),
+            ("exposure", self.exposure, f64::MAX),
+            ("up_mean", self.up_mean, 1.0),
+        ];
+        for (field, value, most) in positive {
+            if !(value > 0.0 && value <= most) {
+                return Err(format!("vehicle.{field} must be in (0, {most}], got {value}"));
+            }
+        }
+        let not_negative = [
+            ("lamp_offset_m", self.lamp_offset_m),
+            ("noise_a", self.noise_a),
+            ("noise_b", self.noise_b),
+            ("sun_irradiance", self.sun_irradiance),
+            ("sky_radiance", self.sky_radiance),
+        ];
+        for (field, value) in not_negative {
+            if !(value >= 0.0 && value.is_finite()) {
+                return Err(format!("vehicle.{field} must be finite and >= 0, got {value}"));
+            }
+        }
+        if !(0.0..90.0).contains(&self.sun_zenith_deg) {
+            return Err(format!("vehicle.sun_zenith_deg must be in [0, 90), got {}", self.sun_zenith_deg));
+        }
+        if self.width < 10 || self.height < 6 || self.width > 8192 || self.height > 8192 {
+            return Err(format!(
+                "vehicle.width and height must be 10 x 6 to 8192 x 8192 pixels, got {} x {}",
+                self.width, self.height
+            ));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,287 @@
+//! What cannot be used: exit code 2, a message that helps, and nothing written.
+
+use std::fs;
+
+use serde_json::Value;
+
+use super::support::{Folder, SCENE, shipped};
+
+#[test]
+fn scenes_are_refused_with_line_and_field() {
+    let folder = Folder::new();
+    for (right, wrong, words) in [
+        (
+            "level_pct = 25.0",
+            "level_pc = 25.0",
+            &["unknown field", "level_pc", "level_pct"][..],
+        ),
+        (
+            "jerlov = \"IB\"",
+            "a = [-0.2, 0.1, 0.1]\nb = [0.1, 0.1, 0.1]",
+            &["water.a", "-0.2"],
+        ),
+        (
+            "jerlov = \"IB\"",
+            "a = [nan, 0.1, 0.1]\nb = [0.1, 0.1, 0.1]",
+            &["water.a", "nan"],
+        ),
+        (
+            "jerlov = \"IB\"",
+            "jerlov = \"IX\"",
+            &["water.jerlov", "IX", "3C"],
+        ),
+        (
+            "[0.5, 0.4, 0.3]",
+            "{ texture = \"none.png\", encoding = \"srgb\" }",
+            &["none.png"],
+        ),
+        ("width = 32", "width = 0", &["camera.width", "0"]),
+        (
+            "forward = [1.0, 0.0, 0.0]\nup",
+            "forward = [0.0, 0.0, 0.0]\nup",
+            &["camera.forward"],
+        ),
+        ("[camera]", "[camera", &["TOML"]),
+    ] {
+        let text = SCENE.replacen(right, wrong, 1);
+        assert_ne!(text, SCENE, "{right}");
+        folder.write("scene.toml", text);
+        folder.refused("render scene.toml -o out.exr --stats out.json", words);
+        folder.refused("render scene.toml -o out.exr", &["scene.toml:"]);
+    }
+    folder.refused("render nowhere.toml -o out.exr", &["nowhere.toml"]);
+}
+
+#[test]
+fn every_bad_scene_of_the_corpus_is_refused() {
+    let corpus = fs::read_dir(shipped("render/tests/bad")).expect("corpus");
+    let scenes = corpus.map(|entry| entry.expect("entry").path());
+    let scenes: Vec<_> = scenes
+        .filter(|path| path.extension().is_some_and(|e| e == "toml"))
+        .collect();
+    assert!(scenes.len() > 50, "{} scenes", scenes.len());
+    let folder = Folder::new();
+    for scene in scenes {
+        let output = folder
+            .command("render -o out.png --json")
+            .arg(&scene)
+            .output()
+            .expect("the binary starts");
+        let stderr = String::from_utf8(output.stderr).expect("text");
+        let name = scene.display();
+        assert_eq!(output.status.code(), Some(2), "{name}: {stderr}");
+        let error: Value = serde_json::from_str(&stderr).expect("one JSON object");
+        assert_eq!(error["error"]["code"], "bad_input");
+        let message = error["error"]["message"].as_str().unwrap_or_default();
+        assert!(message.starts_with(&*name.to_string()), "{name}: {message}");
+        assert!(folder.files().is_empty(), "{name}");
+    }
+}
+
+#[test]
+fn a_camera_inside_a_wall_is_allowed() {
+    let folder = Folder::new();
+    folder.write(
+        "scene.toml",
+        SCENE.replacen("[0.0, 0.0, 0.0]", "[1.5, 0.0, 0.0]", 1),
+    );
+    folder.good("render scene.toml -o out.exr --spp 1");
+}
+
+#[test]
+fn arguments_of_a_render_are_checked_before_it() {
+    let folder = Folder::with_scene();
+    for (arguments, words) in [
+        ("-o out.bmp", &["out.bmp", ".exr, .png, .tif"][..]),
+        ("-o out", &[".exr, .png, .tif"]),
+        (
+            "-o no/such/folder/out.exr",
+            &["no/such/folder", "does not exist"],
+        ),
+        (
+            "-o out.exr --stats no/such/out.json",
+            &["no/such", "does not exist"],
+        ),
+        ("-o out.exr --stats ./out.exr", &["--stats", "different"]),
+        ("-o out.exr --backend gpu", &["GPU", "cpu"]),
+        ("-o out.exr --backend abacus", &["abacus", "cpu"]),
+        (
+            "-o out.png --layers depth",
+            &["--layers", ".exr", "out.png"],
+        ),
+        (
+            "-o out.exr --layers depth,lamp.middle",
+            &["lamp.middle", "lamp.left", "transmittance"],
+        ),
+        ("-o out.exr --spp 0", &["--spp", "0"]),
+        ("-o out.exr --spp many", &["--spp", "many"]),
+        ("-o out.exr --threads 0", &["--threads"]),
+        ("-o out.exr --time-limit-s nan", &["--time-limit-s", "> 0"]),
+        ("-o out.exr --target-error=-0.1", &["--target-error", "> 0"]),
+        ("-o out.exr --seed -1", &["-1"]),
+        ("-o out.exr --sharper", &["--sharper"]),
+        ("", &["--output"]),
+    ] {
+        folder.refused(&format!("render scene.toml {arguments}"), words);
+    }
+    fs::create_dir(folder.path("taken.exr")).expect("folder");
+    folder.refused("render scene.toml -o taken.exr", &["taken.exr", "folder"]);
+}
+
+#[test]
+fn phase_functions_say_their_valid_ranges() {
+    let folder = Folder::new();
+    folder
+        .write("angles.txt", "1\n")
+        .write("wide.txt", "1\n181\n")
+        .write("words.txt", "a\nb\n");
+    let ff = "--model fournier-forand";
+    for (arguments, words) in [
+        (
+            format!("{ff} --n 0.9 --backscatter-fraction 0.01"),
+            &["n must be", "0.9"][..],
+        ),
+        (
+            format!("{ff} --n 1.1 --backscatter-fraction 0.5"),
+            &["backscatter_fraction must be", "0.5"],
+        ),
+        (format!("{ff} --n 1.1 --mu 5"), &["mu must be", "5"]),
+        (format!("{ff} --n 1.1 --mu nan"), &["mu must be", "NaN"]),
+        (format!("{ff} --n 1.1"), &["--backscatter-fraction or --mu"]),
+        (
+            format!("{ff} --n 1.1 --mu 3.5 --backscatter-fraction 0.01"),
+            &["--mu", "cannot be used"],
+        ),
+        (
+            format!("{ff} --n 1.1 --mu 3.5 --g 0.9"),
+            &["--g", "--n, --backscatter-fraction, --mu"],
+        ),
+        (
+            "--model henyey-greenstein --g 1".to_owned(),
+            &["g must be in (-1, 1), got 1"],
+        ),
+        ("--model henyey-greenstein".to_owned(), &["needs --g"]),
+        (
+            "--model isotropic --g 0".to_owned(),
+            &["--g", "no parameters"],
+        ),
+        (
+            "--model table --file none.csv".to_owned(),
+            &["none.csv", "cannot be read"],
+        ),
+        ("--model mie".to_owned(), &["mie", "fournier-forand"]),
+    ] {
+        folder.refused(
+            &format!("phase {arguments} --angles-deg angles.txt -o out.csv"),
+            words,
+        );
+    }
+    for (task, words) in [
+        (
+            "--angles-deg wide.txt",
+            &["wide.txt:2:", "[0, 180] degrees", "181"][..],
+        ),
+        ("--angles-deg words.txt", &["words.txt:2:", "\"b\""]),
+        ("--angles-deg none.txt", &["none.txt", "cannot be read"]),
+        ("--inverse-cdf wide.txt", &["wide.txt:2:", "[0, 1]", "181"]),
+        ("--sample -5", &["-5"]),
+        ("--sample 5 --angles-deg angles.txt", &["cannot be used"]),
+        ("", &["--angles-deg"]),
+    ] {
+        folder.refused(&format!("phase --model isotropic {task} -o out.csv"), words);
+    }
+}
+
+#[test]
+fn unknown_waters_and_bands_are_answered_with_the_known_ones() {
+    let folder = Folder::new();
+    for (arguments, words) in [
+        ("--jerlov 4C", &["4C", "I IA IB II III 1C 3C 5C 7C 9C"][..]),
+        ("--jerlov 3C --bands eye", &["eye", "camera:imx219"]),
+        (
+            "--jerlov 3C --bands 600-800,500-600,400-500",
+            &["600-800", "700"],
+        ),
+        (
+            "--jerlov 9C --bands measured",
+            &["measured", "9C", "IB II III"],
+        ),
+        ("--list --bands mean", &["--bands", "cannot be used"]),
+        ("", &["--jerlov", "--list"]),
+    ] {
+        folder.refused(&format!("water {arguments}"), words);
+    }
+}
+
+#[test]
+fn pictures_and_manifests_are_refused_by_name() {
+    let folder = Folder::with_scene();
+    folder
+        .write("text.png", "not a picture")
+        .write("text.exr", "not a picture");
+    folder.refused("stats none.png", &["none.png", "cannot be read"]);
+    folder.refused("stats text.png", &["text.png"]);
+    folder.refused("stats", &["IMAGE"]);
+    folder.refused("sensor none.exr scene.toml -o out.png", &["none.exr"]);
+    folder.refused("sensor text.exr scene.toml -o out.png", &["text.exr"]);
+    folder.refused(
+        "sensor text.exr scene.toml -o out.exr",
+        &["out.exr", ".png or .tif"],
+    );
+    folder.refused("sensor text.exr none.toml -o out.png", &["none.toml"]);
+    folder.refused("calibrate none.csv -o out.json", &["none.csv"]);
+    let header = "file,kind,depth_m,distance_m,light_pct\n";
+    folder.write("manifest.csv", format!("{header}none.png,depth,1,,0\n"));
+    folder.refused(
+        "calibrate manifest.csv -o out.json",
+        &["manifest.csv:2:", "none.png"],
+    );
+    folder.write("manifest.csv", format!("{header}text.png,depth,1,,0\n"));
+    folder.refused(
+        "calibrate manifest.csv -o out.json",
+        &["manifest.csv:2:", "text.png"],
+    );
+    folder.write("manifest.csv", format!("{header}text.png,sideways,1,,0\n"));
+    folder.refused(
+        "calibrate manifest.csv -o out.json",
+        &["manifest.csv:2:", "sideways"],
+    );
+}
+
+#[test]
+fn errors_can_be_json_objects() {
+    let folder = Folder::new();
+    for line in [
+        "--json stats none.png",
+        "stats --json none.png",
+        "render --json",
+        "--json conjure",
+    ] {
+        let run = folder.uw(line);
+        assert_eq!((run.code, run.stdout.as_str()), (Some(2), ""), "{line}");
+        let error: Value = serde_json::from_str(&run.stderr).expect("one JSON object");
+        assert_eq!(error["error"]["code"], "bad_input", "{line}");
+        assert!(
+            error["error"]["message"]
+                .as_str()
+                .is_some_and(|message| message.len() > 10),
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn help_and_version_are_no_errors() {
+    let folder = Folder::new();
+    assert!(folder.good("--help").stdout.contains("render"));
+    assert!(
+        folder
+            .good("render --help")
+            .stdout
+            .contains("--time-limit-s")
+    );
+    assert_eq!(
+        folder.good("--version").stdout,
+        format!("uw {}\n", env!("CARGO_PKG_VERSION"))
+    );
+}

@@ -1,0 +1,9 @@
+//! The command line as a user meets it: the real binary on small inputs.
+
+mod bad_input;
+mod interruption;
+mod pictures;
+mod predict;
+mod render;
+mod support;
+mod water;
