@@ -50,6 +50,17 @@ pub struct Dense {
     pub bias: Vec<f32>,
 }
 
+impl Dense {
+    /// True when every weight and bias is finite.
+    pub fn is_finite(&self) -> bool {
+        self.kernel
+            .iter()
+            .chain([&self.bias])
+            .flatten()
+            .all(|value| value.is_finite())
+    }
+}
+
 /// Activation function of a layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Activation {

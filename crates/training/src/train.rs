@@ -8,6 +8,7 @@ use burn::tensor::{Device, Tensor, TensorData};
 use serde::Serialize;
 
 use crate::columns::{CONTRAST_SCALE_COUNTS, INPUTS, OUTPUTS, inputs};
+use crate::model_file::Dense;
 use crate::network::{Network, numbers};
 use crate::normalisation::Normalisation;
 use crate::rng::{Rng, Use};
@@ -82,6 +83,13 @@ impl Settings {
         }
         Ok(())
     }
+
+    fn diverged(&self, epoch: usize) -> Error {
+        Error::Diverged {
+            epoch,
+            learning_rate: self.learning_rate,
+        }
+    }
 }
 
 /// One pass over the training rows.
@@ -151,19 +159,20 @@ pub fn train(
             seconds: started.elapsed().as_secs_f64(),
         };
         if !(entry.train_mae_counts.is_finite() && entry.test_mae_counts.is_finite()) {
-            let learning_rate = settings.learning_rate;
-            return Err(Error::Diverged {
-                epoch,
-                learning_rate,
-            });
+            return Err(settings.diverged(epoch));
         }
         progress(&entry);
         curve.push(entry);
     }
+    let layers = fit.network.layers()?;
+    // A ReLU can hide a NaN weight from the error.
+    if !layers.iter().all(Dense::is_finite) {
+        return Err(settings.diverged(settings.epochs));
+    }
     Ok(Trained {
         train_predictions: predict(&fit.network, &rows, &split.train)?,
         test_predictions: predict(&fit.network, &rows, &split.test)?,
-        model: Model::new(table.offsets, normalisation, fit.network.layers()?),
+        model: Model::new(table.offsets, normalisation, layers),
         curve,
         split,
     })
