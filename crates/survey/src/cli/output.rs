@@ -12,8 +12,14 @@ use super::error::CliError;
 /// written to.
 pub(crate) fn check_writable(path: &Path) -> Result<(), CliError> {
     let refuse = |reason: String| Err(CliError::input(format!("{}: {reason}", path.display())));
-    if path.file_name().is_none() || path.is_dir() {
-        return refuse("the output must be a file, got a folder".to_owned());
+    let Some(_) = path.file_name() else {
+        return refuse("the output must be a file".to_owned());
+    };
+    // A finished file replaces what stands at its path: right for a file, fatal for /dev/null.
+    if path.symlink_metadata().is_ok_and(|found| !found.is_file()) {
+        let expected =
+            "the output must be an ordinary file or a new one, not a folder, link or device";
+        return refuse(expected.to_owned());
     }
     let folder = folder_of(path);
     if !folder.is_dir() {

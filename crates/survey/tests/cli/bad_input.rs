@@ -4,7 +4,7 @@ use std::fs;
 
 use serde_json::Value;
 
-use super::support::{Folder, SCENE, shipped};
+use super::support::{Folder, Run, SCENE, shipped};
 
 #[test]
 fn scenes_are_refused_with_line_and_field() {
@@ -126,6 +126,32 @@ fn arguments_of_a_render_are_checked_before_it() {
     }
     fs::create_dir(folder.path("taken.exr")).expect("folder");
     folder.refused("render scene.toml -o taken.exr", &["taken.exr", "folder"]);
+    let device = "/dev/null";
+    folder.refused(
+        &format!("phase --model isotropic --sample 1 -o {device}"),
+        &[device, "device"],
+    );
+    folder.refused(
+        &format!("render scene.toml -o out.exr --stats {device}"),
+        &[device, "device"],
+    );
+}
+
+/// A limit on the size of files stands for a full disk.
+#[cfg(unix)]
+#[test]
+fn a_full_disk_is_a_failure_and_leaves_nothing() {
+    use std::process::Command;
+    let folder = Folder::with_scene();
+    let script = "trap '' XFSZ; ulimit -f 1; exec \"$0\" render scene.toml -o out.exr --layers all";
+    let mut command = Command::new("sh");
+    command
+        .args(["-c", script, env!("CARGO_BIN_EXE_uw")])
+        .current_dir(folder.path(""));
+    let run = Run::of(command.output().expect("sh runs"));
+    assert_eq!(run.code, Some(1), "{}", run.stderr);
+    assert!(run.stderr.contains("out.exr: "), "{}", run.stderr);
+    assert_eq!(folder.files(), ["scene.toml"]);
 }
 
 #[test]
