@@ -49,5 +49,6 @@ pub fn plan(samples_per_pixel: u32, seed: u64) -> Plan {
 /// When rendering fails.
 pub fn render(scene: &Scene, plan: &Plan) -> (Film, RenderStats) {
     let prepared = Prepared::build(scene);
-    integrator::render(&prepared, plan, &AtomicBool::new(false), &|_| {}).unwrap_or_else(|e| panic!("{e}"))
+    integrator::render(&prepared, plan, &AtomicBool::new(false), &|_| {})
+        .unwrap_or_else(|e| panic!("{e}"))
 }

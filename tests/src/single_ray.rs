@@ -2,7 +2,9 @@
 
 use glam::{DVec2, DVec3};
 use uw_media::{Iops, phase::Phase};
-use uw_render::scene::{Camera, Falloff, Lamp, Material, Quad, RenderSettings, Scene, Water, WaterSurface};
+use uw_render::scene::{
+    Camera, Falloff, Lamp, Material, Quad, RenderSettings, Scene, Water, WaterSurface,
+};
 
 /// Focal length, pixels, at which a pixel is a ray: it covers 1e-9 rad.
 const FOCAL_PX: f64 = 1e9;
@@ -38,19 +40,29 @@ pub fn empty(camera: Camera) -> Scene {
         materials: Vec::new(),
         textures: Vec::new(),
         sensor: None,
-        render: RenderSettings { samples_per_pixel: 1, max_bounces: 0 },
+        render: RenderSettings {
+            samples_per_pixel: 1,
+            max_bounces: 0,
+        },
         warnings: Vec::new(),
     }
 }
 
 /// Water with coefficients in 1/m and refractive index 1.34.
 pub fn water(a: [f64; 3], b: [f64; 3], phase: Phase) -> Water {
-    Water { iops: Iops { a, b }, phase, refractive_index: 1.34 }
+    Water {
+        iops: Iops { a, b },
+        phase,
+        refractive_index: 1.34,
+    }
 }
 
 /// A surface at z = 0.
 pub fn surface(refractive: bool) -> WaterSurface {
-    WaterSurface { height_m: 0.0, refractive }
+    WaterSurface {
+        height_m: 0.0,
+        refractive,
+    }
 }
 
 /// A point lamp at 100 %.
@@ -68,9 +80,19 @@ pub fn point_lamp(position_m: DVec3, intensity: f64) -> Lamp {
 }
 
 /// Adds an untextured square plate.
-pub fn add_plate(scene: &mut Scene, centre_m: DVec3, normal: DVec3, half_m: f64, reflectance: [f64; 3]) {
+pub fn add_plate(
+    scene: &mut Scene,
+    centre_m: DVec3,
+    normal: DVec3,
+    half_m: f64,
+    reflectance: [f64; 3],
+) {
     let (u, v) = normal.any_orthonormal_pair();
-    scene.materials.push(Material { reflectance, texture: None, emission: [0.0; 3] });
+    scene.materials.push(Material {
+        reflectance,
+        texture: None,
+        emission: [0.0; 3],
+    });
     scene.quads.push(Quad {
         centre_m,
         half_u: half_m * u,

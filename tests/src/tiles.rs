@@ -22,7 +22,10 @@ impl Tiles {
         let columns = film.width as usize / TILE;
         let rows = film.height as usize / TILE;
         let n = (TILE * TILE) as f64;
-        let mut tiles = Self { mean: Vec::new(), standard_error: Vec::new() };
+        let mut tiles = Self {
+            mean: Vec::new(),
+            standard_error: Vec::new(),
+        };
         for (row, column) in (0..rows).flat_map(|r| (0..columns).map(move |c| (r, c))) {
             let (mut sum, mut square) = ([0.0; 3], [0.0; 3]);
             for (y, x) in (0..TILE).flat_map(|y| (0..TILE).map(move |x| (y, x))) {
@@ -38,11 +41,28 @@ impl Tiles {
         tiles
     }
 
+    /// The same tiles, with standard errors that include a relative error of each tile.
+    pub fn with_error(mut self, relative: f64) -> Self {
+        for (error, mean) in self.standard_error.iter_mut().zip(&self.mean) {
+            for k in 0..3 {
+                error[k] = error[k].hypot(relative * mean[k]);
+            }
+        }
+        self
+    }
+
     /// Mean over all tiles, per channel, with its standard error.
     pub fn picture_mean(&self) -> ([f64; 3], [f64; 3]) {
         let n = self.mean.len() as f64;
         let mean = std::array::from_fn(|k| self.mean.iter().map(|m| m[k]).sum::<f64>() / n);
-        let error = std::array::from_fn(|k| self.standard_error.iter().map(|e| e[k] * e[k]).sum::<f64>().sqrt() / n);
+        let error = std::array::from_fn(|k| {
+            self.standard_error
+                .iter()
+                .map(|e| e[k] * e[k])
+                .sum::<f64>()
+                .sqrt()
+                / n
+        });
         (mean, error)
     }
 

@@ -4,11 +4,11 @@ use glam::DVec3;
 use serde_json::Value;
 use uw_media::phase::{FournierForand, HenyeyGreenstein, Phase, PhaseTable};
 use uw_media::transmittance::{free_path_m, transmittance};
+use uw_render::film::FilmLayer;
 use uw_render::integrator::sampling::{Rng, directions::turn};
 use uw_render::scene::{Falloff, Scene, Sun};
 use uw_tests::single_ray::{add_plate, camera, empty, point_lamp, surface, water};
 use uw_tests::{file, plan, render};
-use uw_render::film::FilmLayer;
 
 fn forms(key: &str) -> Vec<Value> {
     document()[key].as_array().expect("a list").clone()
@@ -33,9 +33,9 @@ fn vector(v: &Value) -> DVec3 {
 
 fn phase(v: &Value) -> Phase {
     match v["type"].as_str() {
-        Some("fournier_forand") => {
-            Phase::FournierForand(FournierForand::new(number(&v["n"]), number(&v["B"])).expect("valid"))
-        }
+        Some("fournier_forand") => Phase::FournierForand(
+            FournierForand::new(number(&v["n"]), number(&v["B"])).expect("valid"),
+        ),
         _ if number(&v["g"]) == 0.0 => Phase::Isotropic,
         _ => Phase::HenyeyGreenstein(HenyeyGreenstein::new(number(&v["g"])).expect("valid")),
     }
@@ -61,7 +61,10 @@ fn assert_standard_normal(z: &[f64], what: &str) {
     let rms = (z.iter().map(|z| z * z).sum::<f64>() / n).sqrt();
     let largest = z.iter().fold(0.0f64, |m, z| m.max(z.abs()));
     println!("{what}: {n} values, rms z {rms:.3}, largest {largest:.2}");
-    assert!(largest < 4.5 && rms < 1.0 + 4.0 / (2.0 * n).sqrt(), "{what}: rms {rms}, largest {largest}");
+    assert!(
+        largest < 4.5 && rms < 1.0 + 4.0 / (2.0 * n).sqrt(),
+        "{what}: rms {rms}, largest {largest}"
+    );
 }
 
 #[test]
@@ -73,13 +76,25 @@ fn lambertian_plane_under_a_point_lamp_in_absorbing_water() {
             let mut lamp = point_lamp(vector(&case["src"]), 1.0);
             lamp.intensity = triple(&case["I"]);
             scene.lamps.push(lamp);
-            add_plate(&mut scene, DVec3::new(0.0, 0.0, number(&case["D"])), -DVec3::Z, 1e3, triple(&case["albedo"]));
+            add_plate(
+                &mut scene,
+                DVec3::new(0.0, 0.0, number(&case["D"])),
+                -DVec3::Z,
+                1e3,
+                triple(&case["albedo"]),
+            );
             // One event, so no interreflection; without scattering nothing is random.
             let (mean, _) = measure(&scene, 1, 1, 1);
             let expected = triple(&pixel["centre"]);
             for k in 0..3 {
                 // Eight digits are printed; the camera's pixel covers 1e-9 rad.
-                assert!((mean[k] / expected[k] - 1.0).abs() < 3e-8, "{}: {} {}", case["id"], mean[k], expected[k]);
+                assert!(
+                    (mean[k] / expected[k] - 1.0).abs() < 3e-8,
+                    "{}: {} {}",
+                    case["id"],
+                    mean[k],
+                    expected[k]
+                );
             }
         }
     }
@@ -89,27 +104,53 @@ fn lambertian_plane_under_a_point_lamp_in_absorbing_water() {
 fn single_scattering_from_point_and_spot_lamps() {
     let mut z = Vec::new();
     for case in forms("b_single_scatter_point_spot") {
-        for (i, pixel) in case["pixels"].as_array().expect("a list").iter().enumerate() {
+        for (i, pixel) in case["pixels"]
+            .as_array()
+            .expect("a list")
+            .iter()
+            .enumerate()
+        {
             let mut scene = empty(camera(DVec3::ZERO, vector(&pixel["ray_dir"]), 400));
-            scene.water = Some(water(triple(&case["abs"]), triple(&case["scat"]), phase(&case["phase"])));
+            scene.water = Some(water(
+                triple(&case["abs"]),
+                triple(&case["scat"]),
+                phase(&case["phase"]),
+            ));
             let mut lamp = point_lamp(vector(&case["src"]), number(&case["I"]));
             if case["spot"].is_object() {
-                lamp.forward = (vector(&case["spot"]["axis_towards"]) - lamp.position_m).normalize();
+                lamp.forward =
+                    (vector(&case["spot"]["axis_towards"]) - lamp.position_m).normalize();
                 lamp.half_angle_deg = number(&case["spot"]["half_angle_deg"]);
                 lamp.falloff = Falloff::Uniform;
             }
             scene.lamps.push(lamp);
             if let Some(distance) = case["T_plane_black_at_z"].as_f64() {
-                add_plate(&mut scene, DVec3::new(0.0, 0.0, distance), -DVec3::Z, 1e3, [0.0; 3]);
+                add_plate(
+                    &mut scene,
+                    DVec3::new(0.0, 0.0, distance),
+                    -DVec3::Z,
+                    1e3,
+                    [0.0; 3],
+                );
             }
             let (mean, error) = measure(&scene, 512, 1, 100 + i as u64);
             let expected = triple(&pixel["centre"]);
             for k in 0..3 {
                 if expected[k] == 0.0 {
-                    assert_eq!(mean[k], 0.0, "{} pixel {i}: light outside the cone", case["id"]);
+                    assert_eq!(
+                        mean[k], 0.0,
+                        "{} pixel {i}: light outside the cone",
+                        case["id"]
+                    );
                     continue;
                 }
-                assert!(error[k] < 0.02 * expected[k], "{} pixel {i}: error {} of {}", case["id"], error[k], expected[k]);
+                assert!(
+                    error[k] < 0.02 * expected[k],
+                    "{} pixel {i}: error {} of {}",
+                    case["id"],
+                    error[k],
+                    expected[k]
+                );
                 z.push((mean[k] - expected[k]) / error[k]);
             }
         }
@@ -118,10 +159,22 @@ fn single_scattering_from_point_and_spot_lamps() {
 }
 
 /// Radiance of sunlight scattered once on an upward ray from `depth` to the surface or a downward one.
-fn half_space(c: f64, b: f64, phase: f64, irradiance: f64, depth: f64, up: f64, sun_up: f64) -> f64 {
+fn half_space(
+    c: f64,
+    b: f64,
+    phase: f64,
+    irradiance: f64,
+    depth: f64,
+    up: f64,
+    sun_up: f64,
+) -> f64 {
     let k = c * (1.0 - up / sun_up);
     let start = b * phase * irradiance * (-c * depth / sun_up).exp();
-    if up > 0.0 { start * -(-k * depth / up).exp_m1() / k } else { start / k }
+    if up > 0.0 {
+        start * -(-k * depth / up).exp_m1() / k
+    } else {
+        start / k
+    }
 }
 
 #[test]
@@ -155,7 +208,12 @@ fn single_scattering_of_sunlight_in_a_half_space() {
             } else {
                 let deviation = mean[0] / expected - 1.0;
                 // The phase function's table is within 1e-5.
-                assert!(deviation.abs() < 2e-5, "{} ray {i}: {} {expected}", case["id"], mean[0]);
+                assert!(
+                    deviation.abs() < 2e-5,
+                    "{} ray {i}: {} {expected}",
+                    case["id"],
+                    mean[0]
+                );
             }
         }
     }
@@ -168,7 +226,15 @@ fn reflected_part(case: &Value, direction: DVec3, depth: f64, c: f64, b: f64, la
     let towards_sun = DVec3::new(-angle.sin(), 0.0, angle.cos());
     let reflected = DVec3::new(direction.x, direction.y, -direction.z);
     let x = 0.25 * (reflected - towards_sun).length_squared();
-    let below = half_space(c, b, law.value(x), number(&case["E_perp_in_water"]), 0.0, reflected.z, towards_sun.z);
+    let below = half_space(
+        c,
+        b,
+        law.value(x),
+        number(&case["E_perp_in_water"]),
+        0.0,
+        reflected.z,
+        towards_sun.z,
+    );
     let reflectance = uw_media::interface::fresnel_reflectance(direction.z, 1.34, 1.0);
     reflectance * (-c * depth / direction.z).exp() * below
 }
@@ -185,12 +251,22 @@ fn white_furnace_under_matched_and_refracting_surfaces() {
         for (j, b) in [0.05, 1.0, 20.0].into_iter().enumerate() {
             for refractive in [false, true] {
                 // Half a metre of lossless water over a perfectly white bottom under a uniform sky.
-                let direction = [DVec3::new(0.8, 0.1, 0.59), DVec3::new(0.3, 0.2, -0.9), DVec3::new(0.1, 0.0, 1.0)][j];
+                let direction = [
+                    DVec3::new(0.8, 0.1, 0.59),
+                    DVec3::new(0.3, 0.2, -0.9),
+                    DVec3::new(0.1, 0.0, 1.0),
+                ][j];
                 let mut scene = empty(camera(DVec3::new(0.0, 0.0, -0.25), direction, 200));
                 scene.water = Some(water([0.0; 3], [b, 0.5 * b, b], law.clone()));
                 scene.surface = Some(surface(refractive));
                 scene.sky_radiance = [1.0; 3];
-                add_plate(&mut scene, DVec3::new(0.0, 0.0, -0.5), DVec3::Z, 1e5, [1.0; 3]);
+                add_plate(
+                    &mut scene,
+                    DVec3::new(0.0, 0.0, -0.5),
+                    DVec3::Z,
+                    1e5,
+                    [1.0; 3],
+                );
                 let (mean, error) = measure(&scene, 128, 0, (10 * i + j) as u64);
                 let expected = if refractive { 1.34 * 1.34 } else { 1.0 };
                 for k in 0..2 {
@@ -207,7 +283,10 @@ fn white_furnace_under_matched_and_refracting_surfaces() {
 
 #[test]
 fn absorbing_ball_seen_against_a_uniform_sky() {
-    for row in document()["d_white_furnace"]["d3"]["expected"].as_array().expect("a list") {
+    for row in document()["d_white_furnace"]["d3"]["expected"]
+        .as_array()
+        .expect("a list")
+    {
         let chord = 2.0 * (1.0 - number(&row["h"]).powi(2)).sqrt();
         assert!((transmittance(0.7, chord) / number(&row["L"]) - 1.0).abs() < 3e-8);
     }
@@ -244,7 +323,10 @@ fn walks_in_infinite_water_have_the_right_length_and_reach() {
         let n = f64::from(n);
         let (mean, expected) = (square / n, number(&row["value"]));
         let error = ((fourth / n - mean * mean) / n).sqrt();
-        assert!(((mean - expected) / error).abs() < 4.0, "albedo {albedo}, g {g}: {mean} ± {error}, {expected}");
+        assert!(
+            ((mean - expected) / error).abs() < 4.0,
+            "albedo {albedo}, g {g}: {mean} ± {error}, {expected}"
+        );
         let orders = albedo / (1.0 - albedo);
         let order_error = (orders * (1.0 + orders) / n).sqrt();
         assert!(((scatterings as f64 / n - orders) / order_error).abs() < 4.0);

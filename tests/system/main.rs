@@ -1,4 +1,9 @@
 //! System tests: whole renders against closed forms and independent references.
 
+#![allow(
+    clippy::print_stdout,
+    reason = "tests print the deviations they measured"
+)]
+
 mod closed_form;
 mod reference_scenes;

@@ -48,8 +48,17 @@ const FIXED: usize = 5;
 impl Film {
     /// An empty film for `lamps` lamps.
     pub fn new(width: u32, height: u32, lamps: usize) -> Self {
-        let row = Row { sums: vec![[0.0; 3]; width as usize * (FIXED + lamps)], batches: 0, samples: 0 };
-        Self { width, height, rows: vec![row; height as usize], lamps }
+        let row = Row {
+            sums: vec![[0.0; 3]; width as usize * (FIXED + lamps)],
+            batches: 0,
+            samples: 0,
+        };
+        Self {
+            width,
+            height,
+            rows: vec![row; height as usize],
+            lamps,
+        }
     }
 
     /// Number of lamps.
@@ -139,7 +148,13 @@ impl Row {
             FilmLayer::Variance => {
                 let (m, q) = (mean(0), mean(1));
                 let others = f64::from(self.batches) - 1.0;
-                std::array::from_fn(|k| if others > 0.0 { (q[k] - m[k] * m[k]).max(0.0) / others } else { f64::NAN })
+                std::array::from_fn(|k| {
+                    if others > 0.0 {
+                        (q[k] - m[k] * m[k]).max(0.0) / others
+                    } else {
+                        f64::NAN
+                    }
+                })
             }
         }
     }
@@ -158,13 +173,19 @@ pub struct BatchMean {
 impl BatchMean {
     /// Empty sums for `lamps` lamps.
     pub fn new(lamps: usize) -> Self {
-        Self { lamps: vec![[0.0; 3]; lamps], ..Self::default() }
+        Self {
+            lamps: vec![[0.0; 3]; lamps],
+            ..Self::default()
+        }
     }
 
     /// Sets everything to zero.
     pub fn clear(&mut self) {
         let lamps = std::mem::take(&mut self.lamps);
-        *self = Self { lamps, ..Self::default() };
+        *self = Self {
+            lamps,
+            ..Self::default()
+        };
         self.lamps.fill([0.0; 3]);
     }
 

@@ -24,12 +24,25 @@ pub fn assets_dir() -> Result<PathBuf, AssetsNotFound> {
     } else {
         places.push(PathBuf::from("assets"));
         if let Ok(program) = std::env::current_exe() {
-            places.extend(program.ancestors().skip(1).take(3).map(|p| p.join("assets")));
+            places.extend(
+                program
+                    .ancestors()
+                    .skip(1)
+                    .take(3)
+                    .map(|p| p.join("assets")),
+            );
         }
-        places.push(PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets")));
+        places.push(PathBuf::from(concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/../../assets"
+        )));
     }
     let found = places.iter().find(|p| p.join("textures").is_dir());
     found.cloned().ok_or_else(|| AssetsNotFound {
-        looked_at: places.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", "),
+        looked_at: places
+            .iter()
+            .map(|p| p.display().to_string())
+            .collect::<Vec<_>>()
+            .join(", "),
     })
 }

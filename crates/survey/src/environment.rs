@@ -3,10 +3,13 @@
 use std::path::Path;
 
 use glam::{DVec2, DVec3};
-use uw_media::{Bands, MediaError, WaterType, channel_iops, phase::{FournierForand, Phase}};
+use uw_media::{
+    Bands, MediaError, WaterType, channel_iops,
+    phase::{FournierForand, Phase},
+};
 use uw_render::scene::{
-    Camera, Encoding, Exposure, Falloff, Lamp, Material, Noise, Quad, RenderSettings, Scene, Sensor, Sun, Texture,
-    TextureFilter, Water, WaterSurface,
+    Camera, Encoding, Exposure, Falloff, Lamp, Material, Noise, Quad, RenderSettings, Scene,
+    Sensor, Sun, Texture, TextureFilter, Water, WaterSurface,
 };
 
 use crate::scenery::textures::Pattern;
@@ -73,7 +76,10 @@ impl WaterBody {
     fn water(&self) -> Result<Water, EnvironmentError> {
         Ok(Water {
             iops: channel_iops(self.jerlov, &Bands::Mean)?,
-            phase: Phase::FournierForand(FournierForand::new(PARTICLE_INDEX, self.backscatter_fraction)?),
+            phase: Phase::FournierForand(FournierForand::new(
+                PARTICLE_INDEX,
+                self.backscatter_fraction,
+            )?),
             refractive_index: WATER_INDEX,
         })
     }
@@ -87,20 +93,35 @@ impl WaterBody {
 impl Target {
     /// Reads the texture of `pattern` from the folder of assets.
     pub fn read(pattern: Pattern, assets: &Path) -> Result<Self, EnvironmentError> {
-        let path = assets.join("textures").join(format!("{}.png", pattern.name()));
-        let texture = Texture::read(&path, Encoding::Srgb, TextureFilter::Bilinear)
-            .map_err(|reason| EnvironmentError::Texture { path: path.display().to_string(), reason: reason.to_string() })?;
+        let path = assets
+            .join("textures")
+            .join(format!("{}.png", pattern.name()));
+        let texture =
+            Texture::read(&path, Encoding::Srgb, TextureFilter::Bilinear).map_err(|reason| {
+                EnvironmentError::Texture {
+                    path: path.display().to_string(),
+                    reason: reason.to_string(),
+                }
+            })?;
         Ok(Self { pattern, texture })
     }
 
     /// Whether the target lies on the bottom, seen from above, rather than standing upright.
     pub fn is_bottom(&self) -> bool {
-        matches!(self.pattern, Pattern::Seabed | Pattern::Gravel | Pattern::KelpSediment | Pattern::CoralRock)
+        matches!(
+            self.pattern,
+            Pattern::Seabed | Pattern::Gravel | Pattern::KelpSediment | Pattern::CoralRock
+        )
     }
 }
 
 /// The scene of `view` in `water`; both lamps at 100 %. A view up shows no target.
-pub fn scene(vehicle: &Vehicle, water: &WaterBody, target: &Target, view: View) -> Result<Scene, EnvironmentError> {
+pub fn scene(
+    vehicle: &Vehicle,
+    water: &WaterBody,
+    target: &Target,
+    view: View,
+) -> Result<Scene, EnvironmentError> {
     let (depth_m, forward, up) = match view {
         View::Up { depth_m } => (depth_m, DVec3::Z, DVec3::X),
         View::Target { depth_m, .. } if target.is_bottom() => (depth_m, -DVec3::Z, DVec3::X),
@@ -111,7 +132,10 @@ pub fn scene(vehicle: &Vehicle, water: &WaterBody, target: &Target, view: View) 
     let zenith = vehicle.sun_zenith_deg.to_radians();
     let mut scene = Scene {
         water: Some(water.water()?),
-        surface: Some(WaterSurface { height_m: 0.0, refractive: true }),
+        surface: Some(WaterSurface {
+            height_m: 0.0,
+            refractive: true,
+        }),
         sun: Some(Sun {
             travel_direction: DVec3::new(zenith.sin(), 0.0, -zenith.cos()),
             irradiance: [vehicle.sun_irradiance; 3],
@@ -124,13 +148,22 @@ pub fn scene(vehicle: &Vehicle, water: &WaterBody, target: &Target, view: View) 
         materials: Vec::new(),
         textures: Vec::new(),
         sensor: Some(sensor(vehicle, vehicle.exposure)),
-        render: RenderSettings { samples_per_pixel: 32, max_bounces: 0 },
+        render: RenderSettings {
+            samples_per_pixel: 32,
+            max_bounces: 0,
+        },
         warnings: Vec::new(),
     };
     match view {
         View::Target { distance_m, .. } => {
-            scene.quads.push(quad(target, position_m + distance_m * forward, forward, up));
-            scene.materials.push(Material { reflectance: [1.0; 3], texture: Some(0), emission: [0.0; 3] });
+            scene
+                .quads
+                .push(quad(target, position_m + distance_m * forward, forward, up));
+            scene.materials.push(Material {
+                reflectance: [1.0; 3],
+                texture: Some(0),
+                emission: [0.0; 3],
+            });
             scene.textures.push(target.texture.clone());
         }
         View::Up { .. } => scene.lamps.clear(),
@@ -144,7 +177,10 @@ pub fn sensor(vehicle: &Vehicle, exposure: f64) -> Sensor {
         exposure: Exposure::Fixed(exposure),
         encoding: Encoding::Srgb,
         bits: 8,
-        noise: Some(Noise { a: vehicle.noise_a, b: vehicle.noise_b }),
+        noise: Some(Noise {
+            a: vehicle.noise_a,
+            b: vehicle.noise_b,
+        }),
     }
 }
 

@@ -47,7 +47,11 @@ pub struct RenderedView {
 
 impl RenderedView {
     /// Renders both halves of `scene`; `cancel` stops the render with an error.
-    pub fn render(scene: &Scene, quality: Quality, cancel: &AtomicBool) -> Result<Self, RenderError> {
+    pub fn render(
+        scene: &Scene,
+        quality: Quality,
+        cancel: &AtomicBool,
+    ) -> Result<Self, RenderError> {
         let prepared = Prepared::build(scene);
         let half = |part: u64| -> Result<Half, RenderError> {
             let plan = Plan {
@@ -61,7 +65,10 @@ impl RenderedView {
             };
             let (film, stats) = integrator::render(&prepared, &plan, cancel, &|_| {})?;
             if stats.interrupted {
-                return Err(RenderError::Incomplete { rows: 0, total: film.rows.len() });
+                return Err(RenderError::Incomplete {
+                    rows: 0,
+                    total: film.rows.len(),
+                });
             }
             let mut lamps = vec![[0.0; 3]; film.width as usize * film.height as usize];
             for i in 0..film.lamps() {
@@ -69,7 +76,10 @@ impl RenderedView {
                     (0..3).for_each(|k| sum[k] += value[k]);
                 }
             }
-            Ok(Half { ambient: film.layer(FilmLayer::Ambient), lamps })
+            Ok(Half {
+                ambient: film.layer(FilmLayer::Ambient),
+                lamps,
+            })
         };
         Ok(Self {
             width: scene.camera.width as usize,
@@ -81,9 +91,18 @@ impl RenderedView {
     /// Radiance at a lamp level, the mean of both halves.
     pub fn picture(&self, light_pct: f64) -> Picture {
         let data = (0..self.width * self.height)
-            .map(|i| std::array::from_fn(|k| (0.5 * (self.radiance(0, i, light_pct)[k] + self.radiance(1, i, light_pct)[k])) as f32))
+            .map(|i| {
+                std::array::from_fn(|k| {
+                    (0.5 * (self.radiance(0, i, light_pct)[k] + self.radiance(1, i, light_pct)[k]))
+                        as f32
+                })
+            })
             .collect();
-        Picture { width: self.width as u32, height: self.height as u32, data }
+        Picture {
+            width: self.width as u32,
+            height: self.height as u32,
+            data,
+        }
     }
 
     fn radiance(&self, half: usize, pixel: usize, light_pct: f64) -> [f64; 3] {
@@ -107,15 +126,25 @@ impl RenderedView {
             patch.clear();
             for y in row * patch_height..(row + 1) * patch_height {
                 for x in column * patch_width..(column + 1) * patch_width {
-                    self.add_pixel(&mut patch, y * self.width + x, exposure, light_pct, sensor.noise);
+                    self.add_pixel(
+                        &mut patch,
+                        y * self.width + x,
+                        exposure,
+                        light_pct,
+                        sensor.noise,
+                    );
                 }
             }
             let deviation = patch.standard_deviation();
             (0..3).for_each(|k| contrast[k] += deviation[k] / (columns * rows) as f64);
         }
         let mut all = PatchSums::default();
-        (0..self.width * self.height).for_each(|i| self.add_pixel(&mut all, i, exposure, light_pct, sensor.noise));
-        ImageStats { contrast, mean: all.mean() }
+        (0..self.width * self.height)
+            .for_each(|i| self.add_pixel(&mut all, i, exposure, light_pct, sensor.noise));
+        ImageStats {
+            contrast,
+            mean: all.mean(),
+        }
     }
 
     /// Linear signal per radiance.
@@ -126,9 +155,21 @@ impl RenderedView {
         }
     }
 
-    fn add_pixel(&self, patch: &mut PatchSums, pixel: usize, exposure: f64, light_pct: f64, noise: Option<Noise>) {
-        let (first, second) = (self.radiance(0, pixel, light_pct), self.radiance(1, pixel, light_pct));
-        let counts = |radiance: [f64; 3]| radiance.map(|l| 255.0 * linear_to_srgb((exposure * l).clamp(0.0, 1.0)));
+    fn add_pixel(
+        &self,
+        patch: &mut PatchSums,
+        pixel: usize,
+        exposure: f64,
+        light_pct: f64,
+        noise: Option<Noise>,
+    ) {
+        let (first, second) = (
+            self.radiance(0, pixel, light_pct),
+            self.radiance(1, pixel, light_pct),
+        );
+        let counts = |radiance: [f64; 3]| {
+            radiance.map(|l| 255.0 * linear_to_srgb((exposure * l).clamp(0.0, 1.0)))
+        };
         let noise_variance = std::array::from_fn(|k| {
             let signal = (0.5 * exposure * (first[k] + second[k])).max(0.0);
             noise.map_or(0.0, |n| count_variance(&n, signal))
@@ -183,7 +224,9 @@ impl PatchSums {
         let n = self.pixels;
         std::array::from_fn(|k| {
             let covariance = self.product[k] / n - (self.first[k] / n) * (self.second[k] / n);
-            (covariance + self.noise[k] / n + ROUNDING_VARIANCE).max(0.0).sqrt()
+            (covariance + self.noise[k] / n + ROUNDING_VARIANCE)
+                .max(0.0)
+                .sqrt()
         })
     }
 }
@@ -202,18 +245,34 @@ mod tests {
         let half = |part: u32| {
             let mut rng = Rng::new(5, part, 0, 0);
             let pixel = |i: usize| {
-                let level = if (i % WIDTH + i / WIDTH) % 2 == 0 { 0.30 } else { 0.34 };
+                let level = if (i % WIDTH + i / WIDTH).is_multiple_of(2) {
+                    0.30
+                } else {
+                    0.34
+                };
                 // Uniform noise of unit variance.
                 let error = 12f64.sqrt() * (rng.uniform() - 0.5);
                 [level * (1.0 + noise * error); 3]
             };
-            Half { ambient: (0..WIDTH * HEIGHT).map(pixel).collect(), lamps: vec![[0.0; 3]; WIDTH * HEIGHT] }
+            Half {
+                ambient: (0..WIDTH * HEIGHT).map(pixel).collect(),
+                lamps: vec![[0.0; 3]; WIDTH * HEIGHT],
+            }
         };
-        RenderedView { width: WIDTH, height: HEIGHT, halves: [half(0), half(1)] }
+        RenderedView {
+            width: WIDTH,
+            height: HEIGHT,
+            halves: [half(0), half(1)],
+        }
     }
 
     fn sensor(noise: Option<Noise>) -> Sensor {
-        Sensor { exposure: Exposure::Fixed(1.0), encoding: Encoding::Srgb, bits: 8, noise }
+        Sensor {
+            exposure: Exposure::Fixed(1.0),
+            encoding: Encoding::Srgb,
+            bits: 8,
+            noise,
+        }
     }
 
     #[test]
@@ -225,12 +284,19 @@ mod tests {
         let naive = ImageStats::from_counts(
             WIDTH,
             HEIGHT,
-            &noisy_view.halves[0].ambient.iter().map(|p| p.map(|v| 255.0 * linear_to_srgb(v))).collect::<Vec<_>>(),
+            &noisy_view.halves[0]
+                .ambient
+                .iter()
+                .map(|p| p.map(|v| 255.0 * linear_to_srgb(v)))
+                .collect::<Vec<_>>(),
         )
         .unwrap();
         assert!(naive.contrast[0] > 2.0 * clean.contrast[0]);
         // 60 patches of 400 pixels: the covariance of the halves has a standard error of about 1 %.
-        assert!((noisy.contrast[0] / clean.contrast[0] - 1.0).abs() < 0.04, "{noisy:?} {clean:?}");
+        assert!(
+            (noisy.contrast[0] / clean.contrast[0] - 1.0).abs() < 0.04,
+            "{noisy:?} {clean:?}"
+        );
     }
 
     #[test]
@@ -241,7 +307,10 @@ mod tests {
         let counts = sensor.expose(&view.picture(0.0), 3).in_8_bit_counts();
         let exposed = ImageStats::from_counts(WIDTH, HEIGHT, &counts).unwrap();
         for k in 0..3 {
-            assert!((exposed.contrast[k] / expected.contrast[k] - 1.0).abs() < 0.01, "{exposed:?} {expected:?}");
+            assert!(
+                (exposed.contrast[k] / expected.contrast[k] - 1.0).abs() < 0.01,
+                "{exposed:?} {expected:?}"
+            );
             assert!((exposed.mean[k] / expected.mean[k] - 1.0).abs() < 0.002);
         }
     }

@@ -36,12 +36,19 @@ pub fn look_up(
     quality: Quality,
     cancel: &AtomicBool,
 ) -> Result<(Sensor, Vec<(f64, RenderedView)>), RoutineError> {
-    let upwards = Vehicle { width: UP_SIZE.0, height: UP_SIZE.1, ..vehicle.clone() };
+    let upwards = Vehicle {
+        width: UP_SIZE.0,
+        height: UP_SIZE.1,
+        ..vehicle.clone()
+    };
     let mut sensor = sensor(vehicle, 1.0);
     let mut views = Vec::new();
     for (i, &depth_m) in depths_m.iter().enumerate() {
         let scene = scene(&upwards, water, target, View::Up { depth_m })?;
-        let quality = Quality { seed: quality.seed.wrapping_add(i as u64), ..quality };
+        let quality = Quality {
+            seed: quality.seed.wrapping_add(i as u64),
+            ..quality
+        };
         let view = RenderedView::render(&scene, quality, cancel)?;
         if i == 0 {
             sensor.exposure = Exposure::AutoMean(vehicle.up_mean);
@@ -56,12 +63,19 @@ pub fn look_up(
 pub fn measure_depths(sensor: &Sensor, views: &[(f64, RenderedView)]) -> Vec<DepthMeasurement> {
     views
         .iter()
-        .map(|(depth_m, view)| DepthMeasurement { depth_m: *depth_m, mean: view.statistics(sensor, 0.0).mean })
+        .map(|(depth_m, view)| DepthMeasurement {
+            depth_m: *depth_m,
+            mean: view.statistics(sensor, 0.0).mean,
+        })
         .collect()
 }
 
 /// Contrast measurements with the lamps off and at `light_pct`.
-pub fn measure_contrasts(sensor: &Sensor, views: &[(f64, &RenderedView)], light_pct: f64) -> Vec<ContrastMeasurement> {
+pub fn measure_contrasts(
+    sensor: &Sensor,
+    views: &[(f64, &RenderedView)],
+    light_pct: f64,
+) -> Vec<ContrastMeasurement> {
     views
         .iter()
         .flat_map(|(distance_m, view)| {
@@ -75,7 +89,15 @@ pub fn measure_contrasts(sensor: &Sensor, views: &[(f64, &RenderedView)], light_
 }
 
 /// The profile of measurements made by `made_by`.
-pub fn profile(depth: &[DepthMeasurement], contrast: &[ContrastMeasurement], made_by: &str) -> Result<Profile, RoutineError> {
-    let source = Source { made_by: made_by.into(), images: (depth.len() + contrast.len()) as u64, note: None };
+pub fn profile(
+    depth: &[DepthMeasurement],
+    contrast: &[ContrastMeasurement],
+    made_by: &str,
+) -> Result<Profile, RoutineError> {
+    let source = Source {
+        made_by: made_by.into(),
+        images: (depth.len() + contrast.len()) as u64,
+        note: None,
+    };
     Ok(Profile::from_measurements(depth, contrast, source)?)
 }

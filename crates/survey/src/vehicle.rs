@@ -67,7 +67,9 @@ impl Vehicle {
         ];
         for (field, value, most) in positive {
             if !(value > 0.0 && value <= most) {
-                return Err(format!("vehicle.{field} must be in (0, {most}], got {value}"));
+                return Err(format!(
+                    "vehicle.{field} must be in (0, {most}], got {value}"
+                ));
             }
         }
         let not_negative = [
@@ -79,11 +81,16 @@ impl Vehicle {
         ];
         for (field, value) in not_negative {
             if !(value >= 0.0 && value.is_finite()) {
-                return Err(format!("vehicle.{field} must be finite and >= 0, got {value}"));
+                return Err(format!(
+                    "vehicle.{field} must be finite and >= 0, got {value}"
+                ));
             }
         }
         if !(0.0..90.0).contains(&self.sun_zenith_deg) {
-            return Err(format!("vehicle.sun_zenith_deg must be in [0, 90), got {}", self.sun_zenith_deg));
+            return Err(format!(
+                "vehicle.sun_zenith_deg must be in [0, 90), got {}",
+                self.sun_zenith_deg
+            ));
         }
         if self.width < 10 || self.height < 6 || self.width > 8192 || self.height > 8192 {
             return Err(format!(

@@ -18,14 +18,21 @@ fn tiny() -> DatasetConfig {
         distances_m: vec![0.5, 2.0],
         light_pct: vec![0.0, 50.0],
         calibration_depths_m: vec![0.5, 3.0],
-        vehicle: Vehicle { width: 40, height: 24, ..Vehicle::default() },
+        vehicle: Vehicle {
+            width: 40,
+            height: 24,
+            ..Vehicle::default()
+        },
         ..DatasetConfig::default()
     }
 }
 
 fn make(config: &DatasetConfig, folder: &Path, threads: usize) -> String {
     let assets = assets_dir().expect("assets");
-    let observer = Observer { progress: &|_, _, _| {}, cancel: &AtomicBool::new(false) };
+    let observer = Observer {
+        progress: &|_, _, _| {},
+        cancel: &AtomicBool::new(false),
+    };
     let summary = generate(config, folder, &assets, Some(threads), &observer).expect("a dataset");
     let text = std::fs::read_to_string(summary.table).expect("readable");
     assert_eq!(text.lines().count(), summary.entries + 1);
@@ -44,19 +51,48 @@ fn every_pair_of_images_at_one_depth_is_a_row_and_interruption_changes_nothing()
     let stopped = folder.path().join("stopped");
     let cancel = AtomicBool::new(false);
     let progress = |done: usize, _: usize, _: &str| cancel.store(done == 1, Ordering::Relaxed);
-    let observer = Observer { progress: &progress, cancel: &cancel };
+    let observer = Observer {
+        progress: &progress,
+        cancel: &cancel,
+    };
     let assets = assets_dir().expect("assets");
     let result = generate(&tiny(), &stopped, &assets, Some(1), &observer);
-    assert!(matches!(result, Err(DatasetError::Interrupted { done: 1, total: 2 })), "{result:?}");
+    assert!(
+        matches!(result, Err(DatasetError::Interrupted { done: 1, total: 2 })),
+        "{result:?}"
+    );
     assert!(!stopped.join("dataset.csv").exists());
-    assert_eq!(make(&tiny(), &stopped, 1), whole, "resumed with another number of threads");
+    assert_eq!(
+        make(&tiny(), &stopped, 1),
+        whole,
+        "resumed with another number of threads"
+    );
 }
 
 #[test]
 fn a_folder_of_another_configuration_is_refused() {
     let folder = tempfile::tempdir().expect("folder");
-    make(&DatasetConfig { water_types: vec!["II".into()], ..tiny() }, folder.path(), 2);
-    let observer = Observer { progress: &|_, _, _| {}, cancel: &AtomicBool::new(false) };
-    let result = generate(&tiny(), folder.path(), &assets_dir().expect("assets"), None, &observer);
-    assert!(matches!(result, Err(DatasetError::OtherConfig { .. })), "{result:?}");
+    make(
+        &DatasetConfig {
+            water_types: vec!["II".into()],
+            ..tiny()
+        },
+        folder.path(),
+        2,
+    );
+    let observer = Observer {
+        progress: &|_, _, _| {},
+        cancel: &AtomicBool::new(false),
+    };
+    let result = generate(
+        &tiny(),
+        folder.path(),
+        &assets_dir().expect("assets"),
+        None,
+        &observer,
+    );
+    assert!(
+        matches!(result, Err(DatasetError::OtherConfig { .. })),
+        "{result:?}"
+    );
 }

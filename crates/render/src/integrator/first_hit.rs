@@ -18,15 +18,27 @@ pub struct FirstHit {
 /// First hits of all pixels, row by row from the top, along straight rays (not bent at the water surface).
 pub fn first_hits(scene: &Prepared) -> Vec<FirstHit> {
     let camera = &scene.camera;
-    let pixels = (0..camera.height).flat_map(|row| (0..camera.width).map(move |column| (column, row)));
-    pixels.map(|(column, row)| first_hit(scene, column, row)).collect()
+    let pixels =
+        (0..camera.height).flat_map(|row| (0..camera.width).map(move |column| (column, row)));
+    pixels
+        .map(|(column, row)| first_hit(scene, column, row))
+        .collect()
 }
 
 fn first_hit(scene: &Prepared, column: u32, row: u32) -> FirstHit {
     let camera = &scene.camera;
     let direction = camera.direction(f64::from(column) + 0.5, f64::from(row) + 0.5);
-    let Some(hit) = scene.geometry.closest(camera.position_m, direction, f64::INFINITY, Primitive::None) else {
-        return FirstHit { depth_m: f64::INFINITY, normal: [0.0; 3], reflectance: [0.0; 3], transmittance: [0.0; 3] };
+    let Some(hit) =
+        scene
+            .geometry
+            .closest(camera.position_m, direction, f64::INFINITY, Primitive::None)
+    else {
+        return FirstHit {
+            depth_m: f64::INFINITY,
+            normal: [0.0; 3],
+            reflectance: [0.0; 3],
+            transmittance: [0.0; 3],
+        };
     };
     let point = scene.geometry.surface_point(&hit, direction);
     let wet = wet_length(scene, direction, hit.t);
@@ -34,13 +46,18 @@ fn first_hit(scene: &Prepared, column: u32, row: u32) -> FirstHit {
         depth_m: hit.t * direction.dot(camera.forward),
         normal: point.shading_normal.to_array(),
         reflectance: point.reflectance,
-        transmittance: scene.medium.as_ref().map_or([1.0; 3], |m| m.transmittance(wet)),
+        transmittance: scene
+            .medium
+            .as_ref()
+            .map_or([1.0; 3], |m| m.transmittance(wet)),
     }
 }
 
 /// Length of the part of the ray that lies below the water surface, m.
 fn wet_length(scene: &Prepared, direction: glam::DVec3, length: f64) -> f64 {
-    let Some(boundary) = scene.boundary else { return length };
+    let Some(boundary) = scene.boundary else {
+        return length;
+    };
     let origin = scene.camera.position_m;
     let end = origin + length * direction;
     let (above, end_above) = (origin.z > boundary.height, end.z > boundary.height);
@@ -48,5 +65,9 @@ fn wet_length(scene: &Prepared, direction: glam::DVec3, length: f64) -> f64 {
         return if above { 0.0 } else { length };
     }
     let to_surface = ((boundary.height - origin.z) / direction.z).clamp(0.0, length);
-    if above { length - to_surface } else { to_surface }
+    if above {
+        length - to_surface
+    } else {
+        to_surface
+    }
 }

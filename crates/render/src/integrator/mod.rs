@@ -118,7 +118,10 @@ pub fn render(
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(plan.threads.unwrap_or(0))
         .build()
-        .map_err(|e| RenderError::Threads { threads: plan.threads.unwrap_or(0), reason: e.to_string() })?;
+        .map_err(|e| RenderError::Threads {
+            threads: plan.threads.unwrap_or(0),
+            reason: e.to_string(),
+        })?;
     let start = Instant::now();
     let cpu_start = ProcessTime::now();
     let job = Job {
@@ -136,7 +139,10 @@ pub fn render(
     pool.install(|| job.run(&mut film));
     let complete = film.rows.iter().filter(|r| r.batches > 0).count();
     if complete < film.rows.len() {
-        return Err(RenderError::Incomplete { rows: complete, total: film.rows.len() });
+        return Err(RenderError::Incomplete {
+            rows: complete,
+            total: film.rows.len(),
+        });
     }
     let stats = RenderStats {
         seed: plan.seed,
@@ -166,7 +172,11 @@ fn select(scene: &Prepared, plan: &Plan) -> Selection {
     Selection {
         lamps: (0..scene.lamps.len()).filter(shines).collect(),
         ambient: scene.needs.ambient(),
-        max_events: if plan.max_bounces == 0 { usize::MAX } else { plan.max_bounces as usize },
+        max_events: if plan.max_bounces == 0 {
+            usize::MAX
+        } else {
+            plan.max_bounces as usize
+        },
     }
 }
 
@@ -189,7 +199,12 @@ impl Job<'_> {
         let mut done = 0;
         while let Some(samples) = self.next_batch(batch, done) {
             film.rows.par_iter_mut().enumerate().for_each_init(
-                || (Worker::new(self.scene, &self.selection), BatchMean::new(lamps)),
+                || {
+                    (
+                        Worker::new(self.scene, &self.selection),
+                        BatchMean::new(lamps),
+                    )
+                },
                 |(worker, mean), (index, row)| {
                     // The first batch is finished whatever the time, so that there is a picture.
                     if self.cancelled() || (batch > 0 && self.out_of_time()) {
@@ -214,7 +229,11 @@ impl Job<'_> {
                 (done < all).then(|| size.min(all - done))
             }
             // Small batches first, for an early picture and an early estimate of its error.
-            None => Some(if batch < FEWEST_BATCHES { 4 } else { LARGEST_BATCH }),
+            None => Some(if batch < FEWEST_BATCHES {
+                4
+            } else {
+                LARGEST_BATCH
+            }),
         }
     }
 
@@ -224,7 +243,15 @@ impl Job<'_> {
         Some(u64::from(all.div_ceil(size)) * u64::from(self.scene.camera.height))
     }
 
-    fn render_row(&self, worker: &mut Worker, mean: &mut BatchMean, index: u32, batch: u32, samples: u32, row: &mut Row) {
+    fn render_row(
+        &self,
+        worker: &mut Worker,
+        mean: &mut BatchMean,
+        index: u32,
+        batch: u32,
+        samples: u32,
+        row: &mut Row,
+    ) {
         let before = worker.work;
         for column in 0..self.scene.camera.width {
             mean.clear();
@@ -235,10 +262,16 @@ impl Job<'_> {
             row.add(column as usize, self.scene.lamps.len(), mean, samples);
         }
         row.finish_batch(samples);
-        self.paths.fetch_add(worker.work.paths - before.paths, Ordering::Relaxed);
-        self.vertices.fetch_add(worker.work.vertices - before.vertices, Ordering::Relaxed);
+        self.paths
+            .fetch_add(worker.work.paths - before.paths, Ordering::Relaxed);
+        self.vertices
+            .fetch_add(worker.work.vertices - before.vertices, Ordering::Relaxed);
         let rows_done = self.rows_done.fetch_add(1, Ordering::Relaxed) + 1;
-        (self.observe)(&Progress { rows_done, rows_total: self.rows_total(), elapsed: self.start.elapsed() });
+        (self.observe)(&Progress {
+            rows_done,
+            rows_total: self.rows_total(),
+            elapsed: self.start.elapsed(),
+        });
     }
 
     fn cancelled(&self) -> bool {
@@ -246,11 +279,16 @@ impl Job<'_> {
     }
 
     fn out_of_time(&self) -> bool {
-        self.plan.time_limit.is_some_and(|limit| self.start.elapsed() >= limit)
+        self.plan
+            .time_limit
+            .is_some_and(|limit| self.start.elapsed() >= limit)
     }
 
     fn accurate_enough(&self, film: &Film) -> bool {
-        let enough = |target: f64| film.rows.iter().all(|r| r.batches >= FEWEST_BATCHES) && film.relative_error().is_some_and(|e| e <= target);
+        let enough = |target: f64| {
+            film.rows.iter().all(|r| r.batches >= FEWEST_BATCHES)
+                && film.relative_error().is_some_and(|e| e <= target)
+        };
         self.plan.target_error.is_some_and(enough)
     }
 }

@@ -109,7 +109,14 @@ impl TriangleTree {
             .iter()
             .map(|&i| triangles[i as usize])
             .collect();
-        Some(Self { triangles, tree, centre, scale, lower, upper })
+        Some(Self {
+            triangles,
+            tree,
+            centre,
+            scale,
+            lower,
+            upper,
+        })
     }
 
     /// Original index of every triangle, in the tree's order.
@@ -128,7 +135,14 @@ impl TriangleTree {
     }
 
     /// Nearest hit with `t_min < t < t_max`, leaving out triangle `skip` (tree order).
-    pub fn closest(&self, origin: DVec3, direction: DVec3, t_min: f64, t_max: f64, skip: u32) -> Option<TriangleHit> {
+    pub fn closest(
+        &self,
+        origin: DVec3,
+        direction: DVec3,
+        t_min: f64,
+        t_max: f64,
+        skip: u32,
+    ) -> Option<TriangleHit> {
         let (ray, entry) = self.tree_ray(origin, direction, t_max)?;
         let mut best: Option<TriangleHit> = None;
         let mut best_t = t_max;
@@ -139,7 +153,11 @@ impl TriangleTree {
             match self.triangles[id].intersect(origin, direction) {
                 Some((t, u, v)) if t > t_min && t < best_t => {
                     best_t = t;
-                    best = Some(TriangleHit { t, triangle: id as u32, barycentric: [u, v] });
+                    best = Some(TriangleHit {
+                        t,
+                        triangle: id as u32,
+                        barycentric: [u, v],
+                    });
                     self.tree_distance(t - entry)
                 }
                 _ => f32::INFINITY,
@@ -149,7 +167,14 @@ impl TriangleTree {
     }
 
     /// Whether anything but `skip` lies at `t_min < t < t_max`.
-    pub fn occluded(&self, origin: DVec3, direction: DVec3, t_min: f64, t_max: f64, skip: u32) -> bool {
+    pub fn occluded(
+        &self,
+        origin: DVec3,
+        direction: DVec3,
+        t_min: f64,
+        t_max: f64,
+        skip: u32,
+    ) -> bool {
         let Some((ray, _)) = self.tree_ray(origin, direction, t_max) else {
             return false;
         };

@@ -18,20 +18,35 @@ impl Boundary {
     /// The boundary of `scene`, when it has water and a surface.
     pub fn build(scene: &Scene) -> Option<Self> {
         let (water, surface) = (scene.water.as_ref()?, scene.surface?);
-        let index = if surface.refractive { water.refractive_index } else { 1.0 };
-        Some(Self { height: surface.height_m, index })
+        let index = if surface.refractive {
+            water.refractive_index
+        } else {
+            1.0
+        };
+        Some(Self {
+            height: surface.height_m,
+            index,
+        })
     }
 
     /// Reflectance for light inside the water, `cosine` > 0 against the vertical.
     #[inline]
     pub fn internal_reflectance(&self, cosine: f64) -> f64 {
-        if self.index == 1.0 { 0.0 } else { fresnel_reflectance(cosine, self.index, 1.0) }
+        if self.index == 1.0 {
+            0.0
+        } else {
+            fresnel_reflectance(cosine, self.index, 1.0)
+        }
     }
 
     /// Reflectance for light in the air, `cosine` > 0 against the vertical.
     #[inline]
     pub fn external_reflectance(&self, cosine: f64) -> f64 {
-        if self.index == 1.0 { 0.0 } else { fresnel_reflectance(cosine, 1.0, self.index) }
+        if self.index == 1.0 {
+            0.0
+        } else {
+            fresnel_reflectance(cosine, 1.0, self.index)
+        }
     }
 
     /// Direction in the water of light or sight that goes down along `direction` in the air.
@@ -73,7 +88,10 @@ impl SunBeam {
             // Energy through a horizontal plane: E' cos' = E cos (1 - R).
             Some(b) => {
                 let travel = b.refract_into_water(in_air);
-                (travel, (1.0 - b.external_reflectance(-in_air.z)) * in_air.z / travel.z)
+                (
+                    travel,
+                    (1.0 - b.external_reflectance(-in_air.z)) * in_air.z / travel.z,
+                )
             }
             None => (in_air, 1.0),
         };

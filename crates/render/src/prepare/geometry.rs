@@ -76,7 +76,11 @@ impl Geometry {
         }
         let tree = TriangleTree::build(triangles);
         let shading = match &tree {
-            Some(t) => t.order().iter().map(|&i| shading[i as usize].clone()).collect(),
+            Some(t) => t
+                .order()
+                .iter()
+                .map(|&i| shading[i as usize].clone())
+                .collect(),
             None => Vec::new(),
         };
         let mut bounds = tree.as_ref().map(TriangleTree::bounds);
@@ -113,12 +117,23 @@ impl Geometry {
     /// Whether any surface emits light.
     pub fn emits(&self) -> bool {
         let emits = |m: &Material| m.emission.iter().any(|&e| e > 0.0);
-        self.quads.iter().any(|q| emits(&self.materials[q.quad.material]))
-            || self.shading.iter().any(|s| emits(&self.materials[s.material as usize]))
+        self.quads
+            .iter()
+            .any(|q| emits(&self.materials[q.quad.material]))
+            || self
+                .shading
+                .iter()
+                .any(|s| emits(&self.materials[s.material as usize]))
     }
 
     /// Nearest surface along the ray closer than `t_max`; the ray starts on `from`.
-    pub fn closest(&self, origin: DVec3, direction: DVec3, t_max: f64, from: Primitive) -> Option<Hit> {
+    pub fn closest(
+        &self,
+        origin: DVec3,
+        direction: DVec3,
+        t_max: f64,
+        from: Primitive,
+    ) -> Option<Hit> {
         let t_min = start_distance(origin, from);
         let mut best: Option<Hit> = None;
         let mut best_t = t_max;
@@ -128,14 +143,25 @@ impl Geometry {
             }
             if let Some((t, local)) = quad.intersect(origin, direction, t_min, best_t) {
                 best_t = t;
-                best = Some(Hit { t, primitive: Primitive::Quad(i as u32), local });
+                best = Some(Hit {
+                    t,
+                    primitive: Primitive::Quad(i as u32),
+                    local,
+                });
             }
         }
         if let Some(tree) = &self.tree
-            && let Some(TriangleHit { t, triangle, barycentric }) =
-                tree.closest(origin, direction, t_min, best_t, skipped_triangle(from))
+            && let Some(TriangleHit {
+                t,
+                triangle,
+                barycentric,
+            }) = tree.closest(origin, direction, t_min, best_t, skipped_triangle(from))
         {
-            best = Some(Hit { t, primitive: Primitive::Triangle(triangle), local: barycentric });
+            best = Some(Hit {
+                t,
+                primitive: Primitive::Triangle(triangle),
+                local: barycentric,
+            });
         }
         best
     }
@@ -144,13 +170,13 @@ impl Geometry {
     pub fn occluded(&self, origin: DVec3, direction: DVec3, t_max: f64, from: Primitive) -> bool {
         let t_min = start_distance(origin, from);
         let quad_blocks = |(i, quad): (usize, &PreparedQuad)| {
-            from != Primitive::Quad(i as u32) && quad.intersect(origin, direction, t_min, t_max).is_some()
+            from != Primitive::Quad(i as u32)
+                && quad.intersect(origin, direction, t_min, t_max).is_some()
         };
         self.quads.iter().enumerate().any(quad_blocks)
-            || self
-                .tree
-                .as_ref()
-                .is_some_and(|tree| tree.occluded(origin, direction, t_min, t_max, skipped_triangle(from)))
+            || self.tree.as_ref().is_some_and(|tree| {
+                tree.occluded(origin, direction, t_min, t_max, skipped_triangle(from))
+            })
     }
 
     /// Normal, reflectance and emission at a hit of a ray that travels along `direction`.
@@ -160,7 +186,12 @@ impl Geometry {
             Primitive::Quad(i) => {
                 let quad = &self.quads[i as usize].quad;
                 let normal = facing(quad.normal);
-                self.material_point(quad.material, Some(quad.texture_coordinates(hit.local)), normal, normal)
+                self.material_point(
+                    quad.material,
+                    Some(quad.texture_coordinates(hit.local)),
+                    normal,
+                    normal,
+                )
             }
             Primitive::Triangle(i) => self.triangle_point(i as usize, hit.local, &facing),
             Primitive::None => SurfacePoint {
@@ -172,26 +203,46 @@ impl Geometry {
         }
     }
 
-    fn triangle_point(&self, index: usize, [v, w]: [f64; 2], facing: &impl Fn(DVec3) -> DVec3) -> SurfacePoint {
+    fn triangle_point(
+        &self,
+        index: usize,
+        [v, w]: [f64; 2],
+        facing: &impl Fn(DVec3) -> DVec3,
+    ) -> SurfacePoint {
         let shading = &self.shading[index];
         let triangle = self.tree.as_ref().map(|t| t.triangles()[index]);
-        let normal = triangle.map_or(DVec3::Z, |t| t.edge_1.cross(t.edge_2).normalize_or(DVec3::Z));
+        let normal = triangle.map_or(DVec3::Z, |t| {
+            t.edge_1.cross(t.edge_2).normalize_or(DVec3::Z)
+        });
         let normal = facing(normal);
         let u = 1.0 - v - w;
-        let smooth = shading.normals.map(|n| (u * n[0] + v * n[1] + w * n[2]).normalize_or(normal));
+        let smooth = shading
+            .normals
+            .map(|n| (u * n[0] + v * n[1] + w * n[2]).normalize_or(normal));
         let smooth = smooth.map_or(normal, |n| if n.dot(normal) < 0.0 { -n } else { n });
         let uv = shading.uvs.map(|t| u * t[0] + v * t[1] + w * t[2]);
         self.material_point(shading.material as usize, uv, normal, smooth)
     }
 
-    fn material_point(&self, material: usize, uv: Option<DVec2>, normal: DVec3, shading_normal: DVec3) -> SurfacePoint {
+    fn material_point(
+        &self,
+        material: usize,
+        uv: Option<DVec2>,
+        normal: DVec3,
+        shading_normal: DVec3,
+    ) -> SurfacePoint {
         let material = &self.materials[material];
         let mut reflectance = material.reflectance;
         if let (Some(texture), Some(uv)) = (material.texture, uv) {
             let texel = self.textures[texture].sample(uv.x, uv.y);
             reflectance = std::array::from_fn(|k| reflectance[k] * texel[k]);
         }
-        SurfacePoint { normal, shading_normal, reflectance, emission: material.emission }
+        SurfacePoint {
+            normal,
+            shading_normal,
+            reflectance,
+            emission: material.emission,
+        }
     }
 }
 
@@ -199,7 +250,11 @@ impl Geometry {
 /// point's coordinates, a few parts in 1e12. Rays from the camera or a lamp start at exact points.
 #[inline]
 fn start_distance(origin: DVec3, from: Primitive) -> f64 {
-    if from == Primitive::None { 0.0 } else { 4e-12 * origin.abs().max_element() }
+    if from == Primitive::None {
+        0.0
+    } else {
+        4e-12 * origin.abs().max_element()
+    }
 }
 
 fn skipped_triangle(from: Primitive) -> u32 {
@@ -215,11 +270,21 @@ impl PreparedQuad {
         let (u, v) = (quad.half_u, quad.half_v);
         let n = u.cross(v);
         let n2 = n.length_squared();
-        Self { quad: *quad, dual_u: v.cross(n) / n2, dual_v: n.cross(u) / n2 }
+        Self {
+            quad: *quad,
+            dual_u: v.cross(n) / n2,
+            dual_v: n.cross(u) / n2,
+        }
     }
 
     #[inline]
-    fn intersect(&self, origin: DVec3, direction: DVec3, t_min: f64, t_max: f64) -> Option<(f64, [f64; 2])> {
+    fn intersect(
+        &self,
+        origin: DVec3,
+        direction: DVec3,
+        t_min: f64,
+        t_max: f64,
+    ) -> Option<(f64, [f64; 2])> {
         let cosine = self.quad.normal.dot(direction);
         let offset = self.quad.centre_m - origin;
         let t = self.quad.normal.dot(offset) / cosine;
@@ -241,7 +306,11 @@ fn add_mesh(mesh: &Mesh, triangles: &mut Vec<Triangle>, shading: &mut Vec<Triang
         if edge_1.cross(edge_2).length_squared() == 0.0 {
             continue;
         }
-        triangles.push(Triangle { corner, edge_1, edge_2 });
+        triangles.push(Triangle {
+            corner,
+            edge_1,
+            edge_2,
+        });
         let uv = |i: usize| DVec2::new(f64::from(mesh.uvs[i][0]), f64::from(mesh.uvs[i][1]));
         shading.push(TriangleShading {
             material: mesh.material as u32,

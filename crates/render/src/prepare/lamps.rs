@@ -33,7 +33,9 @@ impl PreparedLamp {
         let falloff = match &lamp.falloff {
             Falloff::Uniform => None,
             Falloff::Cosine => Some(tabulate(|angle| angle.cos().max(0.0))),
-            Falloff::Profile(points) => Some(tabulate(|angle| interpolate(points, angle.to_degrees()))),
+            Falloff::Profile(points) => {
+                Some(tabulate(|angle| interpolate(points, angle.to_degrees())))
+            }
         };
         Self {
             position: lamp.position_m,
@@ -41,7 +43,11 @@ impl PreparedLamp {
             intensity: lamp.intensity,
             level: lamp.level_pct / 100.0,
             radius: lamp.radius_m,
-            cos_half_angle: if lamp.half_angle_deg >= 180.0 { -1.0 } else { lamp.half_angle_deg.to_radians().cos() },
+            cos_half_angle: if lamp.half_angle_deg >= 180.0 {
+                -1.0
+            } else {
+                lamp.half_angle_deg.to_radians().cos()
+            },
             tangent: lamp.forward.any_orthonormal_pair(),
             falloff,
         }
@@ -65,7 +71,11 @@ impl PreparedLamp {
         if cosine < self.cos_half_angle {
             return 0.0;
         }
-        let disk = if self.radius > 0.0 { cosine.max(0.0) } else { 1.0 };
+        let disk = if self.radius > 0.0 {
+            cosine.max(0.0)
+        } else {
+            1.0
+        };
         match &self.falloff {
             None => disk,
             Some(table) => disk * look_up(table, (0.5 * (1.0 - cosine)).clamp(0.0, 1.0).sqrt()),
@@ -74,7 +84,12 @@ impl PreparedLamp {
 
     /// Radiance that a camera sees when its ray from `origin` along `direction` meets the disk's front
     /// closer than `t_max`, and the distance; `None` otherwise. Points are invisible.
-    pub fn radiance_along(&self, origin: DVec3, direction: DVec3, t_max: f64) -> Option<(f64, [f64; 3])> {
+    pub fn radiance_along(
+        &self,
+        origin: DVec3,
+        direction: DVec3,
+        t_max: f64,
+    ) -> Option<(f64, [f64; 3])> {
         let cosine = -self.forward.dot(direction);
         if self.radius == 0.0 || cosine <= 0.0 {
             return None;
@@ -84,7 +99,8 @@ impl PreparedLamp {
         if !(t > 0.0 && t < t_max && offset <= self.radius * self.radius) {
             return None;
         }
-        let radiance = self.relative_intensity(-direction) / (cosine * PI * self.radius * self.radius);
+        let radiance =
+            self.relative_intensity(-direction) / (cosine * PI * self.radius * self.radius);
         Some((t, self.intensity.map(|i| i * radiance)))
     }
 }
@@ -108,7 +124,13 @@ fn interpolate(points: &[(f64, f64)], angle_deg: f64) -> f64 {
         (Some(a), Some(&b)) => a.1 + (b.1 - a.1) * (angle_deg - a.0) / (b.0 - a.0),
         // Constant before the first point; dark beyond the last, unless the last point itself is meant.
         (None, Some(&b)) => b.1,
-        (Some(a), None) => if a.0 == angle_deg { a.1 } else { 0.0 },
+        (Some(a), None) => {
+            if a.0 == angle_deg {
+                a.1
+            } else {
+                0.0
+            }
+        }
         (None, None) => 0.0,
     }
 }
@@ -132,21 +154,36 @@ mod tests {
 
     #[test]
     fn cone_is_hard_and_falloff_follows_the_angle() {
-        let at = |l: &PreparedLamp, deg: f64| l.relative_intensity(DVec3::new(deg.to_radians().cos(), deg.to_radians().sin(), 0.0));
+        let at = |l: &PreparedLamp, deg: f64| {
+            l.relative_intensity(DVec3::new(
+                deg.to_radians().cos(),
+                deg.to_radians().sin(),
+                0.0,
+            ))
+        };
         let cone = lamp(Falloff::Uniform, 40.0, 0.0);
         assert_eq!((at(&cone, 39.9), at(&cone, 40.1)), (1.0, 0.0));
         let cosine = lamp(Falloff::Cosine, 180.0, 0.0);
         assert!((at(&cosine, 60.0) - 0.5).abs() < 1e-6);
-        let beam = lamp(Falloff::Profile(vec![(0.0, 1.0), (30.0, 0.4), (60.0, 0.0)]), 180.0, 0.0);
+        let beam = lamp(
+            Falloff::Profile(vec![(0.0, 1.0), (30.0, 0.4), (60.0, 0.0)]),
+            180.0,
+            0.0,
+        );
         assert!((at(&beam, 15.0) - 0.7).abs() < 1e-3 && at(&beam, 61.0) == 0.0);
     }
 
     #[test]
     fn a_disk_has_the_stated_intensity_and_a_dark_back() {
         let disk = lamp(Falloff::Uniform, 90.0, 0.1);
-        let (t, radiance) = disk.radiance_along(DVec3::new(2.0, 0.05, 0.0), -DVec3::X, 10.0).unwrap();
+        let (t, radiance) = disk
+            .radiance_along(DVec3::new(2.0, 0.05, 0.0), -DVec3::X, 10.0)
+            .unwrap();
         assert!((t - 2.0).abs() < 1e-12);
         assert!((radiance[0] * PI * 0.01 - 10.0).abs() < 1e-9);
-        assert!(disk.radiance_along(DVec3::new(-2.0, 0.05, 0.0), DVec3::X, 10.0).is_none());
+        assert!(
+            disk.radiance_along(DVec3::new(-2.0, 0.05, 0.0), DVec3::X, 10.0)
+                .is_none()
+        );
     }
 }

@@ -5,7 +5,7 @@ use uw_media::phase::{PhaseFunction, PhaseTable};
 use crate::scene::Water;
 
 /// Channels whose coefficients differ by more than this factor are sampled by one strategy each.
-const GREY_RATIO: f64 = 1.6;
+const GREY_RATIO: f64 = 1.3;
 
 /// A homogeneous medium.
 #[derive(Clone, Debug)]
@@ -30,7 +30,7 @@ pub struct Medium {
 
 /// Sampling coefficients shared by the channels: one where they are nearly grey, else one per channel, of
 /// which each path draws one. Contributions are divided by the mean of the densities (balance heuristic).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Strategies {
     /// Number of strategies in use, 1 to 3; 0 where no channel scatters.
     pub count: usize,
@@ -57,7 +57,11 @@ impl Strategies {
         let unused = if chosen.is_empty() { 0.0 } else { 1.0 };
         let at = |k: usize| chosen.get(k).copied().unwrap_or(unused);
         let sigma = [at(0), at(1), at(2)];
-        Self { count: chosen.len(), sigma, ln_sigma: sigma.map(f64::ln) }
+        Self {
+            count: chosen.len(),
+            sigma,
+            ln_sigma: sigma.map(f64::ln),
+        }
     }
 }
 
@@ -90,7 +94,8 @@ impl Medium {
     /// Transmittance over `range_m`, per channel.
     #[inline]
     pub fn transmittance(&self, range_m: f64) -> [f64; 3] {
-        self.c.map(|c| if c > 0.0 { (-c * range_m).exp() } else { 1.0 })
+        self.c
+            .map(|c| if c > 0.0 { (-c * range_m).exp() } else { 1.0 })
     }
 }
 

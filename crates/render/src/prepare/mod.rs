@@ -50,7 +50,14 @@ impl Prepared {
         // Without a surface the sun would be infinitely far away through the water.
         let lit = boundary.is_some() || medium.is_none();
         let sun = SunBeam::build(scene, boundary.as_ref()).filter(|_| lit);
-        let needs = Needs::analyse(medium.as_ref(), boundary.as_ref(), &geometry, &lamps, sun.as_ref(), scene);
+        let needs = Needs::analyse(
+            medium.as_ref(),
+            boundary.as_ref(),
+            &geometry,
+            &lamps,
+            sun.as_ref(),
+            scene,
+        );
         Self {
             camera: scene.camera.clone(),
             medium,

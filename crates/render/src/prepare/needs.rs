@@ -44,11 +44,16 @@ impl Needs {
         sun: Option<&SunBeam>,
         scene: &Scene,
     ) -> Self {
-        let above = |b: &Boundary| geometry.bounds().is_some_and(|(_, upper)| upper.z > b.height);
+        let above = |b: &Boundary| {
+            geometry
+                .bounds()
+                .is_some_and(|(_, upper)| upper.z > b.height)
+        };
         Self {
             medium: medium.is_some(),
             scattering: medium.is_some_and(Medium::scatters),
-            chromatic: medium.is_some_and(|m| m.by_scattering.count > 1 || m.by_attenuation.count > 1),
+            chromatic: medium
+                .is_some_and(|m| m.by_scattering.count > 1 || m.by_attenuation.count > 1),
             boundary: boundary.is_some(),
             refraction: boundary.is_some_and(|b| b.index != 1.0),
             geometry: !geometry.is_empty(),

@@ -17,7 +17,12 @@ pub(super) struct DatasetArguments {
     /// The configuration (TOML, format "uw-dataset/1"); without it the grid of the paper.
     config: Option<PathBuf>,
     /// Folder for the table, its parts and the profiles; an interrupted run goes on there.
-    #[arg(short, long, value_name = "DIR", required_unless_present = "print_config")]
+    #[arg(
+        short,
+        long,
+        value_name = "DIR",
+        required_unless_present = "print_config"
+    )]
     output: Option<PathBuf>,
     /// Threads; one per core by default.
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..=4096))]
@@ -49,9 +54,14 @@ impl DatasetArguments {
         let last = Cell::new(0);
         let progress = |done: usize, total: usize, name: &str| {
             last.set(done);
-            display.update(Some(done as f64 / total as f64), || format!("{done}/{total} environments {name}"));
+            display.update(Some(done as f64 / total as f64), || {
+                format!("{done}/{total} environments {name}")
+            });
         };
-        let observer = Observer { progress: &progress, cancel: &cancel };
+        let observer = Observer {
+            progress: &progress,
+            cancel: &cancel,
+        };
         let threads = self.threads.map(|n| n as usize);
         let result = dataset::generate(&config, folder, &assets, threads, &observer);
         display.finish();

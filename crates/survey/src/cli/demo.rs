@@ -43,10 +43,16 @@ impl DemoArguments {
         let jerlov: WaterType = self.jerlov.parse().map_err(CliError::input)?;
         let pattern = Pattern::from_name(&self.target).ok_or_else(|| {
             let known = Pattern::ALL.map(Pattern::name).join(", ");
-            CliError::input(format_args!("--target must be one of {known}, got {:?}", self.target))
+            CliError::input(format_args!(
+                "--target must be one of {known}, got {:?}",
+                self.target
+            ))
         })?;
         let options = DemoOptions {
-            water: WaterBody { jerlov, backscatter_fraction: self.backscatter_fraction },
+            water: WaterBody {
+                jerlov,
+                backscatter_fraction: self.backscatter_fraction,
+            },
             pattern,
             model: self.model.clone(),
             seed: self.seed,
@@ -54,14 +60,18 @@ impl DemoArguments {
         };
         let assets = assets_dir().map_err(CliError::input)?;
         let cancel = cancel_flag()?;
-        let report = demo::run(&options, &self.output, &assets, &cancel, &|line| note(line)).map_err(|e| match e {
-            _ if cancel.load(std::sync::atomic::Ordering::Relaxed) => {
-                CliError::Interrupted("interrupted; what was written so far is in the output folder".into())
-            }
-            DemoError::Input(_) | DemoError::Environment(_) => CliError::input(e),
-            other => CliError::failed(other),
-        })?;
-        note(format_args!("Read {} and look at the pictures beside it.", report.display()));
+        let report = demo::run(&options, &self.output, &assets, &cancel, &|line| note(line))
+            .map_err(|e| match e {
+                _ if cancel.load(std::sync::atomic::Ordering::Relaxed) => CliError::Interrupted(
+                    "interrupted; what was written so far is in the output folder".into(),
+                ),
+                DemoError::Input(_) | DemoError::Environment(_) => CliError::input(e),
+                other => CliError::failed(other),
+            })?;
+        note(format_args!(
+            "Read {} and look at the pictures beside it.",
+            report.display()
+        ));
         Ok(())
     }
 }

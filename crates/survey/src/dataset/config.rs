@@ -100,17 +100,28 @@ impl DatasetConfig {
     /// Reads and checks a configuration file.
     pub fn read(path: &Path) -> Result<Self, ConfigError> {
         let name = path.display().to_string();
-        let text = std::fs::read_to_string(path).map_err(|source| ConfigError::Read { path: name.clone(), source })?;
-        let config: Self =
-            toml::from_str(&text).map_err(|e| ConfigError::Parse { path: name.clone(), message: e.to_string() })?;
-        config.check().map_err(|message| ConfigError::Value { path: name, message })?;
+        let text = std::fs::read_to_string(path).map_err(|source| ConfigError::Read {
+            path: name.clone(),
+            source,
+        })?;
+        let config: Self = toml::from_str(&text).map_err(|e| ConfigError::Parse {
+            path: name.clone(),
+            message: e.to_string(),
+        })?;
+        config.check().map_err(|message| ConfigError::Value {
+            path: name,
+            message,
+        })?;
         Ok(config)
     }
 
     /// Checks every value.
     pub fn check(&self) -> Result<(), String> {
         if self.format != FORMAT {
-            return Err(format!("format must be \"{FORMAT}\", got {:?}", self.format));
+            return Err(format!(
+                "format must be \"{FORMAT}\", got {:?}",
+                self.format
+            ));
         }
         if self.samples_per_half == 0 || self.up_samples_per_half == 0 {
             return Err("samples_per_half and up_samples_per_half must be at least 1".into());
@@ -118,31 +129,59 @@ impl DatasetConfig {
         for name in &self.textures {
             if Pattern::from_name(name).is_none() {
                 let known = Pattern::ALL.map(Pattern::name).join(", ");
-                return Err(format!("textures: unknown texture {name:?}; known are {known}"));
+                return Err(format!(
+                    "textures: unknown texture {name:?}; known are {known}"
+                ));
             }
         }
         for name in &self.water_types {
-            name.parse::<WaterType>().map_err(|e| format!("water_types: {e}"))?;
+            name.parse::<WaterType>()
+                .map_err(|e| format!("water_types: {e}"))?;
         }
-        numbers("backscatter_fractions", &self.backscatter_fractions, 1e-6, 0.499_999)?;
+        numbers(
+            "backscatter_fractions",
+            &self.backscatter_fractions,
+            1e-6,
+            0.499_999,
+        )?;
         numbers("depths_m", &self.depths_m, 0.01, 1e4)?;
         numbers("distances_m", &self.distances_m, 0.05, 10.0)?;
         numbers("light_pct", &self.light_pct, 0.0, 100.0)?;
-        numbers("calibration_depths_m", &self.calibration_depths_m, 0.01, 1e4)?;
-        numbers("calibration_light_pct", &[self.calibration_light_pct], 1e-3, 100.0)?;
+        numbers(
+            "calibration_depths_m",
+            &self.calibration_depths_m,
+            0.01,
+            1e4,
+        )?;
+        numbers(
+            "calibration_light_pct",
+            &[self.calibration_light_pct],
+            1e-3,
+            100.0,
+        )?;
         if self.textures.is_empty() || self.water_types.is_empty() {
             return Err("textures and water_types must not be empty".into());
         }
         if self.calibration_depths_m.windows(2).any(|w| w[0] >= w[1]) {
-            return Err(format!("calibration_depths_m must increase, got {:?}", self.calibration_depths_m));
+            return Err(format!(
+                "calibration_depths_m must increase, got {:?}",
+                self.calibration_depths_m
+            ));
         }
         if !self.depths_m.contains(&self.calibration_depth_m) {
             let (got, known) = (self.calibration_depth_m, &self.depths_m);
-            return Err(format!("calibration_depth_m must be one of depths_m {known:?}, got {got}"));
+            return Err(format!(
+                "calibration_depth_m must be one of depths_m {known:?}, got {got}"
+            ));
         }
-        let (first, last) = (self.calibration_depths_m[0], self.calibration_depths_m[self.calibration_depths_m.len() - 1]);
+        let (first, last) = (
+            self.calibration_depths_m[0],
+            self.calibration_depths_m[self.calibration_depths_m.len() - 1],
+        );
         if let Some(outside) = self.depths_m.iter().find(|d| !(first..=last).contains(*d)) {
-            return Err(format!("depths_m must lie inside calibration_depths_m ({first} to {last} m), got {outside}"));
+            return Err(format!(
+                "depths_m must lie inside calibration_depths_m ({first} to {last} m), got {outside}"
+            ));
         }
         self.vehicle.check()
     }
@@ -158,7 +197,13 @@ impl DatasetConfig {
         for pattern in self.textures.iter().filter_map(|n| Pattern::from_name(n)) {
             for jerlov in self.water_types.iter().filter_map(|t| t.parse().ok()) {
                 for &backscatter_fraction in &self.backscatter_fractions {
-                    all.push((pattern, WaterBody { jerlov, backscatter_fraction }));
+                    all.push((
+                        pattern,
+                        WaterBody {
+                            jerlov,
+                            backscatter_fraction,
+                        },
+                    ));
                 }
             }
         }
@@ -167,7 +212,9 @@ impl DatasetConfig {
 
     /// Seed of the renders of environment `index`.
     pub fn environment_seed(&self, index: usize) -> u64 {
-        self.seed.wrapping_mul(1_000_003).wrapping_add(1000 * index as u64)
+        self.seed
+            .wrapping_mul(1_000_003)
+            .wrapping_add(1000 * index as u64)
     }
 
     /// Number of renders of targets, two halves each counted as one.
@@ -195,7 +242,10 @@ mod tests {
         let config = DatasetConfig::default();
         config.check().unwrap();
         let pairs = (config.distances_m.len() * config.light_pct.len()).pow(2);
-        assert_eq!(config.environments().len() * config.depths_m.len() * pairs, 138_240);
+        assert_eq!(
+            config.environments().len() * config.depths_m.len() * pairs,
+            138_240
+        );
         assert_eq!(config.renders(), 1440);
     }
 
@@ -204,7 +254,15 @@ mod tests {
         let mut config = DatasetConfig::default();
         config.textures.push("lawn".into());
         assert!(config.check().unwrap_err().contains("lawn"));
-        let config = DatasetConfig { distances_m: vec![0.5, f64::NAN], ..DatasetConfig::default() };
-        assert!(config.check().unwrap_err().contains("distances_m must be in [0.05, 10], got NaN"));
+        let config = DatasetConfig {
+            distances_m: vec![0.5, f64::NAN],
+            ..DatasetConfig::default()
+        };
+        assert!(
+            config
+                .check()
+                .unwrap_err()
+                .contains("distances_m must be in [0.05, 10], got NaN")
+        );
     }
 }

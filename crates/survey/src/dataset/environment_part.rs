@@ -14,13 +14,22 @@ use crate::measure::{Quality, RenderedView};
 use crate::routine;
 
 /// Columns before the network's inputs.
-const LEADING: [&str; 4] = ["environment", "texture", "water_type", "backscatter_fraction"];
+const LEADING: [&str; 4] = [
+    "environment",
+    "texture",
+    "water_type",
+    "backscatter_fraction",
+];
 /// Columns after them: contrast after the change, 8-bit counts.
 const OUTPUTS: [&str; 3] = ["contrast_r", "contrast_g", "contrast_b"];
 
 /// The header line of the table.
 pub(super) fn header() -> String {
-    let names = LEADING.iter().copied().chain(FEATURES.iter().map(|f| f.name)).chain(OUTPUTS);
+    let names = LEADING
+        .iter()
+        .copied()
+        .chain(FEATURES.iter().map(|f| f.name))
+        .chain(OUTPUTS);
     names.collect::<Vec<_>>().join(",") + "\n"
 }
 
@@ -48,15 +57,32 @@ pub(super) fn make(
     let mut seed = quality.seed + 100;
     for &depth_m in &config.depths_m {
         for &distance_m in &config.distances_m {
-            let scene = scene(&config.vehicle, water, target, View::Target { depth_m, distance_m })?;
+            let scene = scene(
+                &config.vehicle,
+                water,
+                target,
+                View::Target {
+                    depth_m,
+                    distance_m,
+                },
+            )?;
             let view = RenderedView::render(&scene, Quality { seed, ..quality }, cancel)?;
             seed += 1;
             for &light_pct in &config.light_pct {
-                images.push(Image { depth_m, distance_m, light_pct, stats: view.statistics(&sensor, light_pct) });
+                images.push(Image {
+                    depth_m,
+                    distance_m,
+                    light_pct,
+                    stats: view.statistics(&sensor, light_pct),
+                });
             }
             if depth_m == config.calibration_depth_m {
                 let views = [(distance_m, &view)];
-                contrast.extend(routine::measure_contrasts(&sensor, &views, config.calibration_light_pct));
+                contrast.extend(routine::measure_contrasts(
+                    &sensor,
+                    &views,
+                    config.calibration_light_pct,
+                ));
             }
         }
     }
@@ -64,8 +90,15 @@ pub(super) fn make(
     let profile = routine::profile(depth, &contrast, made_by)?;
     let name = environment_name(target.pattern, water);
     let path = folder.join("profiles").join(format!("{name}.json"));
-    profile.write(&path).map_err(|e| DatasetError::Inconsistent(e.to_string()))?;
-    let leading = format!("{name},{},{},{}", target.pattern.name(), water.jerlov, water.backscatter_fraction);
+    profile
+        .write(&path)
+        .map_err(|e| DatasetError::Inconsistent(e.to_string()))?;
+    let leading = format!(
+        "{name},{},{},{}",
+        target.pattern.name(),
+        water.jerlov,
+        water.backscatter_fraction
+    );
     rows(&images, &profile, &leading)
 }
 
@@ -80,10 +113,13 @@ fn rows(images: &[Image], profile: &Profile, leading: &str) -> Result<String, Da
             mean: now.stats.mean,
             std: now.stats.contrast,
         };
-        let situation =
-            Situation::new(&observation, profile).map_err(|e| DatasetError::Inconsistent(e.to_string()))?;
+        let situation = Situation::new(&observation, profile)
+            .map_err(|e| DatasetError::Inconsistent(e.to_string()))?;
         for next in images.iter().filter(|i| i.depth_m == now.depth_m) {
-            let candidate = Candidate { distance_m: next.distance_m, light_pct: next.light_pct };
+            let candidate = Candidate {
+                distance_m: next.distance_m,
+                light_pct: next.light_pct,
+            };
             text.push_str(leading);
             for feature in &FEATURES {
                 let value = match feature.value {
@@ -92,7 +128,10 @@ fn rows(images: &[Image], profile: &Profile, leading: &str) -> Result<String, Da
                 };
                 push_number(&mut text, value);
             }
-            next.stats.contrast.iter().for_each(|&c| push_number(&mut text, c));
+            next.stats
+                .contrast
+                .iter()
+                .for_each(|&c| push_number(&mut text, c));
             text.push('\n');
         }
     }

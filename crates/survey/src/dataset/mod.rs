@@ -51,7 +51,9 @@ pub enum DatasetError {
         source: std::io::Error,
     },
     /// The folder holds parts of another configuration.
-    #[error("{folder} holds parts of another dataset (its config.toml differs); choose an empty folder or the same configuration")]
+    #[error(
+        "{folder} holds parts of another dataset (its config.toml differs); choose an empty folder or the same configuration"
+    )]
     OtherConfig {
         /// The output folder.
         folder: String,
@@ -60,7 +62,9 @@ pub enum DatasetError {
     #[error("{0}")]
     Inconsistent(String),
     /// Stopped from outside; finished parts are kept.
-    #[error("interrupted after {done} of {total} environments; the same command goes on from there")]
+    #[error(
+        "interrupted after {done} of {total} environments; the same command goes on from there"
+    )]
     Interrupted {
         /// Environments finished.
         done: usize,
@@ -111,18 +115,45 @@ pub fn generate(
             target = Some(Target::read(*pattern, assets)?);
         }
         let Some(target) = &target else { continue };
-        let quality = Quality { samples_per_half: config.samples_per_half, seed: config.environment_seed(done), threads };
-        let result = depths(config, water, target, quality, observer.cancel, &mut up_cache)
-            .and_then(|depth| environment_part::make(config, target, water, &depth, quality, observer.cancel, folder));
+        let quality = Quality {
+            samples_per_half: config.samples_per_half,
+            seed: config.environment_seed(done),
+            threads,
+        };
+        let result = depths(
+            config,
+            water,
+            target,
+            quality,
+            observer.cancel,
+            &mut up_cache,
+        )
+        .and_then(|depth| {
+            environment_part::make(
+                config,
+                target,
+                water,
+                &depth,
+                quality,
+                observer.cancel,
+                folder,
+            )
+        });
         match result {
             Ok(text) => write_text(&part, &text)?,
-            Err(_) if observer.cancel.load(Ordering::Relaxed) => return Err(DatasetError::Interrupted { done, total }),
+            Err(_) if observer.cancel.load(Ordering::Relaxed) => {
+                return Err(DatasetError::Interrupted { done, total });
+            }
             Err(e) => return Err(e),
         }
     }
     (observer.progress)(total, total, "");
     let entries = join(folder, &environments)?;
-    Ok(Summary { entries, renders: config.renders(), table: folder.join(TABLE) })
+    Ok(Summary {
+        entries,
+        renders: config.renders(),
+        table: folder.join(TABLE),
+    })
 }
 
 /// Name of an environment in the table and in file names.
@@ -142,9 +173,18 @@ fn depths(
     if let Some((_, known)) = cache.iter().find(|(w, _)| w == water) {
         return Ok(known.clone());
     }
-    let quality = Quality { samples_per_half: config.up_samples_per_half, ..quality };
-    let (sensor, views) =
-        routine::look_up(&config.vehicle, water, target, &config.calibration_depths_m, quality, cancel)?;
+    let quality = Quality {
+        samples_per_half: config.up_samples_per_half,
+        ..quality
+    };
+    let (sensor, views) = routine::look_up(
+        &config.vehicle,
+        water,
+        target,
+        &config.calibration_depths_m,
+        quality,
+        cancel,
+    )?;
     let measured = routine::measure_depths(&sensor, &views);
     cache.push((*water, measured.clone()));
     Ok(measured)
@@ -154,15 +194,23 @@ fn depths(
 fn claim(config: &DatasetConfig, folder: &Path) -> Result<(), DatasetError> {
     for sub in ["parts", "profiles"] {
         let path = folder.join(sub);
-        fs::create_dir_all(&path).map_err(|source| DatasetError::Io { path: path.display().to_string(), source })?;
+        fs::create_dir_all(&path).map_err(|source| DatasetError::Io {
+            path: path.display().to_string(),
+            source,
+        })?;
     }
     let path = folder.join("config.toml");
     let text = config.to_text().map_err(DatasetError::Inconsistent)?;
     match fs::read_to_string(&path) {
         Ok(old) if old == text => Ok(()),
-        Ok(_) => Err(DatasetError::OtherConfig { folder: folder.display().to_string() }),
+        Ok(_) => Err(DatasetError::OtherConfig {
+            folder: folder.display().to_string(),
+        }),
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => write_text(&path, &text),
-        Err(source) => Err(DatasetError::Io { path: path.display().to_string(), source }),
+        Err(source) => Err(DatasetError::Io {
+            path: path.display().to_string(),
+            source,
+        }),
     }
 }
 
@@ -172,7 +220,10 @@ fn join(folder: &Path, environments: &[(Pattern, WaterBody)]) -> Result<usize, D
     let mut entries = 0;
     for (pattern, water) in environments {
         let path = part_path(folder, *pattern, water);
-        let text = fs::read_to_string(&path).map_err(|source| DatasetError::Io { path: path.display().to_string(), source })?;
+        let text = fs::read_to_string(&path).map_err(|source| DatasetError::Io {
+            path: path.display().to_string(),
+            source,
+        })?;
         entries += text.lines().count();
         table.push_str(&text);
     }
@@ -181,16 +232,19 @@ fn join(folder: &Path, environments: &[(Pattern, WaterBody)]) -> Result<usize, D
 }
 
 fn part_path(folder: &Path, pattern: Pattern, water: &WaterBody) -> PathBuf {
-    folder.join("parts").join(format!("{}.csv", environment_name(pattern, water)))
+    folder
+        .join("parts")
+        .join(format!("{}.csv", environment_name(pattern, water)))
 }
 
 fn write_text(path: &Path, text: &str) -> Result<(), DatasetError> {
     use std::io::Write;
     Ok(write_atomically(path, |file| {
-        file.write_all(text.as_bytes()).map_err(|source| ImageError::System {
-            path: path.to_path_buf(),
-            action: "written",
-            source,
-        })
+        file.write_all(text.as_bytes())
+            .map_err(|source| ImageError::System {
+                path: path.to_path_buf(),
+                action: "written",
+                source,
+            })
     })?)
 }

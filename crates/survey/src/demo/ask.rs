@@ -33,15 +33,21 @@ pub struct Suggestion {
 }
 
 /// Asks the daemon at `address` what to do.
-pub(super) fn suggest(address: SocketAddr, observation: Observation) -> Result<Suggestion, DemoError> {
+pub(super) fn suggest(
+    address: SocketAddr,
+    observation: Observation,
+) -> Result<Suggestion, DemoError> {
     let answer = std::thread::spawn(move || exchange(address, &observation))
         .join()
         .map_err(|_| DemoError::Daemon("the asking thread failed".into()))?;
     let line = answer.map_err(|e| DemoError::Daemon(e.to_string()))?;
-    let reply: serde_json::Value =
-        serde_json::from_str(&line).map_err(|e| DemoError::Daemon(format!("answered {line:?}: {e}")))?;
+    let reply: serde_json::Value = serde_json::from_str(&line)
+        .map_err(|e| DemoError::Daemon(format!("answered {line:?}: {e}")))?;
     if reply["ok"] != json!(true) || reply["valid"] != json!(true) {
-        return Err(DemoError::Daemon(format!("gave no suggestion: {}", line.trim())));
+        return Err(DemoError::Daemon(format!(
+            "gave no suggestion: {}",
+            line.trim()
+        )));
     }
     serde_json::from_value(reply).map_err(|e| DemoError::Daemon(format!("answered {line:?}: {e}")))
 }

@@ -94,7 +94,10 @@ pub fn run(
     tell: &dyn Fn(&str),
 ) -> Result<PathBuf, DemoError> {
     let start = Instant::now();
-    let model_path = options.model.clone().map_or_else(|| first_model(assets), Ok)?;
+    let model_path = options
+        .model
+        .clone()
+        .map_or_else(|| first_model(assets), Ok)?;
     let model = Model::read(&model_path).map_err(|e| DemoError::Input(e.to_string()))?;
     let target = Target::read(options.pattern, assets)?;
     let stage = stages::Stage {
@@ -107,18 +110,42 @@ pub fn run(
         cancel,
     };
     stage.make_folders()?;
-    tell(&format!("1/4 Calibrating in Jerlov {} water, backscatter fraction {}", options.water.jerlov, options.water.backscatter_fraction));
+    tell(&format!(
+        "1/4 Calibrating in Jerlov {} water, backscatter fraction {}",
+        options.water.jerlov, options.water.backscatter_fraction
+    ));
     let profile = stage.calibrate()?;
-    tell(&format!("2/4 Starting uwguide with {}", model_path.display()));
-    let name = model_path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    tell(&format!(
+        "2/4 Starting uwguide with {}",
+        model_path.display()
+    ));
+    let name = model_path
+        .file_name()
+        .map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let service = Service::new(model, name, profile.clone(), Objective::default());
-    let running = daemon::spawn("127.0.0.1:0", service, Limits::default()).map_err(|e| DemoError::Daemon(e.to_string()))?;
-    tell(&format!("3/4 Visiting {} depths, asking {} over its socket", stages::VISITS.len(), running.local_addr()));
+    let running = daemon::spawn("127.0.0.1:0", service, Limits::default())
+        .map_err(|e| DemoError::Daemon(e.to_string()))?;
+    tell(&format!(
+        "3/4 Visiting {} depths, asking {} over its socket",
+        stages::VISITS.len(),
+        running.local_addr()
+    ));
     let visits = stage.visit(running.local_addr(), tell)?;
     running.shutdown();
     tell("4/4 Writing plot and report");
-    plot::write(&folder.join("contrast.png"), &folder.join("contrast.svg"), &visits)?;
-    report::write(folder, options, &model_path, &profile, &visits, start.elapsed())
+    plot::write(
+        &folder.join("contrast.png"),
+        &folder.join("contrast.svg"),
+        &visits,
+    )?;
+    report::write(
+        folder,
+        options,
+        &model_path,
+        &profile,
+        &visits,
+        start.elapsed(),
+    )
 }
 
 /// The first model by name among the shipped ones.
@@ -127,8 +154,13 @@ fn first_model(assets: &Path) -> Result<PathBuf, DemoError> {
     let mut models: Vec<PathBuf> = std::fs::read_dir(&folder)
         .map_err(|e| DemoError::Input(format!("{}: {e}", folder.display())))?
         .filter_map(|entry| entry.ok().map(|e| e.path()))
-        .filter(|p| p.extension().is_some_and(|e| e == "json"))
+        .filter(|p| p.extension().is_some_and(|e| e == "json") && p.is_file())
         .collect();
     models.sort();
-    models.into_iter().next().ok_or_else(|| DemoError::Input(format!("{}: holds no model (*.json); give one with --model", folder.display())))
+    models.into_iter().next().ok_or_else(|| {
+        DemoError::Input(format!(
+            "{}: holds no model (*.json); give one with --model",
+            folder.display()
+        ))
+    })
 }

@@ -16,7 +16,10 @@ const BARS: [(&str, RGBColor); 3] = [
 
 /// Writes the plot as PNG and SVG.
 pub(super) fn write(png: &Path, svg: &Path, visits: &[Visit]) -> Result<(), DemoError> {
-    let failed = |path: &Path, reason: String| DemoError::Output { path: path.display().to_string(), reason };
+    let failed = |path: &Path, reason: String| DemoError::Output {
+        path: path.display().to_string(),
+        reason,
+    };
     crate::plot::use_font().map_err(|reason| failed(png, reason))?;
     draw(&BitMapBackend::new(png, SIZE).into_drawing_area(), visits).map_err(|e| failed(png, e))?;
     draw(&SVGBackend::new(svg, SIZE).into_drawing_area(), visits).map_err(|e| failed(svg, e))
@@ -27,11 +30,18 @@ fn draw<B: DrawingBackend>(area: &DrawingArea<B, Shift>, visits: &[Visit]) -> Re
     area.fill(&WHITE).map_err(text)?;
     let mean = |c: &[f64; 3]| (c[0] + c[1] + c[2]) / 3.0;
     let values = |v: &Visit| {
-        [mean(&v.contrast_before), mean(&v.suggestion.predicted_contrast), mean(&v.contrast_after)]
+        [
+            mean(&v.contrast_before),
+            mean(&v.suggestion.predicted_contrast),
+            mean(&v.contrast_after),
+        ]
     };
     let top = visits.iter().flat_map(values).fold(1.0, f64::max) * 1.25;
     let mut chart = ChartBuilder::on(area)
-        .caption("Contrast before and after the suggestion", ("sans-serif", 22))
+        .caption(
+            "Contrast before and after the suggestion",
+            ("sans-serif", 22),
+        )
         .margin(15)
         .x_label_area_size(45)
         .y_label_area_size(60)
@@ -40,10 +50,16 @@ fn draw<B: DrawingBackend>(area: &DrawingArea<B, Shift>, visits: &[Visit]) -> Re
     let place = |x: &f64| {
         let visit = (x - 0.5).round();
         let on_centre = (x - 0.5 - visit).abs() < 1e-6;
-        visits.get(visit.max(0.0) as usize).filter(|_| on_centre).map_or_else(String::new, |v| {
-            let s = &v.suggestion;
-            format!("{} m deep: {} m, {} % to {:.2} m, {:.0} %", v.depth_m, v.distance_m, v.light_pct, s.distance_m, s.light_pct)
-        })
+        visits
+            .get(visit.max(0.0) as usize)
+            .filter(|_| on_centre)
+            .map_or_else(String::new, |v| {
+                let s = &v.suggestion;
+                format!(
+                    "{} m deep: {} m, {} % to {:.2} m, {:.0} %",
+                    v.depth_m, v.distance_m, v.light_pct, s.distance_m, s.light_pct
+                )
+            })
     };
     chart
         .configure_mesh()
@@ -57,7 +73,10 @@ fn draw<B: DrawingBackend>(area: &DrawingArea<B, Shift>, visits: &[Visit]) -> Re
     for (bar, (name, colour)) in BARS.into_iter().enumerate() {
         let rectangles = visits.iter().enumerate().map(|(i, v)| {
             let left = i as f64 + 0.14 + 0.25 * bar as f64;
-            Rectangle::new([(left, 0.0), (left + 0.22, values(v)[bar])], colour.filled())
+            Rectangle::new(
+                [(left, 0.0), (left + 0.22, values(v)[bar])],
+                colour.filled(),
+            )
         });
         chart
             .draw_series(rectangles)

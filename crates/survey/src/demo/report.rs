@@ -18,7 +18,9 @@ pub(super) fn write(
     visits: &[Visit],
     elapsed: Duration,
 ) -> Result<PathBuf, DemoError> {
-    let model_name = model.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    let model_name = model
+        .file_name()
+        .map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let rows: Vec<_> = visits
         .iter()
         .map(|v| {
@@ -43,7 +45,13 @@ pub(super) fn write(
     Ok(path)
 }
 
-fn text(options: &DemoOptions, model: &str, profile: &Profile, visits: &[Visit], elapsed: Duration) -> String {
+fn text(
+    options: &DemoOptions,
+    model: &str,
+    profile: &Profile,
+    visits: &[Visit],
+    elapsed: Duration,
+) -> String {
     let mut out = String::new();
     let water = options.water;
     // Writing to a string cannot fail.
@@ -56,28 +64,67 @@ fn text(options: &DemoOptions, model: &str, profile: &Profile, visits: &[Visit],
         options.seed,
         elapsed.as_secs_f64()
     );
-    let _ = writeln!(out, "## Calibration\n\n| depth, m | K_z red | green | blue |\n|---|---|---|---|");
+    let _ = writeln!(
+        out,
+        "## Calibration\n\n| depth, m | K_z red | green | blue |\n|---|---|---|---|"
+    );
     for sample in profile.depth() {
         let _ = writeln!(out, "| {} | {} |", sample.depth_m, triple(&sample.k_z, 3));
     }
-    let _ = writeln!(out, "\n| distance, m | K_c on, red | green | blue | K_c off, red | green | blue |\n|---|---|---|---|---|---|---|");
+    let _ = writeln!(
+        out,
+        "\n| distance, m | K_c on, red | green | blue | K_c off, red | green | blue |\n|---|---|---|---|---|---|---|"
+    );
     for (on, off) in profile.contrast_on().iter().zip(profile.contrast_off()) {
-        let _ = writeln!(out, "| {} | {} | {} |", on.distance_m, triple(&on.k_c, 2), triple(&off.k_c, 2));
+        let _ = writeln!(
+            out,
+            "| {} | {} | {} |",
+            on.distance_m,
+            triple(&on.k_c, 2),
+            triple(&off.k_c, 2)
+        );
     }
-    let _ = writeln!(out, "\n## Suggestions\n\nContrast in 8-bit counts, red / green / blue.\n");
+    let _ = writeln!(
+        out,
+        "\n## Suggestions\n\nContrast in 8-bit counts, red / green / blue.\n"
+    );
     for v in visits {
         let s = &v.suggestion;
         let _ = writeln!(
             out,
             "### {} m deep\n\nFrom {} m at {} % to **{:.2} m at {:.0} %** (score {:.3} instead of {:.3}; {} candidates, {} µs).\n",
-            v.depth_m, v.distance_m, v.light_pct, s.distance_m, s.light_pct, s.score, s.score_here, s.evaluations, s.elapsed_us
+            v.depth_m,
+            v.distance_m,
+            v.light_pct,
+            s.distance_m,
+            s.light_pct,
+            s.score,
+            s.score_here,
+            s.evaluations,
+            s.elapsed_us
         );
-        let _ = writeln!(out, "| | red | green | blue |\n|---|---|---|---|\n| before, rendered | {} |", triple(&v.contrast_before, 2));
-        let _ = writeln!(out, "| after, predicted | {} |\n| after, rendered | {} |\n", triple(&s.predicted_contrast, 2), triple(&v.contrast_after, 2));
-        let _ = writeln!(out, "![before](depth_{0}m_before.png) ![after](depth_{0}m_after.png)\n", v.depth_m);
+        let _ = writeln!(
+            out,
+            "| | red | green | blue |\n|---|---|---|---|\n| before, rendered | {} |",
+            triple(&v.contrast_before, 2)
+        );
+        let _ = writeln!(
+            out,
+            "| after, predicted | {} |\n| after, rendered | {} |\n",
+            triple(&s.predicted_contrast, 2),
+            triple(&v.contrast_after, 2)
+        );
+        let _ = writeln!(
+            out,
+            "![before](depth_{0}m_before.png) ![after](depth_{0}m_after.png)\n",
+            v.depth_m
+        );
     }
     let error = mean_error(visits);
-    let _ = writeln!(out, "Mean absolute difference of predicted and rendered contrast: {error:.2} counts.\n\n![contrast](contrast.png)");
+    let _ = writeln!(
+        out,
+        "Mean absolute difference of predicted and rendered contrast: {error:.2} counts.\n\n![contrast](contrast.png)"
+    );
     out
 }
 
@@ -88,7 +135,9 @@ fn triple(values: &[f64; 3], digits: usize) -> String {
 fn mean_error(visits: &[Visit]) -> f64 {
     let sum: f64 = visits
         .iter()
-        .flat_map(|v| (0..3).map(move |k| (v.suggestion.predicted_contrast[k] - v.contrast_after[k]).abs()))
+        .flat_map(|v| {
+            (0..3).map(move |k| (v.suggestion.predicted_contrast[k] - v.contrast_after[k]).abs())
+        })
         .sum();
     sum / (3.0 * visits.len() as f64)
 }

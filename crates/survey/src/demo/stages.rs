@@ -17,7 +17,8 @@ use crate::routine;
 use crate::vehicle::Vehicle;
 
 /// Where the vehicle is when it asks: depth in m, distance in m, lamp level in percent.
-pub(super) const VISITS: [(f64, f64, f64); 3] = [(1.0, 2.5, 100.0), (3.0, 1.0, 0.0), (5.0, 2.0, 33.0)];
+pub(super) const VISITS: [(f64, f64, f64); 3] =
+    [(1.0, 2.5, 100.0), (3.0, 1.0, 0.0), (5.0, 2.0, 33.0)];
 /// The routine: depths of the images that look up and distances of those that look at the target, m.
 const UP_DEPTHS_M: [f64; 6] = [0.5, 1.0, 2.0, 3.0, 4.0, 6.0];
 const DISTANCES_M: [f64; 6] = [0.5, 1.0, 1.5, 2.0, 2.5, 3.0];
@@ -42,12 +43,18 @@ pub(super) struct Stage<'a> {
 impl Stage<'_> {
     pub(super) fn make_folders(&self) -> Result<(), DemoError> {
         let path = self.folder.join("calibration");
-        std::fs::create_dir_all(&path)
-            .map_err(|e| DemoError::Output { path: path.display().to_string(), reason: e.to_string() })
+        std::fs::create_dir_all(&path).map_err(|e| DemoError::Output {
+            path: path.display().to_string(),
+            reason: e.to_string(),
+        })
     }
 
     fn quality(&self, samples_per_half: u32, seed: u64) -> Quality {
-        Quality { samples_per_half, seed: self.seed.wrapping_mul(10_007).wrapping_add(seed), threads: self.threads }
+        Quality {
+            samples_per_half,
+            seed: self.seed.wrapping_mul(10_007).wrapping_add(seed),
+            threads: self.threads,
+        }
     }
 
     fn sensor(&self) -> Sensor {
@@ -55,11 +62,29 @@ impl Stage<'_> {
     }
 
     fn look(&self, depth_m: f64, distance_m: f64, seed: u64) -> Result<RenderedView, DemoError> {
-        let scene = scene(&self.vehicle, &self.water, &self.target, View::Target { depth_m, distance_m })?;
-        Ok(RenderedView::render(&scene, self.quality(TARGET_SAMPLES, seed), self.cancel)?)
+        let scene = scene(
+            &self.vehicle,
+            &self.water,
+            &self.target,
+            View::Target {
+                depth_m,
+                distance_m,
+            },
+        )?;
+        Ok(RenderedView::render(
+            &scene,
+            self.quality(TARGET_SAMPLES, seed),
+            self.cancel,
+        )?)
     }
 
-    fn write_picture(&self, name: &str, view: &RenderedView, sensor: &Sensor, light_pct: f64) -> Result<(), DemoError> {
+    fn write_picture(
+        &self,
+        name: &str,
+        view: &RenderedView,
+        sensor: &Sensor,
+        light_pct: f64,
+    ) -> Result<(), DemoError> {
         let frame = sensor.expose(&view.picture(light_pct), self.seed);
         Ok(write_frame(&self.folder.join(name), &frame)?)
     }
@@ -67,8 +92,14 @@ impl Stage<'_> {
     /// Renders the routine, writes its pictures with a manifest, and makes the profile.
     pub(super) fn calibrate(&self) -> Result<Profile, DemoError> {
         let quality = self.quality(UP_SAMPLES, 0);
-        let (up_sensor, ups) =
-            routine::look_up(&self.vehicle, &self.water, &self.target, &UP_DEPTHS_M, quality, self.cancel)?;
+        let (up_sensor, ups) = routine::look_up(
+            &self.vehicle,
+            &self.water,
+            &self.target,
+            &UP_DEPTHS_M,
+            quality,
+            self.cancel,
+        )?;
         let mut manifest = "file,kind,depth_m,distance_m,light_pct\n".to_owned();
         for (depth_m, view) in &ups {
             let file = format!("up_{depth_m}m.png");
@@ -83,7 +114,10 @@ impl Stage<'_> {
             for light_pct in [0.0, CONTRAST_LIGHT_PCT] {
                 let file = format!("target_{distance_m}m_{light_pct}pct.png");
                 self.write_picture(&format!("calibration/{file}"), &view, &sensor, light_pct)?;
-                let _ = writeln!(manifest, "{file},contrast,{CONTRAST_DEPTH_M},{distance_m},{light_pct}");
+                let _ = writeln!(
+                    manifest,
+                    "{file},contrast,{CONTRAST_DEPTH_M},{distance_m},{light_pct}"
+                );
             }
             views.push((distance_m, view));
         }
@@ -91,31 +125,65 @@ impl Stage<'_> {
         let views: Vec<_> = views.iter().map(|(d, v)| (*d, v)).collect();
         let depth = routine::measure_depths(&up_sensor, &ups);
         let contrast = routine::measure_contrasts(&sensor, &views, CONTRAST_LIGHT_PCT);
-        let profile = routine::profile(&depth, &contrast, concat!("uw demo ", env!("CARGO_PKG_VERSION")))?;
+        let profile = routine::profile(
+            &depth,
+            &contrast,
+            concat!("uw demo ", env!("CARGO_PKG_VERSION")),
+        )?;
         let path = self.folder.join("profile.json");
-        profile.write(&path).map_err(|e| DemoError::Output { path: path.display().to_string(), reason: e.to_string() })?;
+        profile.write(&path).map_err(|e| DemoError::Output {
+            path: path.display().to_string(),
+            reason: e.to_string(),
+        })?;
         Ok(profile)
     }
 
     /// Visits each place: looks, asks the daemon at `address`, follows its suggestion, looks again.
-    pub(super) fn visit(&self, address: SocketAddr, tell: &dyn Fn(&str)) -> Result<Vec<Visit>, DemoError> {
+    pub(super) fn visit(
+        &self,
+        address: SocketAddr,
+        tell: &dyn Fn(&str),
+    ) -> Result<Vec<Visit>, DemoError> {
         let sensor = self.sensor();
         let mut visits = Vec::new();
         for (i, (depth_m, distance_m, light_pct)) in VISITS.into_iter().enumerate() {
             let seed = 200 + 10 * i as u64;
             let before = self.look(depth_m, distance_m, seed)?;
             let stats = before.statistics(&sensor, light_pct);
-            self.write_picture(&format!("depth_{depth_m}m_before.png"), &before, &sensor, light_pct)?;
-            let observation = Observation { depth_m, distance_m, light_pct, mean: stats.mean, std: stats.contrast };
+            self.write_picture(
+                &format!("depth_{depth_m}m_before.png"),
+                &before,
+                &sensor,
+                light_pct,
+            )?;
+            let observation = Observation {
+                depth_m,
+                distance_m,
+                light_pct,
+                mean: stats.mean,
+                std: stats.contrast,
+            };
             let suggestion = ask::suggest(address, observation)?;
             let after = self.look(depth_m, suggestion.distance_m, seed + 1)?;
             let contrast_after = after.statistics(&sensor, suggestion.light_pct).contrast;
-            self.write_picture(&format!("depth_{depth_m}m_after.png"), &after, &sensor, suggestion.light_pct)?;
+            self.write_picture(
+                &format!("depth_{depth_m}m_after.png"),
+                &after,
+                &sensor,
+                suggestion.light_pct,
+            )?;
             tell(&format!(
                 "    {depth_m} m deep: from {distance_m} m at {light_pct} % to {:.2} m at {:.0} %",
                 suggestion.distance_m, suggestion.light_pct
             ));
-            visits.push(Visit { depth_m, distance_m, light_pct, contrast_before: stats.contrast, suggestion, contrast_after });
+            visits.push(Visit {
+                depth_m,
+                distance_m,
+                light_pct,
+                contrast_before: stats.contrast,
+                suggestion,
+                contrast_after,
+            });
         }
         Ok(visits)
     }
@@ -129,10 +197,11 @@ impl Stage<'_> {
 pub(super) fn write_text(path: &Path, text: &str) -> Result<(), DemoError> {
     use std::io::Write;
     Ok(write_atomically(path, |file| {
-        file.write_all(text.as_bytes()).map_err(|source| ImageError::System {
-            path: path.to_path_buf(),
-            action: "written",
-            source,
-        })
+        file.write_all(text.as_bytes())
+            .map_err(|source| ImageError::System {
+                path: path.to_path_buf(),
+                action: "written",
+                source,
+            })
     })?)
 }

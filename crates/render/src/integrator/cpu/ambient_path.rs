@@ -5,47 +5,54 @@
 //! direction and around the sun, so that no weight times the next phase value is unbounded; no path escapes
 //! through the surface, because what escapes has been scored.
 
-use std::f64::consts::PI;
-
 use glam::DVec3;
 
 use super::{
     LATE_SURVIVAL, SURE_EVENTS,
+    ambient_surface::meet_surface,
     camera_ray::{CameraRay, End},
     score::{Scores, Source, Way},
     spectral::Spectral,
-    sun_line::{Line, scattered_sunlight, sun_reaches},
+    sun_line::{Line, scattered_sunlight},
     unfold::flip,
 };
 use crate::{
     integrator::sampling::{
         Draws,
-        directions::{cosine_hemisphere, sin2_half, turn},
+        directions::{sin2_half, turn},
     },
-    prepare::{Boundary, Medium, Prepared, Primitive, Strategies, SurfacePoint},
+    prepare::{Boundary, Medium, Prepared, Primitive, Strategies},
 };
 
 /// Share of directions drawn around the sun at a scattering.
 const SUN_SHARE: f64 = 0.15;
-/// The same at a Lambertian surface.
-const SUN_SHARE_SURFACE: f64 = 0.3;
 /// Relative importance below which roulette sets in.
 const ROULETTE_BELOW: f64 = 0.1;
 
-struct Walk {
-    origin: DVec3,
-    direction: DVec3,
-    from: Primitive,
-    in_air: bool,
-    scattered: bool,
-    met_surface: bool,
-    events: usize,
-    spectral: Spectral,
+pub(super) struct Walk {
+    pub(super) origin: DVec3,
+    pub(super) direction: DVec3,
+    pub(super) from: Primitive,
+    pub(super) in_air: bool,
+    pub(super) scattered: bool,
+    pub(super) met_surface: bool,
+    pub(super) events: usize,
+    pub(super) spectral: Spectral,
 }
 
 /// Traces one walk from `ray` and adds ambient light to `scores`; returns the number of path vertices made.
-pub fn trace(scene: &Prepared, ray: &CameraRay, max_events: usize, draws: &mut Draws, scores: &mut Scores) -> u64 {
-    let strategies = scene.medium.as_ref().map_or_else(none, |m| m.by_attenuation);
+pub fn trace(
+    scene: &Prepared,
+    ray: &CameraRay,
+    max_events: usize,
+    draws: &mut Draws,
+    scores: &mut Scores,
+) -> u64 {
+    let strategies = scene
+        .medium
+        .as_ref()
+        .map(|m| m.by_attenuation)
+        .unwrap_or_default();
     let mut walk = Walk {
         origin: ray.origin,
         direction: ray.direction,
@@ -66,7 +73,16 @@ pub fn trace(scene: &Prepared, ray: &CameraRay, max_events: usize, draws: &mut D
             air_segment(scene, max_events, &mut walk, draws, scores)
         } else {
             let known = first.take().filter(|r| r.air_length == 0.0);
-            water_segment(scene, known, max_events, leading, &strategies, &mut walk, draws, scores)
+            water_segment(
+                scene,
+                known,
+                max_events,
+                leading,
+                &strategies,
+                &mut walk,
+                draws,
+                scores,
+            )
         };
         first = None;
         if !alive || !survives(scene, start_z, &mut walk, draws) {
@@ -75,17 +91,17 @@ pub fn trace(scene: &Prepared, ray: &CameraRay, max_events: usize, draws: &mut D
     }
 }
 
-fn none() -> Strategies {
-    Strategies::new([0.0; 3], [false; 3])
-}
-
 impl Walk {
-    fn score(&self, scores: &mut Scores, way: Way, light: [f64; 3]) {
+    pub(super) fn score(&self, scores: &mut Scores, way: Way, light: [f64; 3]) {
         let weight = self.spectral.weight();
-        scores.add(Source::Ambient, way, std::array::from_fn(|k| weight[k] * light[k]));
+        scores.add(
+            Source::Ambient,
+            way,
+            std::array::from_fn(|k| weight[k] * light[k]),
+        );
     }
 
-    fn way(&self) -> Way {
+    pub(super) fn way(&self) -> Way {
         Way::of(self.met_surface, self.scattered)
     }
 
@@ -95,7 +111,6 @@ impl Walk {
 }
 
 /// One segment in the water (or in space without water). False when the walk ends.
-#[expect(clippy::too_many_arguments, reason = "one call site; the walk's parts stay separate")]
 fn water_segment(
     scene: &Prepared,
     known: Option<&CameraRay>,
@@ -109,7 +124,11 @@ fn water_segment(
     let end = known.map_or_else(|| full_segment(scene, walk), CameraRay::end);
     let length = end.distance().unwrap_or(f64::INFINITY);
     if let (Some(medium), true) = (&scene.medium, walk.events < max_events) {
-        let line = Line { origin: walk.origin, direction: walk.direction, length };
+        let line = Line {
+            origin: walk.origin,
+            direction: walk.direction,
+            length,
+        };
         let light = scattered_sunlight(scene, medium, &line, draws);
         walk.score(scores, Way::of(walk.met_surface, true), light);
     }
@@ -118,7 +137,11 @@ fn water_segment(
         _ => 0.0,
     };
     let escapes_scored = score_sky(scene, &end, reflectance, walk, scores);
-    let u = if leading { draws.leading(2) } else { draws.uniform() };
+    let u = if leading {
+        draws.leading(2)
+    } else {
+        draws.uniform()
+    };
     let flight = next_event(scene, strategies, end, reflectance, escapes_scored, u, walk);
     match flight {
         End::Scatter(t) => walk.events < max_events && scatter(scene, t, leading, walk, draws),
@@ -138,8 +161,15 @@ fn water_segment(
 /// The end of the segment if nothing scattered on it.
 fn full_segment(scene: &Prepared, walk: &Walk) -> End {
     let to_boundary = scene.distance_to_boundary(walk.origin, walk.direction);
-    match scene.geometry.closest(walk.origin, walk.direction, to_boundary, walk.from) {
-        Some(hit) => End::Surface(hit.t, scene.geometry.surface_point(&hit, walk.direction), hit.primitive),
+    match scene
+        .geometry
+        .closest(walk.origin, walk.direction, to_boundary, walk.from)
+    {
+        Some(hit) => End::Surface(
+            hit.t,
+            scene.geometry.surface_point(&hit, walk.direction),
+            hit.primitive,
+        ),
         None if to_boundary < f64::INFINITY => End::Boundary(to_boundary),
         None => End::Nothing,
     }
@@ -147,9 +177,22 @@ fn full_segment(scene: &Prepared, walk: &Walk) -> End {
 
 /// Scores the sky at the end of the segment; returns whether everything that leaves through the surface has
 /// thereby been counted.
-fn score_sky(scene: &Prepared, end: &End, reflectance: f64, walk: &Walk, scores: &mut Scores) -> bool {
-    let sky = |transmittance: [f64; 3], factor: f64| std::array::from_fn(|k| scene.sky[k] * transmittance[k] * factor);
-    let through = |t: f64| scene.medium.as_ref().map_or([1.0; 3], |m| m.transmittance(t));
+fn score_sky(
+    scene: &Prepared,
+    end: &End,
+    reflectance: f64,
+    walk: &Walk,
+    scores: &mut Scores,
+) -> bool {
+    let sky = |transmittance: [f64; 3], factor: f64| {
+        std::array::from_fn(|k| scene.sky[k] * transmittance[k] * factor)
+    };
+    let through = |t: f64| {
+        scene
+            .medium
+            .as_ref()
+            .map_or([1.0; 3], |m| m.transmittance(t))
+    };
     match (end, &scene.boundary) {
         (End::Boundary(t), Some(boundary)) => {
             if scene.needs.geometry_in_air {
@@ -192,7 +235,11 @@ fn next_event(
         if matches!(end, End::Boundary(_)) && escapes_scored {
             walk.spectral.scale_all(reflectance);
         }
-        return if reflectance == 0.0 && escapes_scored && matches!(end, End::Boundary(_)) { End::Nothing } else { end };
+        return if reflectance == 0.0 && escapes_scored && matches!(end, End::Boundary(_)) {
+            End::Nothing
+        } else {
+            end
+        };
     }
     let sigma = strategies.sigma[walk.spectral.chosen];
     let End::Boundary(length) = end else {
@@ -208,9 +255,19 @@ fn next_event(
             }
         };
     };
-    let leaving = if escapes_scored { 1.0 - reflectance } else { 0.0 };
+    let leaving = if escapes_scored {
+        1.0 - reflectance
+    } else {
+        0.0
+    };
     // Probability of staying in the water, per strategy: what leaves has been scored.
-    let staying = strategies.sigma.map(|s| if leaving == 1.0 { -(-s * length).exp_m1() } else { 1.0 - leaving * (-s * length).exp() });
+    let staying = strategies.sigma.map(|s| {
+        if leaving == 1.0 {
+            -(-s * length).exp_m1()
+        } else {
+            1.0 - leaving * (-s * length).exp()
+        }
+    });
     let stay = staying[walk.spectral.chosen].max(f64::MIN_POSITIVE);
     let reached = (1.0 - leaving) * (-sigma * length).exp() / stay;
     let result = if u < reached {
@@ -236,22 +293,40 @@ fn next_event(
 
 /// A scattering after `t`: a new direction around the old one or around the sun.
 fn scatter(scene: &Prepared, t: f64, leading: bool, walk: &mut Walk, draws: &mut Draws) -> bool {
-    let Some(medium) = &scene.medium else { return false };
+    let Some(medium) = &scene.medium else {
+        return false;
+    };
     walk.go(t);
     walk.from = Primitive::None;
     walk.scattered = true;
     walk.events += 1;
-    let (u, v) = if leading { (draws.leading(3), draws.leading(4)) } else { (draws.uniform(), draws.uniform()) };
+    let (u, v) = if leading {
+        (draws.leading(3), draws.leading(4))
+    } else {
+        (draws.uniform(), draws.uniform())
+    };
     let Some(sun) = &scene.sun else {
         walk.direction = turn(walk.direction, medium.phase.sample_x(u), v);
         return true;
     };
     let around_sun = draws.uniform() < SUN_SHARE;
-    let axis = if around_sun { sun.towards } else { walk.direction };
+    let axis = if around_sun {
+        sun.towards
+    } else {
+        walk.direction
+    };
     let x = medium.phase.sample_x(u);
     let direction = turn(axis, x, v);
-    let own = if around_sun { sin2_half(direction, walk.direction) } else { x };
-    let from_sun = if around_sun { x } else { sin2_half(direction, sun.towards) };
+    let own = if around_sun {
+        sin2_half(direction, walk.direction)
+    } else {
+        x
+    };
+    let from_sun = if around_sun {
+        x
+    } else {
+        sin2_half(direction, sun.towards)
+    };
     let phase = medium.phase.value(own);
     let density = (1.0 - SUN_SHARE) * phase + SUN_SHARE * medium.phase.value(from_sun);
     walk.direction = direction;
@@ -262,81 +337,17 @@ fn scatter(scene: &Prepared, t: f64, leading: bool, walk: &mut Walk, draws: &mut
     true
 }
 
-/// A surface in the water or in space: emission, the sun, a new direction.
-fn meet_surface(
+/// At the underside of the water surface: reflected, or into the air where there is something to see.
+fn leave_boundary(
     scene: &Prepared,
-    point: &SurfacePoint,
-    max_events: usize,
-    leading: bool,
+    reflectance: f64,
+    escapes_scored: bool,
     walk: &mut Walk,
     draws: &mut Draws,
-    scores: &mut Scores,
 ) -> bool {
-    walk.met_surface = true;
-    if point.emission != [0.0; 3] {
-        walk.score(scores, walk.way(), point.emission);
-    }
-    if walk.events >= max_events || point.reflectance == [0.0; 3] {
+    let Some(boundary) = scene.boundary else {
         return false;
-    }
-    walk.events += 1;
-    walk.spectral.scale(point.reflectance);
-    let light = sunlight_on(scene, point, walk);
-    walk.score(scores, walk.way(), light);
-    let (u, v) = if leading { (draws.leading(3), draws.leading(4)) } else { (draws.uniform(), draws.uniform()) };
-    new_surface_direction(scene, point, walk, draws, u, v)
-}
-
-/// Radiance that a unit-reflectance surface sends on from the unscattered sun, per channel.
-fn sunlight_on(scene: &Prepared, point: &SurfacePoint, walk: &Walk) -> [f64; 3] {
-    let Some(sun) = &scene.sun else { return [0.0; 3] };
-    let in_water = scene.boundary.as_ref().filter(|_| !walk.in_air);
-    let towards = if in_water.is_some() { sun.towards } else { sun.towards_in_air };
-    let cosine = point.shading_normal.dot(towards);
-    if cosine <= 0.0 || point.normal.dot(towards) <= 0.0 {
-        return [0.0; 3];
-    }
-    let Some(boundary) = in_water else {
-        let blocked = scene.geometry.occluded(walk.origin, towards, f64::INFINITY, walk.from);
-        return if blocked { [0.0; 3] } else { sun.irradiance_in_air.map(|e| e * cosine / PI) };
     };
-    if !sun_reaches(scene, sun, boundary, walk.origin, walk.from) {
-        return [0.0; 3];
-    }
-    let range = (boundary.height - walk.origin.z).max(0.0) / towards.z;
-    let transmittance = scene.medium.as_ref().map_or([1.0; 3], |m| m.transmittance(range));
-    std::array::from_fn(|k| sun.irradiance[k] * transmittance[k] * cosine / PI)
-}
-
-/// A direction from the cosine lobe or, in scattering sunlit water, around the sun.
-fn new_surface_direction(scene: &Prepared, point: &SurfacePoint, walk: &mut Walk, draws: &mut Draws, u: f64, v: f64) -> bool {
-    let lobe = match (&scene.sun, &scene.medium) {
-        (Some(sun), Some(medium)) if !walk.in_air && medium.scatters() => Some((sun, medium)),
-        _ => None,
-    };
-    let Some((sun, medium)) = lobe else {
-        walk.direction = cosine_hemisphere(point.shading_normal, u, v);
-        return walk.direction.dot(point.normal) > 0.0;
-    };
-    let around_sun = draws.uniform() < SUN_SHARE_SURFACE;
-    walk.direction = if around_sun {
-        turn(sun.towards, medium.phase.sample_x(u), v)
-    } else {
-        cosine_hemisphere(point.shading_normal, u, v)
-    };
-    let cosine = point.shading_normal.dot(walk.direction);
-    if cosine <= 0.0 || walk.direction.dot(point.normal) <= 0.0 {
-        return false;
-    }
-    let from_sun = medium.phase.value(sin2_half(walk.direction, sun.towards));
-    let density = (1.0 - SUN_SHARE_SURFACE) * cosine / PI + SUN_SHARE_SURFACE * from_sun;
-    walk.spectral.scale_all(cosine / PI / density);
-    true
-}
-
-/// At the underside of the water surface: reflected, or into the air where there is something to see.
-fn leave_boundary(scene: &Prepared, reflectance: f64, escapes_scored: bool, walk: &mut Walk, draws: &mut Draws) -> bool {
-    let Some(boundary) = scene.boundary else { return false };
     walk.origin.z = boundary.height;
     walk.from = Primitive::None;
     if escapes_scored || reflectance >= 1.0 || draws.uniform() < reflectance {
@@ -353,11 +364,26 @@ fn leave_boundary(scene: &Prepared, reflectance: f64, escapes_scored: bool, walk
 }
 
 /// One segment in the air above the water. False when the walk ends.
-fn air_segment(scene: &Prepared, max_events: usize, walk: &mut Walk, draws: &mut Draws, scores: &mut Scores) -> bool {
-    let Some(boundary) = scene.boundary else { return false };
+fn air_segment(
+    scene: &Prepared,
+    max_events: usize,
+    walk: &mut Walk,
+    draws: &mut Draws,
+    scores: &mut Scores,
+) -> bool {
+    let Some(boundary) = scene.boundary else {
+        return false;
+    };
     let down = -walk.direction.z;
-    let to_water = if down > 0.0 { (walk.origin.z - boundary.height).max(0.0) / down } else { f64::INFINITY };
-    if let Some(hit) = scene.geometry.closest(walk.origin, walk.direction, to_water, walk.from) {
+    let to_water = if down > 0.0 {
+        (walk.origin.z - boundary.height).max(0.0) / down
+    } else {
+        f64::INFINITY
+    };
+    if let Some(hit) = scene
+        .geometry
+        .closest(walk.origin, walk.direction, to_water, walk.from)
+    {
         let point = scene.geometry.surface_point(&hit, walk.direction);
         walk.go(hit.t);
         walk.from = hit.primitive;
@@ -381,16 +407,25 @@ fn air_segment(scene: &Prepared, max_events: usize, walk: &mut Walk, draws: &mut
 fn enter_water(boundary: &Boundary, walk: &mut Walk) {
     walk.direction = boundary.refract_into_water(walk.direction);
     walk.in_air = false;
-    walk.spectral.scale_all(1.0 / (boundary.index * boundary.index));
+    walk.spectral
+        .scale_all(1.0 / (boundary.index * boundary.index));
 }
 
 /// Russian roulette by the weight and by how much daylight is left at the walk's depth.
 fn survives(scene: &Prepared, start_z: f64, walk: &mut Walk, draws: &mut Draws) -> bool {
     let weight = walk.spectral.largest_weight();
     let descent = (start_z - walk.origin.z).max(0.0);
-    let importance = weight * scene.medium.as_ref().map_or(1.0, |m| (-decay(m) * descent).exp());
+    let importance = weight
+        * scene
+            .medium
+            .as_ref()
+            .map_or(1.0, |m| (-decay(m) * descent).exp());
     // Nothing else ends a path between lossless surfaces in lossless water.
-    let patience = if walk.events > SURE_EVENTS { LATE_SURVIVAL } else { 1.0 };
+    let patience = if walk.events > SURE_EVENTS {
+        LATE_SURVIVAL
+    } else {
+        1.0
+    };
     let survival = (importance / ROULETTE_BELOW).min(patience);
     if survival >= 1.0 {
         return true;
@@ -408,7 +443,9 @@ fn decay(medium: &Medium) -> f64 {
     (0..3)
         .map(|k| {
             let a = medium.c[k] - medium.b[k];
-            (3.0 * a * (a + medium.b[k] * (1.0 - medium.mean_cosine))).sqrt().min(medium.c[k])
+            (3.0 * a * (a + medium.b[k] * (1.0 - medium.mean_cosine)))
+                .sqrt()
+                .min(medium.c[k])
         })
         .fold(f64::INFINITY, f64::min)
 }

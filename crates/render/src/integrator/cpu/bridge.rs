@@ -41,7 +41,15 @@ pub struct Bridge {
 impl Bridge {
     /// Draws a walk of `order` scatterings from `start` to `end`. False when the points coincide or the walk
     /// cannot be fitted or carries nothing; its contribution is then zero.
-    pub fn draw(&mut self, start: DVec3, end: DVec3, order: usize, phase: &PhaseTable, c_min: f64, draws: &mut Draws) -> bool {
+    pub fn draw(
+        &mut self,
+        start: DVec3,
+        end: DVec3,
+        order: usize,
+        phase: &PhaseTable,
+        c_min: f64,
+        draws: &mut Draws,
+    ) -> bool {
         debug_assert!(order <= MAX_ORDER);
         let offset = end - start;
         let distance = offset.length();
@@ -77,7 +85,12 @@ impl Bridge {
 
     /// Draws the shape from the origin along +z; leaves vertices and lengths unscaled. Returns the end, the
     /// last direction and the total length.
-    fn draw_shape(&mut self, order: usize, phase: &PhaseTable, draws: &mut Draws) -> (DVec3, DVec3, f64) {
+    fn draw_shape(
+        &mut self,
+        order: usize,
+        phase: &PhaseTable,
+        draws: &mut Draws,
+    ) -> (DVec3, DVec3, f64) {
         let mut position = DVec3::ZERO;
         let mut direction = DVec3::Z;
         let mut total = 0.0;
@@ -99,7 +112,15 @@ impl Bridge {
     }
 
     /// Scales by `scale` and turns so that the shape's unit axis `reach` becomes `axis`, with a uniform roll.
-    fn fit(&mut self, start: DVec3, axis: DVec3, reach: DVec3, last: DVec3, scale: f64, draws: &mut Draws) {
+    fn fit(
+        &mut self,
+        start: DVec3,
+        axis: DVec3,
+        reach: DVec3,
+        last: DVec3,
+        scale: f64,
+        draws: &mut Draws,
+    ) {
         let (from_u, from_v) = frame(reach);
         let (to_u, to_v) = frame(axis);
         let (sin, cos) = (std::f64::consts::TAU * draws.uniform()).sin_cos();

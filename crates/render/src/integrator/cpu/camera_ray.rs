@@ -73,17 +73,29 @@ impl CameraRay {
         };
         let (mut start, mut towards) = (origin, direction);
         if scene.in_air(origin) {
-            let Some(entry) = ray.through_air(scene) else { return ray };
+            let Some(entry) = ray.through_air(scene) else {
+                return ray;
+            };
             (start, towards) = entry;
         }
         let to_boundary = scene.distance_to_boundary(start, towards);
         ray.surface = scene
             .geometry
             .closest(start, towards, to_boundary, Primitive::None)
-            .map(|hit| (hit.t, scene.geometry.surface_point(&hit, towards), hit.primitive));
+            .map(|hit| {
+                (
+                    hit.t,
+                    scene.geometry.surface_point(&hit, towards),
+                    hit.primitive,
+                )
+            });
         ray.boundary = ray.surface.is_none() && to_boundary < f64::INFINITY;
         let length = ray.surface.map_or(to_boundary, |s| s.0);
-        ray.in_water = Some(Segment { origin: start, direction: towards, length });
+        ray.in_water = Some(Segment {
+            origin: start,
+            direction: towards,
+            length,
+        });
         ray
     }
 
@@ -91,15 +103,31 @@ impl CameraRay {
     fn through_air(&mut self, scene: &Prepared) -> Option<(DVec3, DVec3)> {
         let boundary = scene.boundary?;
         let down = -self.direction.z;
-        self.air_length = if down > 0.0 { (self.origin.z - boundary.height) / down } else { f64::INFINITY };
+        self.air_length = if down > 0.0 {
+            (self.origin.z - boundary.height) / down
+        } else {
+            f64::INFINITY
+        };
         self.in_air = scene
             .geometry
-            .closest(self.origin, self.direction, self.air_length, Primitive::None)
-            .map(|hit| (hit.t, scene.geometry.surface_point(&hit, self.direction), hit.primitive));
+            .closest(
+                self.origin,
+                self.direction,
+                self.air_length,
+                Primitive::None,
+            )
+            .map(|hit| {
+                (
+                    hit.t,
+                    scene.geometry.surface_point(&hit, self.direction),
+                    hit.primitive,
+                )
+            });
         if self.in_air.is_some() || down <= 0.0 {
             return None;
         }
-        self.entry_factor = (1.0 - boundary.external_reflectance(down)) / (boundary.index * boundary.index);
+        self.entry_factor =
+            (1.0 - boundary.external_reflectance(down)) / (boundary.index * boundary.index);
         let mut entry = self.origin + self.air_length * self.direction;
         entry.z = boundary.height;
         Some((entry, boundary.refract_into_water(self.direction)))

@@ -1,9 +1,12 @@
 //! The native path tracer.
 
 mod ambient_path;
+mod ambient_surface;
 mod bridge;
 mod camera_ray;
 mod lamp_path;
+mod lamp_target;
+mod lamp_walk;
 mod order;
 mod score;
 mod spectral;
@@ -13,12 +16,10 @@ mod veil;
 
 pub use score::Scores;
 
-use crate::{
-    integrator::sampling::Draws,
-    prepare::Prepared,
-};
+use crate::{integrator::sampling::Draws, prepare::Prepared};
 use camera_ray::CameraRay;
-use lamp_path::{FirstSegment, LampWorkspace};
+use lamp_target::LampWorkspace;
+use lamp_walk::FirstSegment;
 use score::{Source, Way};
 
 /// Events after which roulette sets in whatever the weight.
@@ -78,7 +79,10 @@ impl<'a> Worker<'a> {
         let camera = &self.scene.camera;
         let pixel = row * camera.width + column;
         let mut draws = Draws::new(seed, pixel, batch, index, 0);
-        let (x, y) = (f64::from(column) + draws.leading(0), f64::from(row) + draws.leading(1));
+        let (x, y) = (
+            f64::from(column) + draws.leading(0),
+            f64::from(row) + draws.leading(1),
+        );
         let ray = CameraRay::trace(self.scene, camera.position_m, camera.direction(x, y));
         self.see_lamps(&ray);
         if !self.selection.lamps.is_empty() && self.selection.max_events > 0 {
@@ -87,8 +91,13 @@ impl<'a> Worker<'a> {
         if self.selection.ambient {
             let mut draws = Draws::new(seed, pixel, batch, index, 1);
             self.work.paths += 1;
-            self.work.vertices +=
-                ambient_path::trace(self.scene, &ray, self.selection.max_events, &mut draws, &mut self.scores);
+            self.work.vertices += ambient_path::trace(
+                self.scene,
+                &ray,
+                self.selection.max_events,
+                &mut draws,
+                &mut self.scores,
+            );
         }
         &self.scores
     }
@@ -101,8 +110,11 @@ impl<'a> Worker<'a> {
             }
             _ => false,
         };
-        let kinds: &[FirstSegment] =
-            if split { &[FirstSegment::Through, FirstSegment::Scattered] } else { &[FirstSegment::Free] };
+        let kinds: &[FirstSegment] = if split {
+            &[FirstSegment::Through, FirstSegment::Scattered]
+        } else {
+            &[FirstSegment::Free]
+        };
         for &kind in kinds {
             self.work.paths += 1;
             let before = self.lamp_work.vertices;
@@ -125,10 +137,16 @@ impl<'a> Worker<'a> {
         let Some(segment) = ray.in_water else { return };
         for &i in &self.selection.lamps {
             let lamp = &self.scene.lamps[i];
-            let Some((t, radiance)) = lamp.radiance_along(segment.origin, segment.direction, segment.length) else {
+            let Some((t, radiance)) =
+                lamp.radiance_along(segment.origin, segment.direction, segment.length)
+            else {
                 continue;
             };
-            let transmittance = self.scene.medium.as_ref().map_or([1.0; 3], |m| m.transmittance(t));
+            let transmittance = self
+                .scene
+                .medium
+                .as_ref()
+                .map_or([1.0; 3], |m| m.transmittance(t));
             let light = std::array::from_fn(|k| ray.entry_factor * radiance[k] * transmittance[k]);
             self.scores.add(Source::Lamp(i), Way::Direct, light);
         }

@@ -119,7 +119,10 @@ mod tests {
                 }
             }
             // Chi-squared with about `cells` degrees of freedom; five standard deviations.
-            assert!(chi2 < cells as f64 + 5.0 * (2.0 * cells as f64).sqrt(), "{depth}: {chi2} over {cells}");
+            assert!(
+                chi2 < cells as f64 + 5.0 * (2.0 * cells as f64).sqrt(),
+                "{depth}: {chi2} over {cells}"
+            );
         }
     }
 

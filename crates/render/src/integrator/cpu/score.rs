@@ -49,7 +49,11 @@ pub struct Scores {
 impl Scores {
     /// Empty scores for lamps at `levels` (fractions).
     pub fn new(levels: Vec<f64>) -> Self {
-        Self { lamps: vec![[0.0; 3]; levels.len()], levels, ..Self::default() }
+        Self {
+            lamps: vec![[0.0; 3]; levels.len()],
+            levels,
+            ..Self::default()
+        }
     }
 
     /// Sets everything to zero.

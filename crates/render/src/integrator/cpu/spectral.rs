@@ -27,7 +27,12 @@ impl Spectral {
         let count = strategies.count.max(1);
         let chosen = ((u * count as f64) as usize).min(count - 1);
         let density = std::array::from_fn(|j| if j < count { 1.0 } else { 0.0 });
-        Self { value: [1.0; 3], density, count, chosen }
+        Self {
+            value: [1.0; 3],
+            density,
+            count,
+            chosen,
+        }
     }
 
     /// Mean density over the strategies.
@@ -91,12 +96,21 @@ impl Spectral {
             }
             return;
         }
-        let ln = [0, 1, 2].map(|j| if j < self.count { ln_density(j) } else { f64::NEG_INFINITY });
+        let ln = [0, 1, 2].map(|j| {
+            if j < self.count {
+                ln_density(j)
+            } else {
+                f64::NEG_INFINITY
+            }
+        });
         let shift = ln[0].max(ln[1]).max(ln[2]);
         for j in 0..self.count {
             self.density[j] *= (ln[j] - shift).exp();
         }
-        let largest = self.density[0].max(self.density[1]).max(self.density[2]).max(1e-300);
+        let largest = self.density[0]
+            .max(self.density[1])
+            .max(self.density[2])
+            .max(1e-300);
         for j in 0..self.count {
             self.density[j] /= largest;
         }

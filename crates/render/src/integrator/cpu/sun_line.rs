@@ -33,7 +33,10 @@ struct Attenuation {
 
 impl Attenuation {
     fn new(c: f64, depth: f64, up: f64, sun_up: f64) -> Self {
-        Self { start: c * depth / sun_up, rate: c * (1.0 - up / sun_up) }
+        Self {
+            start: c * depth / sun_up,
+            rate: c * (1.0 - up / sun_up),
+        }
     }
 
     /// Integral of the attenuation over the segment, m.
@@ -63,7 +66,11 @@ impl Attenuation {
             return u * length;
         }
         let from_dense_end = -(u * (-x.abs()).exp_m1()).ln_1p() / self.rate.abs();
-        if x > 0.0 { from_dense_end.min(length) } else { (length - from_dense_end).max(0.0) }
+        if x > 0.0 {
+            from_dense_end.min(length)
+        } else {
+            (length - from_dense_end).max(0.0)
+        }
     }
 
     fn at(&self, t: f64) -> f64 {
@@ -72,14 +79,27 @@ impl Attenuation {
 }
 
 /// Radiance per channel that the sun's light scattered once on `line` sends back to its start, W/(m² sr).
-pub fn scattered_sunlight(scene: &Prepared, medium: &Medium, line: &Line, draws: &mut Draws) -> [f64; 3] {
+pub fn scattered_sunlight(
+    scene: &Prepared,
+    medium: &Medium,
+    line: &Line,
+    draws: &mut Draws,
+) -> [f64; 3] {
     let (Some(sun), Some(boundary)) = (&scene.sun, &scene.boundary) else {
         return [0.0; 3];
     };
     let depth = (boundary.height - line.origin.z).max(0.0);
-    let attenuation = medium.c.map(|c| Attenuation::new(c, depth, line.direction.z, sun.towards.z));
+    let attenuation = medium
+        .c
+        .map(|c| Attenuation::new(c, depth, line.direction.z, sun.towards.z));
     let phase = medium.phase.value(sin2_half(line.direction, sun.towards));
-    let integral = [0, 1, 2].map(|k| if medium.b[k] > 0.0 { attenuation[k].integral(line.length) } else { 0.0 });
+    let integral = [0, 1, 2].map(|k| {
+        if medium.b[k] > 0.0 {
+            attenuation[k].integral(line.length)
+        } else {
+            0.0
+        }
+    });
     let factor = |k: usize| medium.b[k] * phase * sun.irradiance[k];
     if !may_be_shadowed(scene, sun, line) {
         return [0, 1, 2].map(|k| factor(k) * integral[k]);
@@ -94,8 +114,18 @@ pub fn scattered_sunlight(scene: &Prepared, medium: &Medium, line: &Line, draws:
     if !sun_reaches(scene, sun, boundary, point, Primitive::None) {
         return [0.0; 3];
     }
-    let values = [0, 1, 2].map(|k| if integral[k] > 0.0 { attenuation[k].at(t) } else { 0.0 });
-    let density: f64 = (0..3).filter(|&k| integral[k] > 0.0).map(|k| values[k] / integral[k]).sum::<f64>() / lit.count as f64;
+    let values = [0, 1, 2].map(|k| {
+        if integral[k] > 0.0 {
+            attenuation[k].at(t)
+        } else {
+            0.0
+        }
+    });
+    let density: f64 = (0..3)
+        .filter(|&k| integral[k] > 0.0)
+        .map(|k| values[k] / integral[k])
+        .sum::<f64>()
+        / lit.count as f64;
     if !(density > 0.0) {
         return [0.0; 3];
     }
@@ -123,9 +153,18 @@ impl Vec3Channels {
 }
 
 /// Whether the sun's beam reaches `point` in the water, which lies on `from`.
-pub fn sun_reaches(scene: &Prepared, sun: &SunBeam, boundary: &Boundary, point: DVec3, from: Primitive) -> bool {
+pub fn sun_reaches(
+    scene: &Prepared,
+    sun: &SunBeam,
+    boundary: &Boundary,
+    point: DVec3,
+    from: Primitive,
+) -> bool {
     let to_surface = (boundary.height - point.z).max(0.0) / sun.towards.z;
-    if scene.geometry.occluded(point, sun.towards, to_surface, from) {
+    if scene
+        .geometry
+        .occluded(point, sun.towards, to_surface, from)
+    {
         return false;
     }
     if !scene.needs.geometry_in_air {
@@ -133,7 +172,9 @@ pub fn sun_reaches(scene: &Prepared, sun: &SunBeam, boundary: &Boundary, point: 
     }
     let mut exit = point + to_surface * sun.towards;
     exit.z = boundary.height;
-    !scene.geometry.occluded(exit, sun.towards_in_air, f64::INFINITY, Primitive::None)
+    !scene
+        .geometry
+        .occluded(exit, sun.towards_in_air, f64::INFINITY, Primitive::None)
 }
 
 /// False only when nothing can lie between the segment and the sun: seen along the sun's direction, the
@@ -182,10 +223,20 @@ mod tests {
             let step = length / f64::from(n);
             let points = || (0..n).map(|i| (f64::from(i) + 0.5) * step);
             let sum: f64 = points().map(|t| a.at(t) * step).sum();
-            assert!((a.integral(length) / sum - 1.0).abs() < 1e-4, "{c} {up}: {} {sum}", a.integral(length));
+            assert!(
+                (a.integral(length) / sum - 1.0).abs() < 1e-4,
+                "{c} {up}: {} {sum}",
+                a.integral(length)
+            );
             let mean: f64 = points().map(|t| t * a.at(t) * step).sum::<f64>() / sum;
-            let sampled: f64 = (0..20_000).map(|i| a.sample(length, (f64::from(i) + 0.5) / 2e4)).sum::<f64>() / 2e4;
-            assert!((sampled / mean - 1.0).abs() < 2e-3, "{c} {up}: {sampled} {mean}");
+            let sampled: f64 = (0..20_000)
+                .map(|i| a.sample(length, (f64::from(i) + 0.5) / 2e4))
+                .sum::<f64>()
+                / 2e4;
+            assert!(
+                (sampled / mean - 1.0).abs() < 2e-3,
+                "{c} {up}: {sampled} {mean}"
+            );
         }
     }
 }

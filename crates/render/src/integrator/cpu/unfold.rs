@@ -29,7 +29,11 @@ pub fn segment_factor(scene: &Prepared, start: DVec3, end: DVec3, from: Primitiv
     };
     let (start_above, end_above) = (start.z > boundary.height, end.z > boundary.height);
     let real = |point: DVec3, direction: DVec3, above: bool| {
-        if above { (scene.mirror(point), flip(direction)) } else { (point, direction) }
+        if above {
+            (scene.mirror(point), flip(direction))
+        } else {
+            (point, direction)
+        }
     };
     if start_above == end_above {
         let (origin, direction) = real(start, direction, start_above);
@@ -51,5 +55,9 @@ pub fn segment_factor(scene: &Prepared, start: DVec3, end: DVec3, from: Primitiv
 /// 1 where nothing blocks, else 0.
 fn clear(scene: &Prepared, origin: DVec3, direction: DVec3, length: f64, from: Primitive) -> f64 {
     let reach = length * (1.0 - 1e-12);
-    if scene.geometry.occluded(origin, direction, reach, from) { 0.0 } else { 1.0 }
+    if scene.geometry.occluded(origin, direction, reach, from) {
+        0.0
+    } else {
+        1.0
+    }
 }

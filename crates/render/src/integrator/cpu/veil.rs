@@ -97,7 +97,12 @@ pub fn contribution(
         walked: walk.len(),
     };
     let junction = medium.phase.value(sin2_half(direction, bridge.first));
-    let mut density = path.density(last.length, bridge.distance * bridge.distance, order, junction);
+    let mut density = path.density(
+        last.length,
+        bridge.distance * bridge.distance,
+        order,
+        junction,
+    );
     for (i, v) in earlier.iter().enumerate() {
         let k = total_order - (i + 1);
         if k <= super::order::MAX_ORDER && v.reflected > 0.0 {
@@ -111,7 +116,13 @@ pub fn contribution(
         length += bridge.lengths[i];
         reflected *= crossings[i];
         let phase = medium.phase.value(bridge.sin2[i]);
-        density += reflected * path.density(length, position.distance_squared(lamp), order - 1 - i, phase);
+        density += reflected
+            * path.density(
+                length,
+                position.distance_squared(lamp),
+                order - 1 - i,
+                phase,
+            );
     }
     let all_reflected: f64 = crossings.iter().product();
     let scale = all_reflected * spectral.count as f64 / density;
@@ -120,7 +131,11 @@ pub fn contribution(
         if spectral.value[k] == 0.0 {
             return 0.0;
         }
-        let ln_b = if order == 0 { 0.0 } else { steps * medium.ln_b[k] };
+        let ln_b = if order == 0 {
+            0.0
+        } else {
+            steps * medium.ln_b[k]
+        };
         spectral.value[k] * scale * (ln_b - medium.c[k] * bridge.length).exp()
     })
 }

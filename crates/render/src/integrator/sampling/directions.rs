@@ -29,7 +29,8 @@ pub fn turn(direction: DVec3, x: f64, u: f64) -> DVec3 {
     let (sin_azimuth, cos_azimuth) = (TAU * u).sin_cos();
     let (t, s) = frame(direction);
     // The change is added as a whole, so that tiny angles survive.
-    let turned = direction + (sine * cos_azimuth * t + sine * sin_azimuth * s - 2.0 * x * direction);
+    let turned =
+        direction + (sine * cos_azimuth * t + sine * sin_azimuth * s - 2.0 * x * direction);
     // One Newton step keeps the length at 1 over any number of turns.
     turned * (1.5 - 0.5 * turned.length_squared())
 }
@@ -57,7 +58,10 @@ mod tests {
             let turned = turn(d, x, rng.uniform());
             let got = sin2_half(d, turned);
             // Directions are rounded to 1e-16, so x below 1e-32 cannot be seen again.
-            assert!((got - x).abs() <= 4e-16 * x.sqrt() + 1e-9 * x + 1e-32, "{x} {got}");
+            assert!(
+                (got - x).abs() <= 4e-16 * x.sqrt() + 1e-9 * x + 1e-32,
+                "{x} {got}"
+            );
             assert!((turned.length() - 1.0).abs() < 1e-12, "step {i}");
             d = turned;
         }

@@ -30,7 +30,10 @@ impl Draws {
             (v - v.floor()).clamp(1e-10, 1.0 - 1e-10)
         });
         let sample = batch.wrapping_mul(MAX_BATCH).wrapping_add(index);
-        Self { leading, rng: Rng::new(seed ^ 0x5851_f42d_4c95_7f2d, pixel, sample, 2 * stream + 1) }
+        Self {
+            leading,
+            rng: Rng::new(seed ^ 0x5851_f42d_4c95_7f2d, pixel, sample, 2 * stream + 1),
+        }
     }
 
     /// Leading number `dimension`, in (0, 1).
@@ -58,14 +61,26 @@ mod tests {
                 *s += Draws::new(3, 11, batch, 5, 0).leading(d);
             }
         }
-        assert!(sum.iter().all(|s| (s / 4000.0 - 0.5).abs() < 4.0 * 0.2887 / 4000f64.sqrt()));
+        assert!(
+            sum.iter()
+                .all(|s| (s / 4000.0 - 0.5).abs() < 4.0 * 0.2887 / 4000f64.sqrt())
+        );
         // Sixteen points of one batch: the mean of each dimension is far closer to 1/2 than random points'.
         let spread = |d: usize| {
-            let mean = |batch: u32| (0..16).map(|i| Draws::new(3, 11, batch, i, 0).leading(d)).sum::<f64>() / 16.0;
+            let mean = |batch: u32| {
+                (0..16)
+                    .map(|i| Draws::new(3, 11, batch, i, 0).leading(d))
+                    .sum::<f64>()
+                    / 16.0
+            };
             (0..200).map(|b| (mean(b) - 0.5).powi(2)).sum::<f64>() / 200.0
         };
         for d in 0..LEADING {
-            assert!(spread(d) < 0.5 * (1.0 / 12.0 / 16.0), "dimension {d}: {}", spread(d));
+            assert!(
+                spread(d) < 0.5 * (1.0 / 12.0 / 16.0),
+                "dimension {d}: {}",
+                spread(d)
+            );
         }
     }
 }

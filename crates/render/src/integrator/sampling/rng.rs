@@ -10,7 +10,12 @@ pub struct Rng {
 impl Rng {
     /// The stream of `(seed, pixel, sample, stream)`.
     pub fn new(seed: u64, pixel: u32, sample: u32, stream: u32) -> Self {
-        let mut state = hash4([seed as u32 ^ stream.wrapping_mul(0x9e37_79b9), (seed >> 32) as u32, pixel, sample]);
+        let mut state = hash4([
+            seed as u32 ^ stream.wrapping_mul(0x9e37_79b9),
+            (seed >> 32) as u32,
+            pixel,
+            sample,
+        ]);
         if state == [0; 4] {
             state[0] = 1;
         }
@@ -70,7 +75,10 @@ mod tests {
             let mut counts = [0u32; CELLS];
             (0..N).for_each(|i| counts[(draw(i) * CELLS as f64) as usize] += 1);
             let expected = f64::from(N) / CELLS as f64;
-            counts.iter().map(|&c| (f64::from(c) - expected).powi(2) / expected).sum::<f64>()
+            counts
+                .iter()
+                .map(|&c| (f64::from(c) - expected).powi(2) / expected)
+                .sum::<f64>()
         };
         // 63 degrees of freedom: mean 63, standard deviation 11.2.
         let mut one = Rng::new(7, 1, 2, 3);
@@ -83,7 +91,10 @@ mod tests {
                 _ => Rng::new(5, 5, 5, i),
             };
             let value = chi2(&mut |i| key(i).uniform());
-            assert!((30.0..110.0).contains(&value), "first draws over key {vary}: {value}");
+            assert!(
+                (30.0..110.0).contains(&value),
+                "first draws over key {vary}: {value}"
+            );
         }
     }
 
@@ -91,7 +102,9 @@ mod tests {
     fn neighbouring_streams_are_uncorrelated() {
         let n = 20_000;
         let product: f64 = (0..n)
-            .map(|i| (Rng::new(1, i, 0, 0).uniform() - 0.5) * (Rng::new(1, i + 1, 0, 0).uniform() - 0.5))
+            .map(|i| {
+                (Rng::new(1, i, 0, 0).uniform() - 0.5) * (Rng::new(1, i + 1, 0, 0).uniform() - 0.5)
+            })
             .sum();
         // Each term has a standard deviation of 1/12.
         assert!((product / (f64::from(n).sqrt() / 12.0)).abs() < 4.0);

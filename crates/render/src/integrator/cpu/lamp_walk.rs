@@ -1,0 +1,195 @@
+//! How a camera walk that looks for lamp light moves: segments, the water surface, roulette.
+
+use glam::DVec3;
+
+use super::{
+    LATE_SURVIVAL, SURE_EVENTS,
+    camera_ray::{CameraRay, End},
+    spectral::Spectral,
+    unfold::flip,
+};
+use crate::{
+    integrator::sampling::Draws,
+    prepare::{Prepared, Primitive},
+};
+
+/// Volume vertices before which a walk that has met no surface is never ended by roulette.
+const SURE_VERTICES: usize = 12;
+
+/// How the first segment of a walk ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FirstSegment {
+    /// As the free flight falls.
+    Free,
+    /// Unscattered at the end of the camera ray, for certain.
+    Through,
+    /// In a scattering before the end of the camera ray, for certain.
+    Scattered,
+}
+
+/// The state of a walk, in real space; `mirrored` tells whether it has reflected an odd number of times.
+pub(super) struct Walk {
+    pub(super) origin: DVec3,
+    pub(super) direction: DVec3,
+    pub(super) from: Primitive,
+    pub(super) mirrored: bool,
+    /// Length since the water was entered, m.
+    pub(super) length: f64,
+    /// Product of the surface reflectances met so far.
+    pub(super) reflected: f64,
+    pub(super) scatterings: usize,
+    pub(super) events: usize,
+    pub(super) met_surface: bool,
+    pub(super) spectral: Spectral,
+}
+
+impl Walk {
+    /// A real point or direction in the unfolded space of the walk.
+    pub(super) fn unfolded(&self, scene: &Prepared, point: DVec3) -> DVec3 {
+        if self.mirrored {
+            scene.mirror(point)
+        } else {
+            point
+        }
+    }
+
+    pub(super) fn unfolded_direction(&self, direction: DVec3) -> DVec3 {
+        if self.mirrored {
+            flip(direction)
+        } else {
+            direction
+        }
+    }
+}
+
+/// The end of the camera ray's first segment in water and its effect on the weights.
+pub(super) fn first_end(
+    scene: &Prepared,
+    ray: &CameraRay,
+    kind: FirstSegment,
+    walk: &mut Walk,
+    draws: &mut Draws,
+) -> End {
+    let (Some(medium), Some(start)) = (&scene.medium, ray.in_water) else {
+        return ray.end();
+    };
+    let strategies = &medium.by_scattering;
+    match kind {
+        FirstSegment::Through => {
+            walk.spectral.pass_surely(medium, start.length);
+            walk.length += start.length;
+            ray.end()
+        }
+        FirstSegment::Free => {
+            let t = flight(scene, walk, draws.leading(2));
+            if t < start.length {
+                return End::Scatter(t);
+            }
+            walk.spectral.pass(medium, strategies, start.length);
+            walk.length += start.length;
+            ray.end()
+        }
+        FirstSegment::Scattered => {
+            let within = strategies.sigma.map(|s| -(-s * start.length).exp_m1());
+            let sigma = strategies.sigma[walk.spectral.chosen];
+            let t = -(-draws.leading(2) * within[walk.spectral.chosen]).ln_1p() / sigma;
+            for j in 0..walk.spectral.count {
+                walk.spectral.density[j] /= within[j].max(f64::MIN_POSITIVE);
+            }
+            End::Scatter(t.min(start.length))
+        }
+    }
+}
+
+/// Length of a free flight drawn with the walk's strategy from `u`; infinite without scattering.
+#[inline]
+fn flight(scene: &Prepared, walk: &Walk, u: f64) -> f64 {
+    match &scene.medium {
+        Some(m) if m.scatters() => -u.ln() / m.by_scattering.sigma[walk.spectral.chosen],
+        _ => f64::INFINITY,
+    }
+}
+
+/// Draws a free flight and finds what ends the segment; passes the weights where nothing scattered.
+pub(super) fn next_end(scene: &Prepared, walk: &mut Walk, u: f64) -> End {
+    let t = flight(scene, walk, u);
+    let to_boundary = scene.distance_to_boundary(walk.origin, walk.direction);
+    let end =
+        match scene
+            .geometry
+            .closest(walk.origin, walk.direction, t.min(to_boundary), walk.from)
+        {
+            Some(hit) => End::Surface(
+                hit.t,
+                scene.geometry.surface_point(&hit, walk.direction),
+                hit.primitive,
+            ),
+            None if t < to_boundary => return End::Scatter(t),
+            None if to_boundary < f64::INFINITY => End::Boundary(to_boundary),
+            None => End::Nothing,
+        };
+    if let (Some(medium), Some(t)) = (&scene.medium, end.distance()) {
+        walk.spectral.pass(medium, &medium.by_scattering, t);
+        walk.length += t;
+    }
+    end
+}
+
+/// The underside of the water surface: reflected with its reflectance as the probability.
+pub(super) fn reflect_at_boundary(
+    scene: &Prepared,
+    t: f64,
+    walk: &mut Walk,
+    draws: &mut Draws,
+) -> bool {
+    let Some(boundary) = scene.boundary else {
+        return false;
+    };
+    let reflectance = boundary.internal_reflectance(walk.direction.z);
+    // Lamp light does not come back from the air, so what is transmitted ends here.
+    if reflectance < 1.0 && draws.uniform() >= reflectance {
+        return false;
+    }
+    walk.origin += t * walk.direction;
+    walk.origin.z = boundary.height;
+    walk.direction = flip(walk.direction);
+    walk.from = Primitive::None;
+    walk.mirrored = !walk.mirrored;
+    walk.reflected *= reflectance;
+    true
+}
+
+/// Russian roulette by what the walk can still bring: after a surface or many scatterings.
+pub(super) fn survives(
+    scene: &Prepared,
+    active: &[usize],
+    walk: &mut Walk,
+    draws: &mut Draws,
+) -> bool {
+    if !walk.met_surface && walk.scatterings <= SURE_VERTICES {
+        return true;
+    }
+    let nearest2 = active
+        .iter()
+        .map(|&i| scene.lamps[i].position.distance_squared(walk.origin))
+        .fold(f64::INFINITY, f64::min);
+    let c_min = scene.medium.as_ref().map_or(0.0, |m| m.c_min);
+    let reach = if walk.met_surface { 1.0 } else { 3.0 };
+    let importance =
+        reach * walk.spectral.largest_weight() * (-0.5 * c_min * nearest2.sqrt()).exp()
+            / (1.0 + nearest2);
+    let patience = if walk.events > SURE_EVENTS {
+        LATE_SURVIVAL
+    } else {
+        1.0
+    };
+    let survival = importance.min(patience);
+    if survival >= 1.0 {
+        return true;
+    }
+    if !(survival > 0.0) || draws.uniform() >= survival {
+        return false;
+    }
+    walk.spectral.scale_all(1.0 / survival);
+    true
+}
