@@ -44,6 +44,7 @@ const CASES: &[(&str, &str)] = &[
     ("lamp_level.toml", r#":8: lamp 1 level_pct must be in [0, 100] %, got 120"#),
     ("lamp_name.toml", r#":4: lamp 1 name must be 1 to 64 letters, digits, `_` or `-`, got "left, upper""#),
     ("lamp_names.toml", r#":10: lamp 2 name must be a name that no other lamp has, got "left""#),
+    ("lamp_in_air.toml", r#":13: lamp 1 position_m[2] must be at most surface.height_m = 1 (a lamp must be in the water), got 2"#),
     ("missing_texture.toml", r#":5: object 1 reflectance.texture: no_such_texture.png:"#),
     ("nan_coefficient.toml", r#":4: water.a must be a finite number >= 0 1/m, got nan"#),
     ("negative_coefficient.toml", r#":7: water.b must be >= 0 1/m, got -0.2"#),

@@ -114,35 +114,29 @@ impl RenderedView {
     /// the render would add.
     ///
     /// The variance in a patch is the covariance of the two halves, whose render noise is independent, plus
-    /// the variance that sensor noise and rounding add to it. The sensor must have a fixed exposure; with an
-    /// automatic one the signal is scaled to its mean.
+    /// the variance that sensor noise and rounding add to it; [`mean_root`] takes the mean of its roots. The
+    /// sensor must have a fixed exposure; with an automatic one the signal is scaled to its mean.
     pub fn statistics(&self, sensor: &Sensor, light_pct: f64) -> ImageStats {
         let exposure = self.exposure(sensor, light_pct);
         let (columns, rows) = PATCHES;
         let (patch_width, patch_height) = (self.width / columns, self.height / rows);
-        let mut contrast = [0.0; 3];
-        let mut patch = PatchSums::default();
+        let mut patches = Vec::with_capacity(columns * rows);
         for (row, column) in (0..rows).flat_map(|r| (0..columns).map(move |c| (r, c))) {
-            patch.clear();
+            let mut patch = PatchSums::default();
             for y in row * patch_height..(row + 1) * patch_height {
                 for x in column * patch_width..(column + 1) * patch_width {
-                    self.add_pixel(
-                        &mut patch,
-                        y * self.width + x,
-                        exposure,
-                        light_pct,
-                        sensor.noise,
-                    );
+                    let pixel = y * self.width + x;
+                    self.add_pixel(&mut patch, pixel, exposure, light_pct, sensor.noise);
                 }
             }
-            let deviation = patch.standard_deviation();
-            (0..3).for_each(|k| contrast[k] += deviation[k] / (columns * rows) as f64);
+            patches.push(patch);
         }
         let mut all = PatchSums::default();
-        (0..self.width * self.height)
-            .for_each(|i| self.add_pixel(&mut all, i, exposure, light_pct, sensor.noise));
+        for pixel in 0..self.width * self.height {
+            self.add_pixel(&mut all, pixel, exposure, light_pct, sensor.noise);
+        }
         ImageStats {
-            contrast,
+            contrast: std::array::from_fn(|k| mean_root(&patches, k)),
             mean: all.mean(),
         }
     }
@@ -191,6 +185,27 @@ fn count_variance(noise: &Noise, signal: f64) -> f64 {
     (slope * deviation).powi(2)
 }
 
+/// Share of the squared mean variance that its sampling error may be for the roots to be taken one by one.
+const CLEAN_SHARE: f64 = 0.01;
+
+/// Mean over patches of the standard deviation of channel `k`.
+///
+/// The root of a noisy variance is biased, most of all where the variance is small. Where the variances are
+/// known well their roots are averaged; elsewhere the mean root is expanded around the mean variance m,
+/// sqrt(m) (1 − V/(8 m²)), with the spread V of the variances freed of their sampling error.
+fn mean_root(patches: &[PatchSums], k: usize) -> f64 {
+    let n = patches.len() as f64;
+    let variances: Vec<f64> = patches.iter().map(|p| p.variance(k)).collect();
+    let mean = variances.iter().sum::<f64>() / n;
+    let error2 = patches.iter().map(|p| p.squared_error(k)).sum::<f64>() / n;
+    if error2 <= CLEAN_SHARE * mean * mean {
+        return variances.iter().map(|v| v.max(0.0).sqrt()).sum::<f64>() / n;
+    }
+    let mean = mean.max(ROUNDING_VARIANCE);
+    let spread = variances.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0) - error2;
+    mean.sqrt() * (1.0 - (spread / (8.0 * mean * mean)).clamp(0.0, 0.25))
+}
+
 /// Sums over the pixels of a patch.
 #[derive(Clone, Copy, Debug, Default)]
 struct PatchSums {
@@ -198,20 +213,18 @@ struct PatchSums {
     first: [f64; 3],
     second: [f64; 3],
     product: [f64; 3],
+    squares: [f64; 3],
     noise: [f64; 3],
 }
 
 impl PatchSums {
-    fn clear(&mut self) {
-        *self = Self::default();
-    }
-
     fn add(&mut self, first: [f64; 3], second: [f64; 3], noise: [f64; 3]) {
         self.pixels += 1.0;
         for k in 0..3 {
             self.first[k] += first[k];
             self.second[k] += second[k];
             self.product[k] += first[k] * second[k];
+            self.squares[k] += 0.5 * (first[k] * first[k] + second[k] * second[k]);
             self.noise[k] += noise[k];
         }
     }
@@ -220,14 +233,25 @@ impl PatchSums {
         std::array::from_fn(|k| 0.5 * (self.first[k] + self.second[k]) / self.pixels)
     }
 
-    fn standard_deviation(&self) -> [f64; 3] {
+    /// Covariance of the halves.
+    fn covariance(&self, k: usize) -> f64 {
         let n = self.pixels;
-        std::array::from_fn(|k| {
-            let covariance = self.product[k] / n - (self.first[k] / n) * (self.second[k] / n);
-            (covariance + self.noise[k] / n + ROUNDING_VARIANCE)
-                .max(0.0)
-                .sqrt()
-        })
+        self.product[k] / n - (self.first[k] / n) * (self.second[k] / n)
+    }
+
+    /// Variance of the image in the patch, squared counts; may be negative by its sampling error.
+    fn variance(&self, k: usize) -> f64 {
+        self.covariance(k) + self.noise[k] / self.pixels + ROUNDING_VARIANCE
+    }
+
+    /// Squared sampling error of the covariance that the render noise of variance s causes:
+    /// (s² + 2 s covariance)/n.
+    fn squared_error(&self, k: usize) -> f64 {
+        let n = self.pixels;
+        let mean = self.mean()[k];
+        let covariance = self.covariance(k).max(0.0);
+        let noise = (self.squares[k] / n - mean * mean - covariance).max(0.0);
+        (noise * noise + 2.0 * noise * covariance) / n
     }
 }
 

@@ -38,8 +38,8 @@ pub struct Vehicle {
 impl Default for Vehicle {
     fn default() -> Self {
         Self {
-            width: 320,
-            height: 180,
+            width: 240,
+            height: 135,
             hfov_deg: 60.0,
             lamp_offset_m: 0.3,
             lamp_intensity: 0.4,

@@ -32,10 +32,7 @@ impl PreparedLamp {
     pub fn build(lamp: &Lamp) -> Self {
         let falloff = match &lamp.falloff {
             Falloff::Uniform => None,
-            Falloff::Cosine => Some(tabulate(|angle| angle.cos().max(0.0))),
-            Falloff::Profile(points) => {
-                Some(tabulate(|angle| interpolate(points, angle.to_degrees())))
-            }
+            other => Some(tabulate(|angle| other.relative(angle.to_degrees()))),
         };
         Self {
             position: lamp.position_m,
@@ -116,23 +113,6 @@ fn look_up(table: &[f64], sin_half: f64) -> f64 {
     let i = (position as usize).min(FALLOFF_ENTRIES - 1);
     let f = position - i as f64;
     table[i] + f * (table[i + 1] - table[i])
-}
-
-fn interpolate(points: &[(f64, f64)], angle_deg: f64) -> f64 {
-    let after = points.partition_point(|p| p.0 <= angle_deg);
-    match (after.checked_sub(1).map(|i| points[i]), points.get(after)) {
-        (Some(a), Some(&b)) => a.1 + (b.1 - a.1) * (angle_deg - a.0) / (b.0 - a.0),
-        // Constant before the first point; dark beyond the last, unless the last point itself is meant.
-        (None, Some(&b)) => b.1,
-        (Some(a), None) => {
-            if a.0 == angle_deg {
-                a.1
-            } else {
-                0.0
-            }
-        }
-        (None, None) => 0.0,
-    }
 }
 
 #[cfg(test)]

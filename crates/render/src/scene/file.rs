@@ -7,7 +7,7 @@ use toml::de::DeTable;
 
 use super::camera::{self, CameraTable};
 use super::reader::{Document, Table};
-use super::{Camera, Scene, SceneError, light, object, phase, sections};
+use super::{Camera, Lamp, Scene, SceneError, WaterSurface, light, object, phase, sections};
 
 /// Value of the `format` field.
 const FORMAT: &str = "uw-scene/1";
@@ -72,7 +72,22 @@ fn read_scene(root: &Table<'_>) -> Result<Scene, SceneError> {
     let sensor = sections::read_sensor(root)?;
     let render = sections::read_render(root)?;
     let camera = choose_camera(root, camera, objects.gltf.camera)?;
-    light::append_named(&mut lamps, objects.gltf.lamps);
+    let mut warnings = objects.gltf.warnings;
+    let mut more_lamps = objects.gltf.lamps;
+    if let (Some(_), Some(surface)) = (&water, &surface) {
+        refuse_lamps_in_air(root, &lamps, surface)?;
+        let (kept, left_out): (Vec<_>, Vec<_>) = more_lamps
+            .into_iter()
+            .partition(|lamp| lamp.position_m.z <= surface.height_m);
+        warnings.extend(left_out.iter().map(|lamp| {
+            format!(
+                "lamp {} of a glTF file is above the water surface and is left out",
+                lamp.name
+            )
+        }));
+        more_lamps = kept;
+    }
+    light::append_named(&mut lamps, more_lamps);
     Ok(Scene {
         water,
         surface,
@@ -86,8 +101,31 @@ fn read_scene(root: &Table<'_>) -> Result<Scene, SceneError> {
         textures: objects.textures,
         sensor,
         render,
-        warnings: objects.gltf.warnings,
+        warnings,
     })
+}
+
+/// Lamps shine in the water only: their light through the surface from above is not rendered.
+fn refuse_lamps_in_air(
+    root: &Table<'_>,
+    lamps: &[Lamp],
+    surface: &WaterSurface,
+) -> Result<(), SceneError> {
+    for (i, (element, lamp)) in root.elements("lamp")?.iter().zip(lamps).enumerate() {
+        if lamp.position_m.z > surface.height_m {
+            return Err(SceneError::InvalidValue {
+                file: root.doc.file.to_string(),
+                line: element.line(),
+                field: format!("lamp {} position_m[2]", i + 1),
+                expected: format!(
+                    "at most surface.height_m = {} (a lamp must be in the water)",
+                    surface.height_m
+                ),
+                got: lamp.position_m.z.to_string(),
+            });
+        }
+    }
+    Ok(())
 }
 
 /// The camera of the scene file; where that is silent the first perspective camera of its glTF files,
