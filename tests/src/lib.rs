@@ -10,7 +10,7 @@ use std::{
 };
 
 use uw_render::{
-    film::Film,
+    film::{Film, FilmLayer},
     integrator::{self, Plan, RenderStats},
     prepare::Prepared,
     scene::Scene,
@@ -51,4 +51,17 @@ pub fn render(scene: &Scene, plan: &Plan) -> (Film, RenderStats) {
     let prepared = Prepared::build(scene);
     integrator::render(&prepared, plan, &AtomicBool::new(false), &|_| {})
         .unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Mean and standard error of the pixels of a one-row picture whose pixels all see the same.
+pub fn measure(scene: &Scene, samples: u32, max_bounces: u32, seed: u64) -> ([f64; 3], [f64; 3]) {
+    let mut plan = plan(samples, seed);
+    plan.max_bounces = max_bounces;
+    let pixels = render(scene, &plan).0.layer(FilmLayer::Total);
+    let n = pixels.len() as f64;
+    let mean: [f64; 3] = std::array::from_fn(|k| pixels.iter().map(|p| p[k]).sum::<f64>() / n);
+    let error = std::array::from_fn(|k| {
+        (pixels.iter().map(|p| (p[k] - mean[k]).powi(2)).sum::<f64>() / (n * (n - 1.0))).sqrt()
+    });
+    (mean, error)
 }

@@ -4,11 +4,10 @@ use glam::DVec3;
 use serde_json::Value;
 use uw_media::phase::{FournierForand, HenyeyGreenstein, Phase, PhaseTable};
 use uw_media::transmittance::{free_path_m, transmittance};
-use uw_render::film::FilmLayer;
 use uw_render::integrator::sampling::{Rng, directions::turn};
-use uw_render::scene::{Falloff, Scene, Sun};
+use uw_render::scene::{Falloff, Sun};
 use uw_tests::single_ray::{add_plate, camera, empty, point_lamp, surface, water};
-use uw_tests::{file, plan, render};
+use uw_tests::{file, measure};
 
 fn forms(key: &str) -> Vec<Value> {
     document()[key].as_array().expect("a list").clone()
@@ -39,19 +38,6 @@ fn phase(v: &Value) -> Phase {
         _ if number(&v["g"]) == 0.0 => Phase::Isotropic,
         _ => Phase::HenyeyGreenstein(HenyeyGreenstein::new(number(&v["g"])).expect("valid")),
     }
-}
-
-/// Mean and standard error of the pixels of a one-row picture whose pixels all see the same.
-fn measure(scene: &Scene, samples: u32, max_bounces: u32, seed: u64) -> ([f64; 3], [f64; 3]) {
-    let mut plan = plan(samples, seed);
-    plan.max_bounces = max_bounces;
-    let pixels = render(scene, &plan).0.layer(FilmLayer::Total);
-    let n = pixels.len() as f64;
-    let mean: [f64; 3] = std::array::from_fn(|k| pixels.iter().map(|p| p[k]).sum::<f64>() / n);
-    let error = std::array::from_fn(|k| {
-        (pixels.iter().map(|p| (p[k] - mean[k]).powi(2)).sum::<f64>() / (n * (n - 1.0))).sqrt()
-    });
-    (mean, error)
 }
 
 /// z-scores of independent renders must look standard normal: none beyond 4.5, rms below 1 plus four standard

@@ -7,3 +7,4 @@
 
 mod closed_form;
 mod reference_scenes;
+mod water_surface;

@@ -26,7 +26,7 @@ fn compare(
     let (film, stats) = render(&scene, &plan);
     let ours = Tiles::of(&film);
     let theirs = reference::tiles(reference_name).with_error(reference_error);
-    let ((mean, error), (expected, _)) = (ours.picture_mean(), theirs.picture_mean());
+    let ((mean, error), (expected, expected_error)) = (ours.picture_mean(), theirs.picture_mean());
     println!(
         "{reference_name}: {:.2} CPU s, relative error {:?}",
         stats.cpu_s, stats.relative_error
@@ -38,6 +38,11 @@ fn compare(
             "  channel {k}: mean {:+.5} ± {:.5}, z rms {rms:.3}, largest {largest:.2}",
             deviation,
             error[k] / expected[k]
+        );
+        let mean_z = (mean[k] - expected[k]) / error[k].hypot(expected_error[k]);
+        assert!(
+            mean_z.abs() < 4.5,
+            "{reference_name} channel {k}: mean {mean_z} standard errors off"
         );
         assert!(
             deviation.abs() < mean_tolerance,
