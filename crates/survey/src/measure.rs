@@ -304,7 +304,7 @@ mod tests {
         let clean = view(0.0).statistics(&sensor(None), 0.0);
         let noisy_view = view(0.1);
         let noisy = noisy_view.statistics(&sensor(None), 0.0);
-        // The noise alone has a standard deviation of about 6.6 counts; left in, it would triple the contrast.
+        // The noise alone has a standard deviation of about 6 counts, the pattern one of 4.
         let naive = ImageStats::from_counts(
             WIDTH,
             HEIGHT,
@@ -315,7 +315,7 @@ mod tests {
                 .collect::<Vec<_>>(),
         )
         .unwrap();
-        assert!(naive.contrast[0] > 2.0 * clean.contrast[0]);
+        assert!(naive.contrast[0] > 1.5 * clean.contrast[0]);
         // 60 patches of 400 pixels: the covariance of the halves has a standard error of about 1 %.
         assert!(
             (noisy.contrast[0] / clean.contrast[0] - 1.0).abs() < 0.04,
