@@ -114,16 +114,14 @@ impl Geometry {
         self.len() == 0
     }
 
-    /// Whether any surface emits light.
-    pub fn emits(&self) -> bool {
-        let emits = |m: &Material| m.emission.iter().any(|&e| e > 0.0);
-        self.quads
-            .iter()
-            .any(|q| emits(&self.materials[q.quad.material]))
-            || self
-                .shading
-                .iter()
-                .any(|s| emits(&self.materials[s.material as usize]))
+    /// Largest radiance that a surface emits, W/(m² sr) per channel.
+    pub fn largest_emission(&self) -> [f64; 3] {
+        let quads = self.quads.iter().map(|q| q.quad.material);
+        let triangles = self.shading.iter().map(|s| s.material as usize);
+        quads.chain(triangles).fold([0.0; 3], |largest, material| {
+            let emission = self.materials[material].emission;
+            std::array::from_fn(|k| f64::max(largest[k], emission[k]))
+        })
     }
 
     /// Nearest surface along the ray closer than `t_max`; the ray starts on `from`.

@@ -2,6 +2,7 @@
 
 mod bvh;
 mod daylight;
+mod daylight_field;
 mod geometry;
 mod lamps;
 mod medium;
@@ -10,6 +11,7 @@ mod needs;
 use glam::DVec3;
 
 pub use daylight::{Boundary, SunBeam};
+pub use daylight_field::DaylightField;
 pub use geometry::{Geometry, Hit, Primitive, SurfacePoint};
 pub use lamps::PreparedLamp;
 pub use medium::{Medium, Strategies};
@@ -36,6 +38,14 @@ pub struct Prepared {
     pub sun: Option<SunBeam>,
     /// Sky radiance, W/(m² sr).
     pub sky: [f64; 3],
+    /// Daylight in the water far from any object, to steer walks; `None` where nothing scatters it.
+    pub daylight: Option<DaylightField>,
+    /// By how much flights towards the light are stretched, per strategy of the medium's attenuation.
+    pub stretch: [f64; 3],
+    /// Largest radiance that a surface emits, per channel.
+    pub largest_emission: [f64; 3],
+    /// Order of magnitude of the radiance all around where there is no field of daylight, per channel.
+    pub ambient_scale: [f64; 3],
     /// What the scene makes use of.
     pub needs: Needs,
 }
@@ -58,6 +68,22 @@ impl Prepared {
             sun.as_ref(),
             scene,
         );
+        let daylight = match (&medium, &boundary) {
+            (Some(m), Some(b)) => {
+                let deepest = deepest_m(scene, m, b, &geometry);
+                DaylightField::build(m, b, sun.as_ref(), scene.sky_radiance, deepest)
+            }
+            _ => None,
+        };
+        let stretch = match (&daylight, &medium) {
+            (Some(d), Some(m)) => d.stretch(m),
+            _ => [0.0; 3],
+        };
+        let largest_emission = geometry.largest_emission();
+        let ambient_scale = std::array::from_fn(|k| {
+            let sun = sun.as_ref().map_or(0.0, |s| s.irradiance_in_air[k]);
+            sun / std::f64::consts::PI + scene.sky_radiance[k] + largest_emission[k]
+        });
         Self {
             camera: scene.camera.clone(),
             medium,
@@ -67,6 +93,10 @@ impl Prepared {
             lamp_names: scene.lamps.iter().map(|l| l.name.clone()).collect(),
             sun,
             sky: scene.sky_radiance,
+            daylight,
+            stretch,
+            largest_emission,
+            ambient_scale,
             needs,
         }
     }
@@ -75,6 +105,12 @@ impl Prepared {
     #[inline]
     pub fn in_air(&self, point: DVec3) -> bool {
         self.boundary.is_some_and(|b| point.z > b.height)
+    }
+
+    /// Depth of `point` below the water surface, m; 0 above it or without one.
+    #[inline]
+    pub fn depth(&self, point: DVec3) -> f64 {
+        self.boundary.map_or(0.0, |b| (b.height - point.z).max(0.0))
     }
 
     /// Distance along `direction` from a point in the water to the surface; infinite when there is none ahead.
@@ -92,4 +128,16 @@ impl Prepared {
         let height = self.boundary.map_or(0.0, |b| b.height);
         DVec3::new(point.x, point.y, 2.0 * height - point.z)
     }
+}
+
+/// The greatest depth from which light matters: the camera's, or that of objects not too far below it.
+fn deepest_m(scene: &Scene, medium: &Medium, boundary: &Boundary, geometry: &Geometry) -> f64 {
+    /// Optical depth below the camera within which objects count.
+    const BELOW_CAMERA: f64 = 5.0;
+    let camera = (boundary.height - scene.camera.position_m.z).max(0.0);
+    let reach = camera + BELOW_CAMERA / medium.c_min.max(1e-6);
+    let bottom = geometry
+        .bounds()
+        .map_or(0.0, |(lower, _)| boundary.height - lower.z);
+    camera.max(bottom.min(reach))
 }

@@ -62,7 +62,7 @@ impl Needs {
             lamps: lamps.iter().any(|l| l.intensity.iter().any(|&i| i > 0.0)),
             sun: sun.is_some(),
             sky: scene.sky_radiance.iter().any(|&l| l > 0.0),
-            emission: geometry.emits(),
+            emission: geometry.largest_emission() != [0.0; 3],
         }
     }
 

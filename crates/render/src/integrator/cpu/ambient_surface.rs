@@ -1,8 +1,12 @@
-//! Daylight at a Lambertian surface: emission, the sun, a new direction.
+//! Daylight at a Lambertian surface: emission, the sun, new directions.
 
 use std::f64::consts::PI;
 
-use super::{ambient_path::Walk, score::Scores, sun_line::sun_reaches};
+use super::{
+    ambient_path::{Tracer, Walk},
+    ambient_window::diffuse_irradiance,
+    sun_line::sun_reaches,
+};
 use crate::{
     integrator::sampling::{
         Draws,
@@ -14,33 +18,33 @@ use crate::{
 /// Share of directions drawn around the sun.
 const SUN_SHARE_SURFACE: f64 = 0.3;
 
-/// A surface in the water or in space: emission, the sun, a new direction.
-pub(super) fn meet_surface(
-    scene: &Prepared,
-    point: &SurfacePoint,
-    max_events: usize,
-    leading: bool,
-    walk: &mut Walk,
-    draws: &mut Draws,
-    scores: &mut Scores,
-) -> bool {
-    walk.met_surface = true;
-    if point.emission != [0.0; 3] {
-        walk.score(scores, walk.way(), point.emission);
+impl Tracer<'_> {
+    /// On a surface in the water, in the air or in space: scores it and goes on from it.
+    pub(super) fn meet_surface(&mut self, mut walk: Walk, point: &SurfacePoint) {
+        walk.met_surface = true;
+        if point.emission != [0.0; 3] {
+            self.score(&walk, walk.way(), point.emission);
+        }
+        if walk.events >= self.max_events || point.reflectance == [0.0; 3] {
+            return;
+        }
+        walk.events += 1;
+        walk.spectral.scale(point.reflectance);
+        let sun = sunlight_on(self.scene, point, &walk);
+        self.score(&walk, walk.way(), sun);
+        let depth = self.scene.depth(walk.origin);
+        let diffuse = diffuse_irradiance(self.scene, &walk, depth, point).map(|e| e / PI);
+        let expected = std::array::from_fn(|k| point.emission[k] + sun[k] + diffuse[k]);
+        self.window.set_reference(walk.spectral.weight(), expected);
+        for _ in 0..self.copies(&mut walk, diffuse) {
+            let mut copy = walk;
+            if leave_surface(self.scene, point, &mut copy, self.draws) {
+                copy.leading = false;
+                self.pending.push(copy);
+            }
+            walk.leading = false;
+        }
     }
-    if walk.events >= max_events || point.reflectance == [0.0; 3] {
-        return false;
-    }
-    walk.events += 1;
-    walk.spectral.scale(point.reflectance);
-    let light = sunlight_on(scene, point, walk);
-    walk.score(scores, walk.way(), light);
-    let (u, v) = if leading {
-        (draws.leading(3), draws.leading(4))
-    } else {
-        (draws.uniform(), draws.uniform())
-    };
-    new_surface_direction(scene, point, walk, draws, u, v)
 }
 
 /// Radiance that a unit-reflectance surface sends on from the unscattered sun, per channel.
@@ -71,7 +75,7 @@ fn sunlight_on(scene: &Prepared, point: &SurfacePoint, walk: &Walk) -> [f64; 3] 
     if !sun_reaches(scene, sun, boundary, walk.origin, walk.from) {
         return [0.0; 3];
     }
-    let range = (boundary.height - walk.origin.z).max(0.0) / towards.z;
+    let range = scene.depth(walk.origin) / towards.z;
     let transmittance = scene
         .medium
         .as_ref()
@@ -79,15 +83,15 @@ fn sunlight_on(scene: &Prepared, point: &SurfacePoint, walk: &Walk) -> [f64; 3] 
     std::array::from_fn(|k| sun.irradiance[k] * transmittance[k] * cosine / PI)
 }
 
-/// A direction from the cosine lobe or, in scattering sunlit water, around the sun.
-fn new_surface_direction(
+/// A direction from the cosine lobe or, in scattering sunlit water, around the sun; false where it would
+/// lead into the surface.
+fn leave_surface(
     scene: &Prepared,
     point: &SurfacePoint,
     walk: &mut Walk,
     draws: &mut Draws,
-    u: f64,
-    v: f64,
 ) -> bool {
+    let (u, v) = walk.direction_numbers(draws);
     let lobe = match (&scene.sun, &scene.medium) {
         (Some(sun), Some(medium)) if !walk.in_air && medium.scatters() => Some((sun, medium)),
         _ => None,
@@ -97,8 +101,11 @@ fn new_surface_direction(
         return walk.direction.dot(point.normal) > 0.0;
     };
     let around_sun = draws.uniform() < SUN_SHARE_SURFACE;
+    let mut from_sun = None;
     walk.direction = if around_sun {
-        turn(sun.towards, medium.phase.sample_x(u), v)
+        let x = medium.phase.sample_x(u);
+        from_sun = Some(x);
+        turn(sun.towards, x, v)
     } else {
         cosine_hemisphere(point.shading_normal, u, v)
     };
@@ -106,8 +113,9 @@ fn new_surface_direction(
     if cosine <= 0.0 || walk.direction.dot(point.normal) <= 0.0 {
         return false;
     }
-    let from_sun = medium.phase.value(sin2_half(walk.direction, sun.towards));
-    let density = (1.0 - SUN_SHARE_SURFACE) * cosine / PI + SUN_SHARE_SURFACE * from_sun;
+    let x = from_sun.unwrap_or_else(|| sin2_half(walk.direction, sun.towards));
+    let density =
+        (1.0 - SUN_SHARE_SURFACE) * cosine / PI + SUN_SHARE_SURFACE * medium.phase.value(x);
     walk.spectral.scale_all(cosine / PI / density);
     true
 }

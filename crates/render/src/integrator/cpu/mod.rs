@@ -1,7 +1,9 @@
 //! The native path tracer.
 
+mod ambient_flight;
 mod ambient_path;
 mod ambient_surface;
+mod ambient_window;
 mod bridge;
 mod camera_ray;
 mod lamp_path;
@@ -56,6 +58,7 @@ pub struct Worker<'a> {
     scene: &'a Prepared,
     selection: &'a Selection,
     lamp_work: LampWorkspace,
+    ambient_walks: Vec<ambient_path::Walk>,
     scores: Scores,
     /// Work done so far.
     pub work: Work,
@@ -68,6 +71,7 @@ impl<'a> Worker<'a> {
             scene,
             selection,
             lamp_work: LampWorkspace::default(),
+            ambient_walks: Vec::new(),
             scores: Scores::new(scene.lamps.iter().map(|l| l.level).collect()),
             work: Work::default(),
         }
@@ -96,6 +100,7 @@ impl<'a> Worker<'a> {
                 &ray,
                 self.selection.max_events,
                 &mut draws,
+                &mut self.ambient_walks,
                 &mut self.scores,
             );
         }
