@@ -6,5 +6,6 @@
 )]
 
 mod closed_form;
+mod radiative_transfer;
 mod reference_scenes;
 mod water_surface;
