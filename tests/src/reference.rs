@@ -35,6 +35,8 @@ pub struct IrradianceRow {
     pub quantity: String,
     /// W/m², L_u in W/(m² sr).
     pub reference: f64,
+    /// Mean over the seven models of Mobley et al. 1993, where they published one.
+    pub published_mean: Option<f64>,
 }
 
 /// A row of `data/rt_radiance_rayleigh.csv`.
@@ -71,6 +73,7 @@ pub fn rayleigh_irradiances() -> Vec<IrradianceRow> {
             optical_depth: number(&f[1]),
             quantity: f[2].clone(),
             reference: number(&f[3]),
+            published_mean: (!f[5].is_empty()).then(|| number(&f[5])),
         })
         .collect()
 }

@@ -4,7 +4,7 @@
 use std::sync::atomic::AtomicBool;
 
 use glam::DVec3;
-use uw_media::phase::{Phase, Rayleigh};
+use uw_media::phase::{FournierForand, Phase, Rayleigh};
 use uw_render::irradiance::{DepthIrradiance, IrradiancePlan, measure as measure_irradiance};
 use uw_render::prepare::Prepared;
 use uw_render::scene::{Scene, Sun};
@@ -20,6 +20,10 @@ const A: [f64; 3] = [0.8, 0.5, 0.1];
 const B: [f64; 3] = [0.2, 0.5, 0.9];
 /// Gauss nodes of the discrete ordinates per panel; 64 change nothing above 1.5e-4.
 const NODES: usize = 48;
+/// Directions per depth and hemisphere.
+const SAMPLES: u32 = 1 << 18;
+/// Samples of each of 64 pixels that look along one direction.
+const SAMPLES_PER_PIXEL: u32 = 1024;
 /// Departures from the reference that are let pass besides three standard errors.
 const IRRADIANCE_MARGIN: f64 = 0.002;
 const RADIANCE_MARGIN: f64 = 0.01;
@@ -138,7 +142,8 @@ fn against_discrete_ordinates(name: &str, samples: u32, seed: u64) {
     let measured = sensors(&scene, samples, seed);
     let mut comparisons = Vec::new();
     for channel in 0..3 {
-        let solved: Vec<Irradiances> = irradiances(&problem(phase, B[channel]), &DEPTHS_M, NODES);
+        let solved: Vec<Irradiances> =
+            irradiances(&Problem::benchmark(phase, B[channel]), &DEPTHS_M, NODES);
         comparisons.extend(compare(&measured, channel, |level, name| {
             Some(solved[level].quantity(name))
         }));
@@ -147,21 +152,9 @@ fn against_discrete_ordinates(name: &str, samples: u32, seed: u64) {
     assert_agreement(&comparisons, 3 * DEPTHS_M.len());
 }
 
-fn problem(phase: &Phase, albedo: f64) -> Problem<'_> {
-    Problem {
-        phase,
-        albedo,
-        index: 1.34,
-        sun_zenith_deg: 60.0,
-        sun_irradiance: 1.0,
-        sky_radiance: 0.0,
-        bottom: None,
-    }
-}
-
 #[test]
 fn irradiances_in_molecular_water_are_the_reference_rows() {
-    let measured = sensors(&corpus_scene("rt_rayleigh"), 1 << 19, 1);
+    let measured = sensors(&corpus_scene("rt_rayleigh"), SAMPLES, 1);
     let rows = rayleigh_irradiances();
     let mut comparisons = Vec::new();
     for channel in [0, 2] {
@@ -180,12 +173,12 @@ fn irradiances_in_molecular_water_are_the_reference_rows() {
 
 #[test]
 fn irradiances_in_petzolds_water_are_those_of_discrete_ordinates() {
-    against_discrete_ordinates("rt_petzold", 1 << 19, 2);
+    against_discrete_ordinates("rt_petzold", SAMPLES, 2);
 }
 
 #[test]
 fn irradiances_in_fournier_forand_water_are_those_of_discrete_ordinates() {
-    against_discrete_ordinates("rt_fournier_forand", 1 << 19, 3);
+    against_discrete_ordinates("rt_fournier_forand", SAMPLES, 3);
 }
 
 /// Water and sun of the problems, seen by a row of equal pixels against light that travels so.
@@ -204,26 +197,69 @@ fn looking(phase: Phase, depth_m: f64, travel: Travel) -> Scene {
     scene
 }
 
+/// What a row of pixels sees in the channel of the largest albedo.
+fn compare_radiance(
+    phase: Phase,
+    depth_m: f64,
+    travel: Travel,
+    reference: f64,
+    seed: u64,
+) -> Comparison {
+    let scene = looking(phase, depth_m, travel);
+    let (value, standard_error) = measure(&scene, SAMPLES_PER_PIXEL, 0, seed);
+    Comparison {
+        what: format!(
+            "{depth_m} m, light travelling {:.2} down at {}°",
+            travel.down, travel.azimuth_deg
+        ),
+        value: value[2],
+        standard_error: standard_error[2],
+        reference,
+        margin: RADIANCE_MARGIN,
+    }
+}
+
 #[test]
 fn radiances_in_molecular_water_are_the_reference_rows() {
-    let comparisons: Vec<Comparison> = rayleigh_radiances()
+    let phase = || Phase::Rayleigh(Rayleigh::new(0.0).expect("valid"));
+    let rows = rayleigh_radiances();
+    let comparisons: Vec<Comparison> = rows
         .iter()
         .zip(10..)
         .map(|(row, seed)| {
-            let phase = Phase::Rayleigh(Rayleigh::new(0.0).expect("valid"));
-            let scene = looking(phase, row.optical_depth, row.travel());
-            let (value, standard_error) = measure(&scene, 2048, 0, seed);
-            Comparison {
-                what: format!(
-                    "{} m, view {}° {}°",
-                    row.optical_depth, row.view_zenith_deg, row.view_azimuth_deg
-                ),
-                value: value[2],
-                standard_error: standard_error[2],
-                reference: row.reference,
-                margin: RADIANCE_MARGIN,
-            }
+            let depth_m = row.optical_depth;
+            compare_radiance(phase(), depth_m, row.travel(), row.reference, seed)
         })
         .collect();
+    assert_agreement(&comparisons, comparisons.len());
+}
+
+/// Away from the sun's direction, where nodes would have to resolve the peak.
+#[test]
+fn radiances_in_fournier_forand_water_are_those_of_discrete_ordinates() {
+    let phase = || Phase::FournierForand(FournierForand::new(1.10, 0.0183).expect("valid"));
+    let depths_m = [1.0, 5.0];
+    let directions = [
+        (1.0, 0.0),
+        (0.8, 90.0),
+        (0.8, 180.0),
+        (0.1, 90.0),
+        (-0.2, 0.0),
+        (-0.2, 180.0),
+        (-0.6, 90.0),
+        (-1.0, 0.0),
+    ]
+    .map(|(down, azimuth_deg)| Travel { down, azimuth_deg });
+    // 32 nodes change nothing above 5e-4 in these directions.
+    let problem_phase = phase();
+    let problem = Problem::benchmark(&problem_phase, B[2]);
+    let solved = radiances(&problem, &depths_m, &directions, 24);
+    let mut comparisons = Vec::new();
+    for (&depth_m, level) in depths_m.iter().zip(&solved) {
+        for (&travel, &reference) in directions.iter().zip(level) {
+            let seed = 40 + comparisons.len() as u64;
+            comparisons.push(compare_radiance(phase(), depth_m, travel, reference, seed));
+        }
+    }
     assert_agreement(&comparisons, comparisons.len());
 }

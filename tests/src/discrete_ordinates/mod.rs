@@ -41,6 +41,22 @@ pub struct Problem<'a> {
     pub bottom: Option<(f64, f64)>,
 }
 
+impl<'a> Problem<'a> {
+    /// The benchmark of Mobley et al. 1993 (Applied Optics 32, 7484, problems 1 and 2): infinitely deep water of index
+    /// 1.34 under a black sky, unit sun at 60°.
+    pub fn benchmark(phase: &'a dyn PhaseFunction, albedo: f64) -> Self {
+        Self {
+            phase,
+            albedo,
+            index: 1.34,
+            sun_zenith_deg: 60.0,
+            sun_irradiance: 1.0,
+            sky_radiance: 0.0,
+            bottom: None,
+        }
+    }
+}
+
 /// Irradiances at one depth, W/m², and the radiance straight up, W/(m² sr).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Irradiances {

@@ -2,18 +2,6 @@ use super::*;
 use crate::reference::{rayleigh_irradiances, rayleigh_radiances};
 use uw_media::phase::{FournierForand, Rayleigh};
 
-fn problem(phase: &dyn PhaseFunction, albedo: f64) -> Problem<'_> {
-    Problem {
-        phase,
-        albedo,
-        index: 1.34,
-        sun_zenith_deg: 60.0,
-        sun_irradiance: 1.0,
-        sky_radiance: 0.0,
-        bottom: None,
-    }
-}
-
 fn particles() -> FournierForand {
     FournierForand::new(1.10, 0.0183).expect("valid")
 }
@@ -25,7 +13,7 @@ fn rayleigh_irradiances_are_the_reference_rows() {
     assert_eq!(rows.len(), 40);
     let depths = [0.0, 1.0, 5.0, 10.0];
     for albedo in [0.2, 0.9] {
-        let solved = irradiances(&problem(&phase, albedo), &depths, 48);
+        let solved = irradiances(&Problem::benchmark(&phase, albedo), &depths, 48);
         for row in rows.iter().filter(|r| r.albedo == albedo) {
             let level = depths.iter().position(|&d| d == row.optical_depth);
             let value = solved[level.expect("solved")].quantity(&row.quantity);
@@ -45,7 +33,7 @@ fn rayleigh_radiances_are_the_reference_rows() {
     // The horizontal ones are not among the solver's directions.
     for row in rows.iter().filter(|r| r.view_zenith_deg != 90.0) {
         let travel = row.travel();
-        let problem = problem(&phase, row.albedo);
+        let problem = Problem::benchmark(&phase, row.albedo);
         let value = radiances(&problem, &[row.optical_depth], &[travel], 16)[0][0];
         // The rows are rounded and accurate to 1e-4.
         assert!(
@@ -60,8 +48,13 @@ fn rayleigh_radiances_are_the_reference_rows() {
 fn more_nodes_change_nothing() {
     let phase = particles();
     for albedo in [0.2, 0.9] {
-        let [coarse, fine] =
-            [48, 64].map(|nodes| irradiances(&problem(&phase, albedo), &[0.0, 1.0, 10.0], nodes));
+        let [coarse, fine] = [48, 64].map(|nodes| {
+            irradiances(
+                &Problem::benchmark(&phase, albedo),
+                &[0.0, 1.0, 10.0],
+                nodes,
+            )
+        });
         for (coarse, fine) in coarse.iter().zip(&fine) {
             for quantity in QUANTITIES {
                 let ratio = coarse.quantity(quantity) / fine.quantity(quantity);
@@ -83,7 +76,7 @@ fn a_white_furnace_is_uniform() {
         sun_irradiance: 0.0,
         sky_radiance: 1.0,
         bottom: Some((3.0, 1.0)),
-        ..problem(&phase, 1.0)
+        ..Problem::benchmark(&phase, 1.0)
     };
     let expected = 1.34 * 1.34;
     for level in irradiances(&furnace, &[0.0, 1.0, 3.0], 24) {
@@ -111,7 +104,7 @@ fn absorption_takes_what_the_net_irradiance_loses() {
         let lit = Problem {
             sky_radiance: 0.2,
             bottom,
-            ..problem(&phase, 0.8)
+            ..Problem::benchmark(&phase, 0.8)
         };
         let levels = irradiances(&lit, &[2.0 - step, 2.0, 2.0 + step], 24);
         let net = |i: usize| levels[i].e_d - levels[i].e_u;
