@@ -6,5 +6,7 @@
 )]
 
 mod closed_form;
+mod irradiance_sensors;
+mod radiative_transfer;
 mod reference_scenes;
 mod water_surface;

@@ -2,6 +2,7 @@
 pub mod film;
 pub mod image;
 pub mod integrator;
+pub mod irradiance;
 pub mod layers;
 pub mod prepare;
 pub mod scene;

@@ -10,6 +10,7 @@ mod dataset;
 mod demo;
 pub(crate) mod error;
 pub(crate) mod interrupt;
+mod irradiance;
 pub(crate) mod numbers;
 pub(crate) mod output;
 mod phase;
@@ -42,6 +43,8 @@ struct Arguments {
 enum Command {
     /// Render a scene file to an EXR, PNG or TIFF picture.
     Render(render::RenderArguments),
+    /// Plane and scalar irradiances at depths below the water surface.
+    Irradiance(irradiance::IrradianceArguments),
     /// Values, samples or angles of a phase function.
     Phase(phase::PhaseArguments),
     /// Absorption, scattering and attenuation of a Jerlov water type per colour channel.
@@ -66,6 +69,7 @@ impl Command {
     fn run(&self, json: bool) -> Result<(), CliError> {
         match self {
             Self::Render(arguments) => arguments.run(json),
+            Self::Irradiance(arguments) => arguments.run(json),
             Self::Phase(arguments) => arguments.run(),
             Self::Water(arguments) => arguments.run(json),
             Self::Stats(arguments) => arguments.run(json),

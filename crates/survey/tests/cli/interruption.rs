@@ -66,3 +66,20 @@ fn half_a_picture_is_not_written() {
     assert!(message.contains("nothing has been written"), "{message}");
     assert_eq!(folder.files(), ["large.toml"]);
 }
+
+#[test]
+fn half_a_table_is_not_written() {
+    let folder = Folder::with_scene();
+    let child = start(
+        &folder,
+        "irradiance scene.toml --depths-m 1 --samples 100000000 -o out.csv --json",
+    );
+    let run = stop(child, "-INT");
+    assert_eq!(run.code, Some(130), "{}", run.stderr);
+    assert!(
+        run.stderr.contains("nothing has been written"),
+        "{}",
+        run.stderr
+    );
+    assert_eq!(folder.files(), ["scene.toml"]);
+}

@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod interruption;
+mod irradiance;
 mod pictures;
 mod predict;
 mod render;

@@ -14,9 +14,13 @@ mod score;
 mod spectral;
 mod sun_line;
 mod unfold;
+mod unscattered;
 mod veil;
 
 pub use score::Scores;
+pub use unscattered::{Beam, unscattered_beams};
+
+use glam::DVec3;
 
 use crate::{integrator::sampling::Draws, prepare::Prepared};
 use camera_ray::CameraRay;
@@ -79,21 +83,38 @@ impl<'a> Worker<'a> {
 
     /// The radiance of one sample through pixel (`column`, `row`).
     pub fn sample(&mut self, seed: u64, column: u32, row: u32, batch: u32, index: u32) -> &Scores {
-        self.scores.clear();
         let camera = &self.scene.camera;
         let pixel = row * camera.width + column;
-        let mut draws = Draws::new(seed, pixel, batch, index, 0);
+        let draws = Draws::new(seed, pixel, batch, index, 0);
         let (x, y) = (
             f64::from(column) + draws.leading(0),
             f64::from(row) + draws.leading(1),
         );
-        let ray = CameraRay::trace(self.scene, camera.position_m, camera.direction(x, y));
+        let (origin, direction) = (camera.position_m, camera.direction(x, y));
+        self.radiance(seed, pixel, batch, index, origin, direction)
+    }
+
+    /// The radiance of one sample that looks from `origin` along the unit vector `direction`. `stream` separates
+    /// estimates (a pixel each, say); the first two leading numbers of stream, batch and index are free for the
+    /// choice of the direction.
+    pub fn radiance(
+        &mut self,
+        seed: u64,
+        stream: u32,
+        batch: u32,
+        index: u32,
+        origin: DVec3,
+        direction: DVec3,
+    ) -> &Scores {
+        self.scores.clear();
+        let ray = CameraRay::trace(self.scene, origin, direction);
         self.see_lamps(&ray);
         if !self.selection.lamps.is_empty() && self.selection.max_events > 0 {
+            let mut draws = Draws::new(seed, stream, batch, index, 0);
             self.trace_lamps(&ray, &mut draws);
         }
         if self.selection.ambient {
-            let mut draws = Draws::new(seed, pixel, batch, index, 1);
+            let mut draws = Draws::new(seed, stream, batch, index, 1);
             self.work.paths += 1;
             self.work.vertices += ambient_path::trace(
                 self.scene,
