@@ -41,6 +41,9 @@ struct PathToLamp<'a> {
     remaining: f64,
     /// Number of vertices of the camera walk.
     walked: usize,
+    /// Logarithm of the camera walk's density under each strategy, which can be far below the range of a float where
+    /// another way's factor is as far above it.
+    ln_walk_density: [f64; 3],
 }
 
 impl PathToLamp<'_> {
@@ -63,7 +66,8 @@ impl PathToLamp<'_> {
             let (sigma, ln_sigma) = (strategies.sigma[j], strategies.ln_sigma[j]);
             let poisson = ln_poisson - sigma * (ahead + distance) + walked_more * ln_sigma;
             let tail = ln_tail - sigma * ahead + (walked_more - order as f64) * ln_sigma;
-            sum += self.spectral.density[j] * (poisson.exp() + tail.exp());
+            let ln_walk = self.ln_walk_density[j];
+            sum += (ln_walk + poisson).exp() + (ln_walk + tail).exp();
         }
         sum * distance2 / phase
     }
@@ -95,6 +99,7 @@ pub fn contribution(
         last_length: last.length,
         remaining: bridge.length,
         walked: walk.len(),
+        ln_walk_density: spectral.density.map(f64::ln),
     };
     let junction = medium.phase.value(sin2_half(direction, bridge.first));
     let mut density = path.density(
