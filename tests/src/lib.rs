@@ -3,6 +3,7 @@
 pub mod reference;
 pub mod single_ray;
 pub mod tiles;
+pub mod validator;
 
 use std::{
     path::{Path, PathBuf},

@@ -7,4 +7,5 @@
 
 mod closed_form;
 mod reference_scenes;
+mod validator;
 mod water_surface;
