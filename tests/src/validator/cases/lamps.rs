@@ -124,8 +124,24 @@ fn targets() -> Vec<Case> {
         Case::new("occluder between lamp and target", occluded).work(610, 300),
         Case::new("closed meshes, FF 0.0183", meshes).work(260, 170),
         Case::new("point lamps, textured corner, absorbing water", corner()).work(36, 50),
+        Case::new("slope of a beam", edge_of_beam()).work(100, 16),
         Case::new("inside a closed box", closed_box()).work(830, 390),
     ]
+}
+
+/// A plate lit by the slope of a beam, about 50° off its axis.
+fn edge_of_beam() -> Scene {
+    let mut scene = plate([0.3, 0.1, 0.2], [0.0; 3], Phase::Isotropic);
+    add_lamp(
+        &mut scene,
+        Lamp {
+            forward: v(1.0, -1.0, 0.2).normalize(),
+            half_angle_deg: 60.0,
+            falloff: Falloff::Profile(BEAM.to_vec()),
+            ..point_lamp(v(0.3, 0.0, 0.0), 5.0)
+        },
+    );
+    scene
 }
 
 /// Two walls that light each other, one with a texture.
