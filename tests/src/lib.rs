@@ -4,6 +4,7 @@ pub mod discrete_ordinates;
 pub mod reference;
 pub mod single_ray;
 pub mod tiles;
+pub mod validator;
 
 use std::{
     path::{Path, PathBuf},

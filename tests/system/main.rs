@@ -9,4 +9,5 @@ mod closed_form;
 mod irradiance_sensors;
 mod radiative_transfer;
 mod reference_scenes;
+mod validator;
 mod water_surface;

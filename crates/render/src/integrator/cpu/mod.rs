@@ -22,8 +22,11 @@ pub use unscattered::{Beam, unscattered_beams};
 
 use glam::DVec3;
 
-use crate::{integrator::sampling::Draws, prepare::Prepared};
-use camera_ray::CameraRay;
+use crate::{
+    integrator::sampling::Draws,
+    prepare::{Prepared, Primitive},
+};
+use camera_ray::{CameraRay, End, Segment};
 use lamp_target::LampWorkspace;
 use lamp_walk::FirstSegment;
 use score::{Source, Way};
@@ -158,9 +161,35 @@ impl<'a> Worker<'a> {
         }
     }
 
-    /// Disk lamps that the camera looks at: their unscattered light is on no other path.
+    /// Disk lamps that the camera looks at, straight or in the underside of the water surface: their unscattered
+    /// light is on no other path.
     fn see_lamps(&mut self, ray: &CameraRay) {
         let Some(segment) = ray.in_water else { return };
+        self.see_lamps_along(segment, 0.0, ray.entry_factor);
+        let (Some(boundary), End::Boundary(length)) = (&self.scene.boundary, ray.end()) else {
+            return;
+        };
+        let reflectance = boundary.internal_reflectance(segment.direction.z);
+        if reflectance == 0.0 {
+            return;
+        }
+        let mut origin = segment.origin + length * segment.direction;
+        origin.z = boundary.height;
+        let direction = unfold::flip(segment.direction);
+        let hit = self
+            .scene
+            .geometry
+            .closest(origin, direction, f64::INFINITY, Primitive::None);
+        let reflected = Segment {
+            origin,
+            direction,
+            length: hit.map_or(f64::INFINITY, |h| h.t),
+        };
+        self.see_lamps_along(reflected, length, reflectance * ray.entry_factor);
+    }
+
+    /// Disk lamps on `segment`, which starts `range_m` into the water and whose light arrives with `factor`.
+    fn see_lamps_along(&mut self, segment: Segment, range_m: f64, factor: f64) {
         for &i in &self.selection.lamps {
             let lamp = &self.scene.lamps[i];
             let Some((t, radiance)) =
@@ -172,8 +201,8 @@ impl<'a> Worker<'a> {
                 .scene
                 .medium
                 .as_ref()
-                .map_or([1.0; 3], |m| m.transmittance(t));
-            let light = std::array::from_fn(|k| ray.entry_factor * radiance[k] * transmittance[k]);
+                .map_or([1.0; 3], |m| m.transmittance(range_m + t));
+            let light = std::array::from_fn(|k| factor * radiance[k] * transmittance[k]);
             self.scores.add(Source::Lamp(i), Way::Direct, light);
         }
     }

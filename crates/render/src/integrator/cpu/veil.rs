@@ -41,6 +41,9 @@ struct PathToLamp<'a> {
     remaining: f64,
     /// Number of vertices of the camera walk.
     walked: usize,
+    /// Logarithm of the camera walk's density under each strategy, which can be far below the range of a float where
+    /// another way's factor is as far above it.
+    ln_walk_density: [f64; 3],
 }
 
 impl PathToLamp<'_> {
@@ -63,7 +66,8 @@ impl PathToLamp<'_> {
             let (sigma, ln_sigma) = (strategies.sigma[j], strategies.ln_sigma[j]);
             let poisson = ln_poisson - sigma * (ahead + distance) + walked_more * ln_sigma;
             let tail = ln_tail - sigma * ahead + (walked_more - order as f64) * ln_sigma;
-            sum += self.spectral.density[j] * (poisson.exp() + tail.exp());
+            let ln_walk = self.ln_walk_density[j];
+            sum += (ln_walk + poisson).exp() + (ln_walk + tail).exp();
         }
         sum * distance2 / phase
     }
@@ -95,6 +99,7 @@ pub fn contribution(
         last_length: last.length,
         remaining: bridge.length,
         walked: walk.len(),
+        ln_walk_density: spectral.density.map(f64::ln),
     };
     let junction = medium.phase.value(sin2_half(direction, bridge.first));
     let mut density = path.density(
@@ -138,4 +143,63 @@ pub fn contribution(
         };
         spectral.value[k] * scale * (ln_b - medium.c[k] * bridge.length).exp()
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Water;
+    use uw_media::{Iops, phase::Phase};
+
+    /// After 300 m in the clear channel the turbid channel's density is below the range of a float, while what
+    /// it would have drawn from the first vertex on is above it.
+    #[test]
+    fn long_walks_in_coloured_water_give_finite_light() {
+        let medium = Medium::build(&Water {
+            iops: Iops {
+                a: [0.1, 0.6, 0.2],
+                b: [0.1, 3.0, 0.5],
+            },
+            phase: Phase::Isotropic,
+            refractive_index: 1.34,
+        })
+        .expect("it absorbs");
+        let vertex = |x: f64, phase: f64| Vertex {
+            position: DVec3::X * x,
+            length: x,
+            phase,
+            reflected: 1.0,
+        };
+        let walk = [vertex(0.01, 0.08), vertex(300.0, 0.0)];
+        let bridge = Bridge {
+            distance: 10.0,
+            length: 10.0,
+            first: DVec3::Y,
+            emission: -DVec3::Y,
+            lengths: vec![10.0],
+            ..Bridge::default()
+        };
+        let spectral = Spectral {
+            value: [1e-14, 0.0, 1e-70],
+            density: [1.0, 0.0, 1e-44],
+            count: 3,
+            chosen: 0,
+        };
+        let lamp = DVec3::new(300.0, 10.0, 0.0);
+        let law = OrderLaw::default();
+        let light = contribution(
+            &medium,
+            &law,
+            &spectral,
+            &walk,
+            DVec3::X,
+            &bridge,
+            lamp,
+            &[1.0],
+        );
+        assert!(
+            light[0] > 0.0 && light.iter().all(|l| l.is_finite()),
+            "{light:?}"
+        );
+    }
 }

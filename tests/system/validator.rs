@@ -1,0 +1,220 @@
+//! The renderer against the plain validator, on a corpus of small scenes.
+
+use std::{
+    sync::{
+        Mutex,
+        atomic::{AtomicUsize, Ordering},
+    },
+    thread,
+};
+
+use glam::DVec3;
+use uw_media::phase::{FournierForand, HenyeyGreenstein, Phase, PhaseFunction};
+use uw_render::{film::FilmLayer, scene::Sun};
+use uw_tests::{
+    plan, render,
+    single_ray::{add_plate, camera, empty, surface, water},
+    validator::{
+        Validator,
+        cases::{self, Case},
+    },
+};
+
+/// Another number here is another set of random numbers on both sides.
+const RUN: u64 = 1;
+/// Largest combined standard error of a comparison, relative to the value.
+const SHARPNESS: f64 = 0.02;
+/// The same for the median of all comparisons.
+const MEDIAN_SHARPNESS: f64 = 0.011;
+
+/// One channel of one scene: mean and standard error on both sides, W/(m² sr).
+#[derive(Clone, Copy, Debug)]
+struct Comparison {
+    case: usize,
+    channel: usize,
+    rendered: (f64, f64),
+    validated: (f64, f64),
+}
+
+impl Comparison {
+    fn error(&self) -> f64 {
+        self.rendered.1.hypot(self.validated.1)
+    }
+
+    fn z(&self) -> f64 {
+        (self.rendered.0 - self.validated.0) / self.error()
+    }
+
+    /// Combined standard error relative to the value.
+    fn relative_error(&self) -> f64 {
+        self.error() / self.validated.0
+    }
+}
+
+fn compare(index: usize, case: &Case) -> [Comparison; 3] {
+    let mut plan = plan(case.samples, 100_000 * RUN + 1000 + index as u64);
+    plan.max_bounces = case.max_events;
+    plan.threads = Some(1);
+    let film = render(&case.scene, &plan).0;
+    let (mean, variance) = (film.mean(), film.layer(FilmLayer::Variance)[0]);
+    std::array::from_fn(|channel| {
+        // Seeds far apart in the generator's sequence of 2^64.
+        let seed =
+            ((3 * index + channel + 1) as u64 + 1000 * RUN).wrapping_mul(0x0123_4567_89ab_cdef);
+        let validated =
+            Validator::new(&case.scene, channel).pixel((0, 0), case.max_events, case.walks, seed);
+        Comparison {
+            case: index,
+            channel,
+            rendered: (mean[channel], variance[channel].sqrt()),
+            validated: (validated.mean, validated.standard_error),
+        }
+    })
+}
+
+/// All comparisons, on as many threads as there are processors.
+fn compare_all(cases: &[Case]) -> Vec<Comparison> {
+    let next = AtomicUsize::new(0);
+    let done = Mutex::new(Vec::new());
+    let threads = thread::available_parallelism().map_or(1, usize::from);
+    let work = || {
+        while let index = next.fetch_add(1, Ordering::Relaxed)
+            && let Some(case) = cases.get(index)
+        {
+            let found = compare(index, case);
+            done.lock().expect("no thread panicked").extend(found);
+        }
+    };
+    thread::scope(|scope| {
+        for _ in 0..threads {
+            scope.spawn(work);
+        }
+    });
+    let mut all = done.into_inner().expect("no thread panicked");
+    all.sort_by_key(|c| (c.case, c.channel));
+    all
+}
+
+fn show(cases: &[Case], all: &[Comparison]) {
+    for c in all {
+        let percent = |(mean, error): (f64, f64)| 100.0 * error / mean;
+        println!(
+            "{:50} {} renderer {:9.6} ± {:4.2} %  validator {:9.6} ± {:4.2} %  z {:5.2}",
+            cases[c.case].name,
+            c.channel,
+            c.rendered.0,
+            percent(c.rendered),
+            c.validated.0,
+            percent(c.validated),
+            c.z()
+        );
+    }
+}
+
+/// z-scores must look standard normal and be sharp enough to mean something.
+fn assert_agreement(cases: &[Case], all: &[Comparison]) {
+    let n = all.len() as f64;
+    let rms = (all.iter().map(|c| c.z().powi(2)).sum::<f64>() / n).sqrt();
+    let mean = all.iter().map(Comparison::z).sum::<f64>() / n;
+    let mut errors: Vec<f64> = all.iter().map(Comparison::relative_error).collect();
+    errors.sort_by(f64::total_cmp);
+    let median = errors[errors.len() / 2];
+    println!("{n} comparisons: rms z {rms:.3}, mean z {mean:.3}, median error {median:.4}");
+    for c in all {
+        let name = cases[c.case].name;
+        assert!(c.z().abs() < 4.5, "{name}: {c:?}, z {}", c.z());
+        assert!(c.relative_error() < SHARPNESS, "{name}: {c:?} is too noisy");
+    }
+    assert!(median < MEDIAN_SHARPNESS, "median error {median}");
+    // The mean of n scores has a standard deviation of n^-1/2, their rms one of (2n)^-1/2; the channels of a scene
+    // share the renderer's error, the smaller one.
+    assert!(mean.abs() < 3.0 / n.sqrt(), "mean z {mean}");
+    assert!((rms - 1.0).abs() < 4.0 / (2.0 * n).sqrt(), "rms z {rms}");
+}
+
+#[test]
+fn the_renderer_agrees_with_the_plain_validator() {
+    let cases = cases::all();
+    let all = compare_all(&cases);
+    show(&cases, &all);
+    assert_agreement(&cases, &all);
+}
+
+/// Prints the scenes that are kept aside. When the renderer has learned one, it belongs to the corpus.
+#[test]
+#[ignore = "the renderer's standard errors are not to be trusted on these scenes"]
+fn unsettled_scenes() {
+    let cases = cases::unsettled();
+    let all = compare_all(&cases);
+    show(&cases, &all);
+    assert_agreement(&cases, &all);
+}
+
+/// Every walk in lossless water ends in the sky, whose radiance grows by n² in the water: no noise at all.
+#[test]
+fn the_validator_keeps_energy_under_a_refracting_surface() {
+    let mut scene = empty(camera(
+        DVec3::new(0.0, 0.0, -1.0),
+        DVec3::new(0.9, 0.1, -0.3),
+        1,
+    ));
+    let phase = FournierForand::new(1.10, 0.0183).expect("valid");
+    scene.water = Some(water([0.0; 3], [1.5; 3], Phase::FournierForand(phase)));
+    scene.surface = Some(surface(true));
+    scene.sky_radiance = [1.0; 3];
+    add_plate(
+        &mut scene,
+        DVec3::new(0.0, 0.0, -2.0),
+        DVec3::Z,
+        1e6,
+        [1.0; 3],
+    );
+    let found = Validator::new(&scene, 1).pixel((0, 0), 0, 10_000, 1);
+    assert!(
+        (found.mean / (1.34 * 1.34) - 1.0).abs() < 1e-10,
+        "{found:?}"
+    );
+}
+
+/// An emitting plate behind absorbing water.
+#[test]
+fn the_validator_sees_emission_through_absorbing_water() {
+    let mut scene = empty(camera(DVec3::ZERO, DVec3::X, 1));
+    scene.water = Some(water([0.4; 3], [0.0; 3], Phase::Isotropic));
+    add_plate(
+        &mut scene,
+        DVec3::new(2.0, 0.0, 0.0),
+        -DVec3::X,
+        1.0,
+        [0.5; 3],
+    );
+    scene.materials[0].emission = [3.0; 3];
+    let found = Validator::new(&scene, 0).pixel((0, 0), 0, 400_000, 2);
+    let expected = 3.0 * (-0.8f64).exp();
+    assert!(found.standard_error < 2e-3 * expected);
+    let z = (found.mean - expected) / found.standard_error;
+    assert!(z.abs() < 4.0, "{found:?}, expected {expected}");
+}
+
+/// Sunlight scattered once on a ray that goes down from `depth` for ever: b p E e^(-c depth/μ) / (c (1 + μ_ray/μ)).
+#[test]
+fn the_validator_scatters_sunlight_once_as_the_closed_form_says() {
+    let (a, b, depth) = (0.3, 0.5, 1.2);
+    let phase = HenyeyGreenstein::new(0.6).expect("valid");
+    let direction = DVec3::new(0.6, 0.0, -0.8);
+    let mut scene = empty(camera(DVec3::new(0.0, 0.0, -depth), direction, 1));
+    scene.water = Some(water([a; 3], [b; 3], Phase::HenyeyGreenstein(phase)));
+    scene.surface = Some(surface(false));
+    let travel_direction = DVec3::new(0.0, 0.6, -0.8);
+    scene.sun = Some(Sun {
+        travel_direction,
+        irradiance: [2.0; 3],
+    });
+    let found = Validator::new(&scene, 2).pixel((0, 0), 1, 400_000, 3);
+    let c = a + b;
+    let x = 0.25 * (direction + travel_direction).length_squared();
+    let expected = b * phase.value(x) * 2.0 * (-c * depth / 0.8).exp() / (c * (1.0 + 0.8 / 0.8));
+    assert!(found.standard_error < 4e-3 * expected);
+    let z = (found.mean - expected) / found.standard_error;
+    assert!(z.abs() < 4.0, "{found:?}, expected {expected}");
+}
