@@ -258,7 +258,8 @@ fn white_furnace_under_matched_and_refracting_surfaces() {
                 for k in 0..2 {
                     // With nothing lost every path brings the sky's radiance: often there is no noise at all.
                     let floor = error[k].max(1e-9);
-                    assert!(error[k] < 0.02, "b {b}: error {}", error[k]);
+                    // Roulette on what remains after scoring costs most where nothing is lost: up to 4 %.
+                    assert!(error[k] < 0.05, "b {b}: error {}", error[k]);
                     z.push((mean[k] - expected) / floor);
                 }
             }

@@ -20,6 +20,8 @@ use crate::{
 const SUN_SHARE: f64 = 0.15;
 /// Share of directions drawn uniformly in the cone through which the sky is seen.
 const SKY_SHARE: f64 = 0.1;
+/// Scatterings that may be drawn so: later the light is diffuse, and the weights would spread for nothing.
+const SKY_EVENTS: usize = 4;
 
 /// Distance to a scattering that happens before `length`.
 pub(super) fn draw_within(
@@ -125,7 +127,7 @@ impl Tracer<'_> {
         let (u, v) = walk.direction_numbers(self.draws);
         let window = scene
             .boundary
-            .filter(|_| scene.needs.sky)
+            .filter(|_| scene.needs.sky && walk.events <= SKY_EVENTS)
             .map(|b| sky_cone(&b));
         let sun_share = if scene.sun.is_some() { SUN_SHARE } else { 0.0 };
         let sky_share = if window.is_some() { SKY_SHARE } else { 0.0 };

@@ -68,7 +68,12 @@ impl Solution {
         let mut total = Field::new();
         for mode in 0..modes {
             let known = grid.scored_at_once(light, transitions, mode);
-            let rest = grid.iterate(light.albedo, &transitions.modes[mode], &known);
+            let start = if mode == 0 {
+                grid.diffuse_guess(light, transitions.mean_cosine, &known)
+            } else {
+                vec![[0.0; COSINES]; DEPTHS]
+            };
+            let rest = grid.iterate(light.albedo, &transitions.modes[mode], &known, start);
             add_mode(&mut scattered, &rest, mode);
             if mode == 0 {
                 total = add(&known, &rest);
@@ -147,9 +152,34 @@ impl Grid {
         field
     }
 
-    /// Everything that scattered after what `known` holds.
-    fn iterate(&self, albedo: f64, matrix: &[[f64; COSINES]; COSINES], known: &Field) -> Field {
-        let mut rest = vec![[0.0; COSINES]; DEPTHS];
+    /// Isotropic radiance that decays as in diffusion, from all the light that enters: nearly right where
+    /// little is lost, and there the iteration would not get far from nothing.
+    fn diffuse_guess(&self, light: &Daylight, mean_cosine: f64, known: &Field) -> Field {
+        let sun = light
+            .sun
+            .map_or(0.0, |(cosine, irradiance)| cosine * irradiance);
+        let sky = if light.sky > 0.0 {
+            (HALF..COSINES)
+                .map(|j| 2.0 * PI * WIDTH * bin_cosine(j) * known[0][j])
+                .sum()
+        } else {
+            0.0
+        };
+        let loss = 1.0 - light.albedo;
+        let decay = (3.0 * loss * (1.0 - light.albedo * mean_cosine)).sqrt();
+        let entering = light.albedo.powi(2) * (sun + sky) / PI;
+        let at = |depth: &f64| [entering * (-decay * depth).exp(); COSINES];
+        self.depth.iter().map(at).collect()
+    }
+
+    /// Everything that scattered after what `known` holds, from the estimate `rest` on.
+    fn iterate(
+        &self,
+        albedo: f64,
+        matrix: &[[f64; COSINES]; COSINES],
+        known: &Field,
+        mut rest: Field,
+    ) -> Field {
         if albedo == 0.0 {
             return rest;
         }

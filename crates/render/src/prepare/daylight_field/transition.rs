@@ -21,21 +21,25 @@ pub(super) struct Transitions {
     pub(super) modes: Vec<[[f64; COSINES]; COSINES]>,
     /// Share of the light scattered into the narrow cone.
     pub(super) narrow: f64,
+    /// Mean cosine of the scattering angle.
+    pub(super) mean_cosine: f64,
 }
 
 impl Transitions {
     /// Samples the phase function from every bin.
     pub(super) fn build(phase: &PhaseTable) -> Self {
         let mut modes = vec![[[0.0; COSINES]; COSINES]; MODES];
-        let mut narrow = 0.0;
+        let (mut narrow, mut mean_cosine) = (0.0, 0.0);
+        let share = 1.0 / (COSINES * POINTS) as f64;
         for from in 0..COSINES {
             for point in 0..POINTS {
                 let shifted = |d: usize| (0.5 + STEPS[d] * point as f64).fract();
                 let u = -1.0 + 2.0 * (from as f64 + shifted(0)) / COSINES as f64;
                 let x = phase.sample_x(shifted(1).clamp(1e-12, 1.0 - 1e-12));
                 if x <= NARROW_X {
-                    narrow += 1.0 / (COSINES * POINTS) as f64;
+                    narrow += share;
                 }
+                mean_cosine += share * (1.0 - 2.0 * x);
                 let (to, cos_turn) = scattered(u, x, TAU * shifted(2));
                 let (mut previous, mut current) = (1.0, cos_turn);
                 for mode in &mut modes {
@@ -45,7 +49,11 @@ impl Transitions {
             }
         }
         modes.iter_mut().for_each(symmetrise);
-        Self { modes, narrow }
+        Self {
+            modes,
+            narrow,
+            mean_cosine,
+        }
     }
 }
 
