@@ -6,8 +6,11 @@
 )]
 
 mod closed_form;
+mod convergence;
 mod irradiance_sensors;
+mod layers;
 mod radiative_transfer;
 mod reference_scenes;
+mod stress;
 mod validator;
 mod water_surface;

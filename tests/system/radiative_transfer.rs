@@ -21,10 +21,10 @@ const B: [f64; 3] = [0.2, 0.5, 0.9];
 /// Gauss nodes of the discrete ordinates per panel; 64 change nothing above 1.5e-4.
 const NODES: usize = 48;
 /// Directions per depth and hemisphere.
-const SAMPLES: u32 = 1 << 18;
+const SAMPLES: u32 = 1 << 19;
 /// Samples of each of 64 pixels that look along one direction.
 const SAMPLES_PER_PIXEL: u32 = 1024;
-/// Departures from the reference that are let pass besides three standard errors.
+/// Departures from the reference that are let pass besides the standard errors.
 const IRRADIANCE_MARGIN: f64 = 0.002;
 const RADIANCE_MARGIN: f64 = 0.01;
 
@@ -73,7 +73,8 @@ fn assert_agreement(comparisons: &[Comparison], independent: usize) {
         100.0 * widest
     );
     for c in comparisons {
-        let allowed = 3.0 * c.standard_error + c.margin * c.reference;
+        // Four, not three: of more than a hundred values a few are expected beyond three.
+        let allowed = 4.0 * c.standard_error + c.margin * c.reference;
         assert!(
             (c.value - c.reference).abs() < allowed,
             "{}: {} ± {}, {}",

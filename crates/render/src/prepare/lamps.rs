@@ -79,6 +79,12 @@ impl PreparedLamp {
         }
     }
 
+    /// Area of the disk as it is seen from unit direction `emission`, m²; 0 for a point and from behind.
+    #[inline]
+    pub fn facing_area(&self, emission: DVec3) -> f64 {
+        PI * self.radius * self.radius * self.forward.dot(emission).max(0.0)
+    }
+
     /// Radiance that a camera sees when its ray from `origin` along `direction` meets the disk's front
     /// closer than `t_max`, and the distance; `None` otherwise. Points are invisible.
     pub fn radiance_along(

@@ -107,6 +107,14 @@ impl Medium {
         self.by_scattering.count > 0
     }
 
+    /// Largest single scattering albedo b/c of the channels.
+    pub fn largest_albedo(&self) -> f64 {
+        (0..3)
+            .filter(|&k| self.c[k] > 0.0)
+            .map(|k| self.b[k] / self.c[k])
+            .fold(0.0, f64::max)
+    }
+
     /// Transmittance over `range_m`, per channel.
     #[inline]
     pub fn transmittance(&self, range_m: f64) -> [f64; 3] {

@@ -261,10 +261,7 @@ impl Tracer<'_> {
     /// How many copies of the walk go on, each with its share of the weight.
     pub(super) fn copies(&mut self, walk: &mut Walk, light: [f64; 3]) -> usize {
         let weight = walk.spectral.weight();
-        let room = self.pending.len();
-        let (copies, factor) = self
-            .window
-            .copies(weight, light, walk.events, room, self.draws);
+        let (copies, factor) = self.window.copies(weight, light, walk.events, self.draws);
         walk.spectral.scale_all(factor);
         copies
     }

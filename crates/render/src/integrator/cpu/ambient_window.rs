@@ -19,8 +19,8 @@ const LOWEST: f64 = 0.5;
 const HIGHEST: f64 = 2.0;
 /// Most copies at one place.
 const MOST_COPIES: f64 = 16.0;
-/// Most walks waiting at a time; no copies are made beyond.
-const MOST_WAITING: usize = 64;
+/// Most copies made in one sample: an estimate that is wrong by orders of magnitude costs time only so long.
+const COPIES_PER_SAMPLE: usize = 256;
 /// Least probability of going on: bounds the weight when the estimate is far too low.
 const LEAST_SURVIVAL: f64 = 0.02;
 /// Share of the largest emission that is assumed to lie ahead everywhere in the water.
@@ -30,6 +30,7 @@ const EMISSION_AHEAD: f64 = 0.1;
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Window {
     reference: Option<[f64; 3]>,
+    copies_made: usize,
 }
 
 impl Window {
@@ -59,19 +60,18 @@ impl Window {
         survival(self.relative(weight, light))
     }
 
-    /// Number of copies that go on and the factor of the weight of each, for a walk after `events` with
-    /// `waiting` others.
+    /// Number of copies that go on and the factor of the weight of each, for a walk after `events`.
     pub fn copies(
-        &self,
+        &mut self,
         weight: [f64; 3],
         light: [f64; 3],
         events: usize,
-        waiting: usize,
         draws: &mut Draws,
     ) -> (usize, f64) {
         let value = self.relative(weight, light);
-        if value > HIGHEST && waiting < MOST_WAITING && events <= SURE_EVENTS {
+        if value > HIGHEST && self.copies_made < COPIES_PER_SAMPLE && events <= SURE_EVENTS {
             let copies = value.round().min(MOST_COPIES);
+            self.copies_made += copies as usize - 1;
             return (copies as usize, 1.0 / copies);
         }
         // Nothing else ends a path between lossless surfaces in lossless water.

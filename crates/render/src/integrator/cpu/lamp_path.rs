@@ -6,7 +6,8 @@
 use super::{
     camera_ray::{CameraRay, End},
     lamp_target::{
-        LampWorkspace, add, choose_targets, cross, draw_bridge, emitted, surface_contribution,
+        LampWorkspace, add, choose_targets, cross, draw_bridge, emitted, facing_area, straight,
+        surface_contribution,
     },
     lamp_walk::{FirstSegment, Walk, first_end, next_end, reflect_at_boundary, survives},
     score::{Scores, Way},
@@ -16,7 +17,7 @@ use super::{
 use crate::{
     integrator::sampling::{
         Draws,
-        directions::{cosine_hemisphere, turn},
+        directions::{cosine_hemisphere, sin2_half, turn},
     },
     prepare::{Medium, Prepared, Primitive, SurfacePoint},
 };
@@ -115,11 +116,58 @@ fn scatter(
         (draws.uniform(), draws.uniform())
     };
     let x = medium.phase.sample_x(u);
+    walk.direction = turn(walk.direction, x, v);
     if let (false, Some(last)) = (walk.met_surface, work.walk.last_mut()) {
         last.phase = medium.phase.value(x);
+        meet_lamps(scene, medium, walk, work, scores);
     }
-    walk.direction = turn(walk.direction, x, v);
     true
+}
+
+/// Disk lamps on the way after a scattering: one more way of making the veil, without which the light of a lamp
+/// in view, scattered by next to nothing close to it, would have an unbounded weight.
+fn meet_lamps(
+    scene: &Prepared,
+    medium: &Medium,
+    walk: &Walk,
+    work: &mut LampWorkspace,
+    scores: &mut Scores,
+) {
+    for i in 0..work.targets.len() {
+        let target = work.targets[i];
+        let lamp = &scene.lamps[target.lamp];
+        if target.mirrored != walk.mirrored {
+            continue;
+        }
+        let to_boundary = scene.distance_to_boundary(walk.origin, walk.direction);
+        let Some((t, _)) = lamp.radiance_along(walk.origin, walk.direction, to_boundary) else {
+            continue;
+        };
+        let start = walk.unfolded(scene, walk.origin);
+        let end = walk.unfolded(scene, walk.origin + t * walk.direction);
+        if !straight(start, end, &mut work.bridge) {
+            continue;
+        }
+        let intensity = emitted(scene, target, &work.bridge);
+        if intensity == 0.0 || !cross(scene, start, end, walk.from, work) {
+            continue;
+        }
+        let facing = facing_area(scene, target, start, end, &work.bridge);
+        let junction = work.walk.last().map_or(0.0, |v| v.phase);
+        let veil = veil::contribution(
+            medium,
+            &work.law,
+            &walk.spectral,
+            &work.walk,
+            junction,
+            &work.bridge,
+            end,
+            &work.crossings,
+            facing,
+        );
+        let factor = intensity * target.weight;
+        add(scene, target, Way::Backscatter, factor, veil, scores);
+    }
 }
 
 /// Bridges from the last volume vertex to every target.
@@ -151,15 +199,17 @@ fn join_volume_vertex(
         if intensity == 0.0 || !cross(scene, position, lamp_point, walk.from, work) {
             continue;
         }
+        let facing = facing_area(scene, target, position, lamp_point, &work.bridge);
         let veil = veil::contribution(
             medium,
             &work.law,
             &walk.spectral,
             &work.walk,
-            direction,
+            medium.phase.value(sin2_half(direction, work.bridge.first)),
             &work.bridge,
             lamp_point,
             &work.crossings,
+            facing,
         );
         add(
             scene,

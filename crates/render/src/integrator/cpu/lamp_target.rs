@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     integrator::sampling::Draws,
-    prepare::{Prepared, PreparedLamp, Primitive},
+    prepare::{Medium, Prepared, PreparedLamp, Primitive},
 };
 
 /// A lamp as paths are joined to it: itself or its mirror image in the water surface.
@@ -26,7 +26,7 @@ pub(super) struct Target {
 }
 
 /// Buffers and tables of one worker.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct LampWorkspace {
     pub(super) law: OrderLaw,
     pub(super) bridge: Bridge,
@@ -35,6 +35,21 @@ pub struct LampWorkspace {
     pub(super) targets: Vec<Target>,
     /// Number of path vertices made so far, for the statistics.
     pub vertices: u64,
+}
+
+impl LampWorkspace {
+    /// Buffers for walks in `medium`.
+    pub(super) fn new(medium: Option<&Medium>) -> Self {
+        let albedo = medium.map_or(0.0, Medium::largest_albedo);
+        Self {
+            law: OrderLaw::new(albedo),
+            bridge: Bridge::default(),
+            walk: Vec::new(),
+            crossings: Vec::new(),
+            targets: Vec::new(),
+            vertices: 0,
+        }
+    }
 }
 
 /// Chooses lamp or mirror image for each active lamp, once per walk.
@@ -99,7 +114,7 @@ pub(super) fn draw_bridge(
         return straight(position, end, &mut work.bridge).then_some(end);
     };
     let sigma = medium.by_scattering.sigma[walk.spectral.chosen];
-    let order = OrderLaw::sample(sigma * position.distance(end), u)?;
+    let order = work.law.sample(sigma * position.distance(end), u)?;
     if order > MAX_ORDER || walk.events + order > max_events {
         return None;
     }
@@ -110,7 +125,7 @@ pub(super) fn draw_bridge(
 }
 
 /// The bridge without scattering.
-fn straight(start: DVec3, end: DVec3, bridge: &mut Bridge) -> bool {
+pub(super) fn straight(start: DVec3, end: DVec3, bridge: &mut Bridge) -> bool {
     let distance = start.distance(end);
     if !(distance > 0.0) {
         return false;
@@ -135,6 +150,28 @@ pub(super) fn emitted(scene: &Prepared, target: Target, bridge: &Bridge) -> f64 
         bridge.emission
     };
     scene.lamps[target.lamp].relative_intensity(emission)
+}
+
+/// Area of the target as the bridge's last segment sees it, where a walk can meet it by chance: 0 for points and
+/// across the water surface.
+pub(super) fn facing_area(
+    scene: &Prepared,
+    target: Target,
+    start: DVec3,
+    end: DVec3,
+    bridge: &Bridge,
+) -> f64 {
+    let lamp = &scene.lamps[target.lamp];
+    let last = bridge.vertices.last().copied().unwrap_or(start);
+    if lamp.radius == 0.0 || !scene.same_side(last, end) {
+        return 0.0;
+    }
+    let emission = if target.mirrored {
+        flip(bridge.emission)
+    } else {
+        bridge.emission
+    };
+    lamp.facing_area(emission)
 }
 
 /// Walks along the bridge; false where it is blocked. Fills the reflectances met per segment.
@@ -181,16 +218,25 @@ pub(super) fn surface_contribution(
     }
     let strategies = &medium.by_scattering;
     let ln_distance = d.ln();
-    let mut density = 0.0;
-    for j in 0..spectral.count {
+    // In logarithms: k! and e^(−cs) leave the range of a float where their quotient does not.
+    let ln_densities: [f64; 3] = std::array::from_fn(|j| {
+        if j >= spectral.count {
+            return f64::NEG_INFINITY;
+        }
         let (poisson, tail) = work.law.ln_parts(
             k,
             strategies.sigma[j] * d,
             strategies.ln_sigma[j] + ln_distance,
         );
-        density += spectral.density[j] * (poisson.exp() + tail.exp());
-    }
-    let scale = geometry * spectral.count as f64 / density;
+        let larger = poisson.max(tail);
+        spectral.density[j].ln() + larger + ((poisson.min(tail) - larger).exp()).ln_1p()
+    });
+    let largest = ln_densities
+        .iter()
+        .copied()
+        .fold(f64::NEG_INFINITY, f64::max);
+    let sum: f64 = ln_densities.iter().map(|l| (l - largest).exp()).sum();
+    let scale = geometry * spectral.count as f64 / sum;
     let steps = k as f64;
     let ln_length = s.ln();
     std::array::from_fn(|i| {
@@ -202,7 +248,7 @@ pub(super) fn surface_contribution(
         } else {
             steps * (medium.ln_b[i] + ln_length)
         };
-        spectral.value[i] * scale * (ln_scatterings - medium.c[i] * s).exp()
+        spectral.value[i] * scale * (ln_scatterings - medium.c[i] * s - largest).exp()
     })
 }
 

@@ -77,7 +77,7 @@ impl<'a> Worker<'a> {
         Self {
             scene,
             selection,
-            lamp_work: LampWorkspace::default(),
+            lamp_work: LampWorkspace::new(scene.medium.as_ref()),
             ambient_walks: Vec::new(),
             scores: Scores::new(scene.lamps.iter().map(|l| l.level).collect()),
             work: Work::default(),

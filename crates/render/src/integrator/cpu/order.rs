@@ -5,33 +5,39 @@
 
 /// Share of the geometric part.
 const TAIL_SHARE: f64 = 0.04;
-/// Ratio of the geometric part.
-const TAIL_RATIO: f64 = 0.82;
-/// Highest order drawn. The geometric tail beyond it holds 0.82^512 of 4 %, i.e. nothing.
+/// Range of the ratio of the geometric part.
+const LEAST_TAIL_RATIO: f64 = 0.82;
+const LARGEST_TAIL_RATIO: f64 = 0.985;
+/// Highest order drawn.
 pub const MAX_ORDER: usize = 512;
 
 /// The law with its table of ln(ε (1 − γ) γ^k k!).
 #[derive(Clone, Debug)]
 pub struct OrderLaw {
+    ln_ratio: f64,
     ln_tail: Vec<f64>,
 }
 
-impl Default for OrderLaw {
-    fn default() -> Self {
-        let mut ln_tail = vec![(TAIL_SHARE * (1.0 - TAIL_RATIO)).ln()];
-        for k in 1..=MAX_ORDER {
-            ln_tail.push(ln_tail[k - 1] + TAIL_RATIO.ln() + (k as f64).ln());
-        }
-        Self { ln_tail }
-    }
-}
-
 impl OrderLaw {
+    /// The law for water whose largest single scattering albedo is `albedo`. Order k carries weights of up to
+    /// albedo^k, so their variance is finite when the ratio of the tail is above albedo².
+    pub fn new(albedo: f64) -> Self {
+        let ratio = albedo.clamp(LEAST_TAIL_RATIO, LARGEST_TAIL_RATIO);
+        let mut ln_tail = vec![(TAIL_SHARE * (1.0 - ratio)).ln()];
+        for k in 1..=MAX_ORDER {
+            ln_tail.push(ln_tail[k - 1] + ratio.ln() + (k as f64).ln());
+        }
+        Self {
+            ln_ratio: ratio.ln(),
+            ln_tail,
+        }
+    }
+
     /// Draws k for optical depth `depth` = σD from `u` in (0, 1); `None` beyond [`MAX_ORDER`].
     #[inline]
-    pub fn sample(depth: f64, u: f64) -> Option<usize> {
+    pub fn sample(&self, depth: f64, u: f64) -> Option<usize> {
         let k = if u < TAIL_SHARE {
-            ((u / TAIL_SHARE).ln() / TAIL_RATIO.ln()) as usize
+            ((u / TAIL_SHARE).ln() / self.ln_ratio) as usize
         } else {
             poisson((u - TAIL_SHARE) / (1.0 - TAIL_SHARE), depth)
         };
@@ -97,14 +103,14 @@ mod tests {
 
     #[test]
     fn drawn_orders_follow_the_stated_law() {
-        let law = OrderLaw::default();
+        let law = OrderLaw::new(0.8);
         assert!((LN_POISSON_SHARE - (1.0 - TAIL_SHARE).ln()).abs() < 1e-15);
         let mut rng = Rng::new(9, 9, 9, 9);
         for depth in [1e-3f64, 0.4, 3.0, 20.0] {
             let n = 200_000;
             let mut counts = vec![0u32; MAX_ORDER + 2];
             for _ in 0..n {
-                counts[OrderLaw::sample(depth, rng.uniform()).unwrap_or(MAX_ORDER + 1)] += 1;
+                counts[law.sample(depth, rng.uniform()).unwrap_or(MAX_ORDER + 1)] += 1;
             }
             let mut chi2 = 0.0;
             let mut cells = 0;
@@ -128,7 +134,8 @@ mod tests {
 
     #[test]
     fn huge_depths_give_no_order_rather_than_a_wrong_one() {
-        assert_eq!(OrderLaw::sample(1e6, 0.5), None);
-        assert!(OrderLaw::sample(1e6, 0.03).is_some());
+        let law = OrderLaw::new(0.8);
+        assert_eq!(law.sample(1e6, 0.5), None);
+        assert!(law.sample(1e6, 0.03).is_some());
     }
 }

@@ -14,7 +14,7 @@ use super::{
     order::{LN_POISSON_SHARE, OrderLaw},
     spectral::Spectral,
 };
-use crate::{integrator::sampling::directions::sin2_half, prepare::Medium};
+use crate::prepare::Medium;
 
 /// A volume vertex of the camera walk, in unfolded space.
 #[derive(Clone, Copy, Debug)]
@@ -48,9 +48,20 @@ struct PathToLamp<'a> {
 
 impl PathToLamp<'_> {
     /// Sum over the strategies of the density of the way whose camera walk ends at a vertex of `length`,
-    /// `distance`² = `distance2` from the lamp, with `order` scatterings after it; relative to the walk's own.
+    /// `distance`² = `distance2` from the lamp, with `order` scatterings after it; relative to e^`shift`.
     #[inline]
-    fn density(&self, length: f64, distance2: f64, order: usize, phase: f64) -> f64 {
+    fn density(&self, shift: f64, length: f64, distance2: f64, order: usize, phase: f64) -> f64 {
+        let mut sum = 0.0;
+        for j in 0..self.spectral.count {
+            let (poisson, tail) = self.ln_density(j, length, distance2, order);
+            sum += (poisson - shift).exp() + (tail - shift).exp();
+        }
+        sum * distance2 / phase
+    }
+
+    /// The two parts of that density under strategy `j`, in logarithms, without the factor D²/p.
+    #[inline]
+    fn ln_density(&self, j: usize, length: f64, distance2: f64, order: usize) -> (f64, f64) {
         let distance = distance2.sqrt();
         let ahead = length - self.last_length;
         // No way is shorter than the straight one; rounding must not say so.
@@ -61,30 +72,48 @@ impl PathToLamp<'_> {
         let ln_tail = self.law.ln_tail(order) + distance.ln() - steps * ln_to_lamp;
         let strategies = &self.medium.by_scattering;
         let walked_more = self.total_order as f64 - self.walked as f64;
-        let mut sum = 0.0;
-        for j in 0..self.spectral.count {
-            let (sigma, ln_sigma) = (strategies.sigma[j], strategies.ln_sigma[j]);
-            let poisson = ln_poisson - sigma * (ahead + distance) + walked_more * ln_sigma;
-            let tail = ln_tail - sigma * ahead + (walked_more - order as f64) * ln_sigma;
-            let ln_walk = self.ln_walk_density[j];
-            sum += (ln_walk + poisson).exp() + (ln_walk + tail).exp();
+        let (sigma, ln_sigma) = (strategies.sigma[j], strategies.ln_sigma[j]);
+        let ln_walk = self.ln_walk_density[j];
+        (
+            ln_walk + ln_poisson - sigma * (ahead + distance) + walked_more * ln_sigma,
+            ln_walk + ln_tail - sigma * ahead + (walked_more - order as f64) * ln_sigma,
+        )
+    }
+
+    /// Density of a walk that makes all vertices, the last at `length`, and then meets the lamp by chance;
+    /// `facing` is the lamp's area times the cosine at it.
+    fn hit_density(&self, shift: f64, length: f64, facing: f64) -> f64 {
+        if facing == 0.0 {
+            return 0.0;
         }
-        sum * distance2 / phase
+        let strategies = &self.medium.by_scattering;
+        let more = self.total_order as f64 - self.walked as f64;
+        let ahead = length - self.last_length;
+        let ln = |j: usize| {
+            self.ln_walk_density[j] + more * strategies.ln_sigma[j] - strategies.sigma[j] * ahead
+        };
+        (0..self.spectral.count)
+            .map(|j| (ln(j) - shift).exp())
+            .sum::<f64>()
+            * facing
     }
 }
 
 /// Radiance per channel of the path made by `walk` (its last vertex reached along `direction`, with weight
 /// `spectral`) and `bridge` to the lamp point `lamp`, for unit intensity; the camera walk ends at the last
-/// vertex. `crossings` holds, per segment of the bridge, the product of surface reflectances on it.
+/// vertex, where the phase function is `junction`. `crossings` holds, per segment of the bridge, the product of
+/// surface reflectances on it; `facing` is the lamp's area times the cosine at it where a walk can meet the lamp
+/// by chance, else 0.
 pub fn contribution(
     medium: &Medium,
     law: &OrderLaw,
     spectral: &Spectral,
     walk: &[Vertex],
-    direction: DVec3,
+    junction: f64,
     bridge: &Bridge,
     lamp: DVec3,
     crossings: &[f64],
+    facing: f64,
 ) -> [f64; 3] {
     let Some((last, earlier)) = walk.split_last() else {
         return [0.0; 3];
@@ -101,17 +130,25 @@ pub fn contribution(
         walked: walk.len(),
         ln_walk_density: spectral.density.map(f64::ln),
     };
-    let junction = medium.phase.value(sin2_half(direction, bridge.first));
-    let mut density = path.density(
-        last.length,
-        bridge.distance * bridge.distance,
-        order,
-        junction,
-    );
+    // Relative to the way that made the path: single densities may be out of the range of a float.
+    let distance2 = bridge.distance * bridge.distance;
+    let shift = (0..spectral.count)
+        .map(|j| {
+            let (poisson, tail) = path.ln_density(j, last.length, distance2, order);
+            poisson.max(tail)
+        })
+        .fold(f64::NEG_INFINITY, f64::max);
+    let mut density = path.density(shift, last.length, distance2, order, junction);
     for (i, v) in earlier.iter().enumerate() {
         let k = total_order - (i + 1);
         if k <= super::order::MAX_ORDER && v.reflected > 0.0 {
-            let own = path.density(v.length, v.position.distance_squared(lamp), k, v.phase);
+            let own = path.density(
+                shift,
+                v.length,
+                v.position.distance_squared(lamp),
+                k,
+                v.phase,
+            );
             density += own * v.reflected / last.reflected;
         }
     }
@@ -123,12 +160,14 @@ pub fn contribution(
         let phase = medium.phase.value(bridge.sin2[i]);
         density += reflected
             * path.density(
+                shift,
                 length,
                 position.distance_squared(lamp),
                 order - 1 - i,
                 phase,
             );
     }
+    density += reflected * path.hit_density(shift, length, facing);
     let all_reflected: f64 = crossings.iter().product();
     let scale = all_reflected * spectral.count as f64 / density;
     let steps = order as f64;
@@ -141,7 +180,7 @@ pub fn contribution(
         } else {
             steps * medium.ln_b[k]
         };
-        spectral.value[k] * scale * (ln_b - medium.c[k] * bridge.length).exp()
+        spectral.value[k] * scale * (ln_b - medium.c[k] * bridge.length - shift).exp()
     })
 }
 
@@ -186,16 +225,17 @@ mod tests {
             chosen: 0,
         };
         let lamp = DVec3::new(300.0, 10.0, 0.0);
-        let law = OrderLaw::default();
+        let law = OrderLaw::new(0.9);
         let light = contribution(
             &medium,
             &law,
             &spectral,
             &walk,
-            DVec3::X,
+            0.08,
             &bridge,
             lamp,
             &[1.0],
+            0.0,
         );
         assert!(
             light[0] > 0.0 && light.iter().all(|l| l.is_finite()),
