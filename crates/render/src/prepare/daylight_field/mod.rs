@@ -206,3 +206,51 @@ fn mix(a: f32, b: f32, weight: f32) -> f32 {
 fn bin_cosine(bin: usize) -> f64 {
     -1.0 + (bin as f64 + 0.5) * 2.0 / COSINES as f64
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Water;
+    use uw_media::{
+        Iops,
+        phase::{Phase, Rayleigh},
+    };
+
+    /// Mobley et al. 1993, problem 1 (albedo 0.9): E_d and E_u from discrete ordinates, for a sun at 60° with
+    /// 0.5 W/m² on the horizontal. A field that only steers may be off by some percent, not by a factor.
+    #[test]
+    fn irradiances_are_nearly_those_of_discrete_ordinates() {
+        let medium = Medium::build(&Water {
+            iops: Iops {
+                a: [0.1; 3],
+                b: [0.9; 3],
+            },
+            phase: Phase::Rayleigh(Rayleigh::new(0.0).expect("valid")),
+            refractive_index: 1.34,
+        })
+        .expect("it absorbs");
+        let boundary = Boundary {
+            height: 0.0,
+            index: 1.34,
+        };
+        let travel = boundary.refract_into_water(DVec3::new(0.75f64.sqrt(), 0.0, -0.5));
+        let entering = (1.0 - boundary.external_reflectance(0.5)) * 0.5;
+        let sun = SunBeam {
+            towards: -travel,
+            towards_in_air: DVec3::new(-0.75f64.sqrt(), 0.0, 0.5),
+            irradiance: [entering / -travel.z; 3],
+            irradiance_in_air: [1.0; 3],
+        };
+        let field =
+            DaylightField::build(&medium, &boundary, Some(&sun), [0.0; 3], 10.0).expect("lit");
+        for (depth, down, up) in [(1.0, 0.3659944, 0.1734997), (5.0, 0.04328907, 0.02035448)] {
+            let (diffuse, found_up) = field.diffuse_irradiance(depth)[1];
+            let beam = entering * (-depth / -travel.z).exp();
+            assert!(
+                ((diffuse + beam) / down - 1.0).abs() < 0.1,
+                "{depth}: {diffuse} + {beam}"
+            );
+            assert!((found_up / up - 1.0).abs() < 0.1, "{depth}: {found_up}");
+        }
+    }
+}
