@@ -11,6 +11,7 @@ mod irradiance_sensors;
 mod layers;
 mod radiative_transfer;
 mod reference_scenes;
+mod scales;
 mod stress;
 mod validator;
 mod water_surface;
