@@ -3,11 +3,15 @@
 //! The last surface vertex before the lamp decides who counts a path: every surface hit of the walk makes a
 //! bridge; volume vertices do so only before the first surface hit (the veil).
 
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
 use super::{
     camera_ray::{CameraRay, End},
     lamp_target::{
-        LampWorkspace, add, choose_targets, cross, draw_bridge, emitted, facing_area, straight,
-        surface_contribution,
+        LampWorkspace, Target, add, choose_targets, cross, draw_bridge, emitted, facing_area,
+        straight, surface_contribution,
     },
     lamp_walk::{FirstSegment, Walk, first_end, next_end, reflect_at_boundary, survives},
     score::{Scores, Way},
@@ -135,19 +139,9 @@ fn meet_lamps(
 ) {
     for i in 0..work.targets.len() {
         let target = work.targets[i];
-        let lamp = &scene.lamps[target.lamp];
-        if target.mirrored != walk.mirrored {
-            continue;
-        }
-        let to_boundary = scene.distance_to_boundary(walk.origin, walk.direction);
-        let Some((t, _)) = lamp.radiance_along(walk.origin, walk.direction, to_boundary) else {
+        let Some((start, end)) = lamp_ahead(scene, target, walk, work) else {
             continue;
         };
-        let start = walk.unfolded(scene, walk.origin);
-        let end = walk.unfolded(scene, walk.origin + t * walk.direction);
-        if !straight(start, end, &mut work.bridge) {
-            continue;
-        }
         let intensity = emitted(scene, target, &work.bridge);
         if intensity == 0.0 || !cross(scene, start, end, walk.from, work) {
             continue;
@@ -262,8 +256,14 @@ fn meet_surface(
             continue;
         }
         let reflected: f64 = work.crossings.iter().product();
-        let factor = intensity * target.weight * reflected * cosine / std::f64::consts::PI;
-        let radiance = surface_contribution(scene, &walk.spectral, work);
+        let factor = intensity * target.weight * reflected * cosine / PI;
+        let chance = if work.bridge.order == 0 {
+            let facing = facing_area(scene, target, position, lamp_point, &work.bridge);
+            facing * cosine / (PI * work.bridge.distance.powi(2))
+        } else {
+            0.0
+        };
+        let radiance = surface_contribution(scene, &walk.spectral, chance, work);
         let way = Way::of(true, walk.scatterings + work.bridge.order > 0);
         add(scene, target, way, factor, radiance, scores);
     }
@@ -273,5 +273,56 @@ fn meet_surface(
         (draws.uniform(), draws.uniform())
     };
     walk.direction = cosine_hemisphere(point.shading_normal, u, v);
-    walk.direction.dot(point.normal) > 0.0
+    if walk.direction.dot(point.normal) <= 0.0 {
+        return false;
+    }
+    meet_lamps_from_surface(scene, point, walk, work, scores);
+    true
+}
+
+/// Disk lamps on the way from a surface: with the straight bridge one of two ways of making that path, so that a lamp
+/// close to a surface has a bounded weight.
+fn meet_lamps_from_surface(
+    scene: &Prepared,
+    point: &SurfacePoint,
+    walk: &Walk,
+    work: &mut LampWorkspace,
+    scores: &mut Scores,
+) {
+    for i in 0..work.targets.len() {
+        let target = work.targets[i];
+        let Some((start, end)) = lamp_ahead(scene, target, walk, work) else {
+            continue;
+        };
+        let intensity = emitted(scene, target, &work.bridge);
+        if intensity == 0.0 || !cross(scene, start, end, walk.from, work) {
+            continue;
+        }
+        let cosine = point.shading_normal.dot(walk.direction);
+        let facing = facing_area(scene, target, start, end, &work.bridge);
+        let chance = facing * cosine / (PI * work.bridge.distance.powi(2));
+        let radiance = surface_contribution(scene, &walk.spectral, chance, work);
+        let factor = intensity * target.weight * cosine / PI;
+        let way = Way::of(true, walk.scatterings > 0);
+        add(scene, target, way, factor, radiance, scores);
+    }
+}
+
+/// Start and end, unfolded, of the straight way to the target's disk when the walk's direction meets it; the bridge
+/// of the workspace is then this way.
+fn lamp_ahead(
+    scene: &Prepared,
+    target: Target,
+    walk: &Walk,
+    work: &mut LampWorkspace,
+) -> Option<(DVec3, DVec3)> {
+    if target.mirrored != walk.mirrored {
+        return None;
+    }
+    let lamp = &scene.lamps[target.lamp];
+    let to_boundary = scene.distance_to_boundary(walk.origin, walk.direction);
+    let (t, _) = lamp.radiance_along(walk.origin, walk.direction, to_boundary)?;
+    let start = walk.unfolded(scene, walk.origin);
+    let end = walk.unfolded(scene, walk.origin + t * walk.direction);
+    straight(start, end, &mut work.bridge).then_some((start, end))
 }

@@ -199,22 +199,25 @@ pub(super) fn cross(
 }
 
 /// Integrand over density of a bridge from a surface vertex, per channel and unit intensity:
-/// value · (b s)^k/k! · e^(−cs) · s/D³ over the mean of density_j · q_j(k | D).
+/// value · (b s)^k/k! · e^(−cs) · s/D³ over the mean of density_j · (q_j(k | D) + `chance`), where `chance` is the
+/// density with which the walk itself meets the lamp point straight from the surface (k = 0), times the lamp's area.
 pub(super) fn surface_contribution(
     scene: &Prepared,
     spectral: &Spectral,
+    chance: f64,
     work: &LampWorkspace,
 ) -> [f64; 3] {
     let bridge = &work.bridge;
     let (k, s, d) = (bridge.order, bridge.length, bridge.distance);
     let Some(medium) = &scene.medium else {
-        return spectral.weight().map(|w| w / (d * d));
+        return spectral.weight().map(|w| w / (d * d * (1.0 + chance)));
     };
     let geometry = s / (d * d * d);
     if !medium.scatters() {
         let transmittance = medium.transmittance(s);
         let weight = spectral.weight();
-        return std::array::from_fn(|i| weight[i] * transmittance[i] * geometry);
+        let share = geometry / (1.0 + chance);
+        return std::array::from_fn(|i| weight[i] * transmittance[i] * share);
     }
     let strategies = &medium.by_scattering;
     let ln_distance = d.ln();
@@ -235,7 +238,14 @@ pub(super) fn surface_contribution(
         .iter()
         .copied()
         .fold(f64::NEG_INFINITY, f64::max);
-    let sum: f64 = ln_densities.iter().map(|l| (l - largest).exp()).sum();
+    let mut sum: f64 = ln_densities.iter().map(|l| (l - largest).exp()).sum();
+    if chance > 0.0 {
+        sum += chance
+            * (0..spectral.count)
+                .map(|j| spectral.density[j])
+                .sum::<f64>()
+            * (-largest).exp();
+    }
     let scale = geometry * spectral.count as f64 / sum;
     let steps = k as f64;
     let ln_length = s.ln();
