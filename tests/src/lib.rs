@@ -3,6 +3,7 @@
 pub mod discrete_ordinates;
 pub mod reference;
 pub mod single_ray;
+pub mod tails;
 pub mod tiles;
 pub mod validator;
 

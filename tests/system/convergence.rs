@@ -1,19 +1,18 @@
 //! Finite variance, seen: errors against the references fall as N^-1/2, the estimated error is the true one, and
-//! no single sample holds a
-//! share of the variance that does not fall with their number.
+//! no single sample holds a share of the variance that does not fall with their number.
 //!
 //! The reference scenes are rendered at 16 × 9 pixels, each of which is a tile of the reference.
 
 use uw_render::{
     film::{Film, FilmLayer},
-    integrator::{
-        cpu::{Selection, Worker},
-        sampling::Rng,
-    },
-    prepare::Prepared,
+    integrator::sampling::Rng,
     scene::Scene,
 };
-use uw_tests::{corpus_scene, plan, reference, render, tiles::TILE};
+use uw_tests::{
+    corpus_scene, plan, reference, render,
+    tails::{largest_share, largest_share_of},
+    tiles::TILE,
+};
 
 const SCENES: [(&str, &str); 4] = [
     ("s1_clear", "s1"),
@@ -88,39 +87,14 @@ fn errors_fall_as_the_root_of_the_samples_and_are_estimated_rightly() {
     }
 }
 
-/// Share of the largest value in the sum of squares: falls as 1/N where the variance is finite, and stays of the order
-/// of one where it is not.
-fn largest_share(values: &[f64]) -> f64 {
-    let largest = values.iter().copied().fold(0.0, f64::max);
-    largest * largest / values.iter().map(|v| v * v).sum::<f64>()
-}
-
-/// Largest share, of all samples of a few pixels, that one sample holds in the sum of squares.
-fn largest_share_of(scene: &Scene, samples: u32) -> f64 {
-    let prepared = Prepared::build(scene);
-    let selection = Selection {
-        lamps: (0..prepared.lamps.len()).collect(),
-        ambient: prepared.needs.ambient(),
-        max_events: usize::MAX,
-    };
-    let mut worker = Worker::new(&prepared, &selection);
-    let mut share = 0f64;
-    for row in (1..scene.camera.height).step_by(3) {
-        for column in (1..scene.camera.width).step_by(3) {
-            let values: Vec<f64> = (0..samples)
-                .map(|i| worker.sample(9, column, row, i / 16, i % 16).total())
-                .map(|t| t[0] + t[1] + t[2])
-                .collect();
-            share = share.max(largest_share(&values));
-        }
-    }
-    share
-}
-
 #[test]
 fn no_single_sample_holds_the_variance() {
     for (scene_name, _) in SCENES {
-        let share = largest_share_of(&by_tiles(scene_name), 65_536);
+        let scene = by_tiles(scene_name);
+        let rows = (1..scene.camera.height).step_by(3);
+        let columns = || (1..scene.camera.width).step_by(3);
+        let pixels = rows.flat_map(|row| columns().map(move |column| (column, row)));
+        let share = largest_share_of(&scene, pixels, 65_536);
         println!("{scene_name}: largest share of one in 65536 samples {share:.4}");
         assert!(share < 0.1, "{scene_name}: {share}");
     }

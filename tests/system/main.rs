@@ -9,6 +9,7 @@ mod closed_form;
 mod convergence;
 mod irradiance_sensors;
 mod layers;
+mod near_lamps;
 mod radiative_transfer;
 mod reference_scenes;
 mod scales;

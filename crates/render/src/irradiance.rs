@@ -12,8 +12,10 @@ use rayon::prelude::*;
 
 use crate::{
     integrator::{
+        ThreadsError,
         cpu::{Beam, Selection, Worker, unscattered_beams},
         sampling::{Draws, MAX_BATCH},
+        thread_pool,
     },
     prepare::{Boundary, Prepared},
 };
@@ -99,14 +101,9 @@ pub enum IrradianceError {
     /// Too few samples for a standard error.
     #[error("needs at least 2 samples, got {0}")]
     Samples(u32),
-    /// The thread pool could not be made.
-    #[error("cannot start {threads} threads: {reason}")]
-    Threads {
-        /// Number asked for.
-        threads: usize,
-        /// What the system says.
-        reason: String,
-    },
+    /// The worker threads could not be started.
+    #[error(transparent)]
+    Threads(#[from] ThreadsError),
     /// Stopped from outside.
     #[error("stopped before all samples were made")]
     Interrupted,
@@ -124,13 +121,7 @@ pub fn measure(
     observe: &(dyn Fn(f64) + Sync),
 ) -> Result<Vec<DepthIrradiance>, IrradianceError> {
     let boundary = check(scene, plan)?;
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(plan.threads.unwrap_or(0))
-        .build()
-        .map_err(|e| IrradianceError::Threads {
-            threads: plan.threads.unwrap_or(0),
-            reason: e.to_string(),
-        })?;
+    let pool = thread_pool(plan.threads)?;
     let job = Job {
         scene,
         plan,

@@ -90,14 +90,9 @@ pub struct RenderStats {
 /// Why a render could not be made.
 #[derive(Debug, thiserror::Error)]
 pub enum RenderError {
-    /// The thread pool could not be made.
-    #[error("cannot start {threads} threads: {reason}")]
-    Threads {
-        /// Number asked for.
-        threads: usize,
-        /// What the system says.
-        reason: String,
-    },
+    /// The worker threads could not be started.
+    #[error(transparent)]
+    Threads(#[from] ThreadsError),
     /// Stopped before every row had a sample.
     #[error("stopped after {rows} of {total} rows, before the picture was complete")]
     Incomplete {
@@ -108,6 +103,28 @@ pub enum RenderError {
     },
 }
 
+/// The worker threads could not be started.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot start {threads} threads: {reason}")]
+pub struct ThreadsError {
+    /// Number asked for; 0 for one per core.
+    pub threads: usize,
+    /// What the system says.
+    pub reason: String,
+}
+
+/// Worker threads; `None` for one per core.
+pub(crate) fn thread_pool(threads: Option<usize>) -> Result<rayon::ThreadPool, ThreadsError> {
+    let threads = threads.unwrap_or(0);
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .map_err(|e| ThreadsError {
+            threads,
+            reason: e.to_string(),
+        })
+}
+
 /// Renders `scene` on the CPU. `cancel` stops it; `observe` is called from the workers after each row.
 pub fn render(
     scene: &Prepared,
@@ -115,13 +132,7 @@ pub fn render(
     cancel: &AtomicBool,
     observe: &(dyn Fn(&Progress) + Sync),
 ) -> Result<(Film, RenderStats), RenderError> {
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(plan.threads.unwrap_or(0))
-        .build()
-        .map_err(|e| RenderError::Threads {
-            threads: plan.threads.unwrap_or(0),
-            reason: e.to_string(),
-        })?;
+    let pool = thread_pool(plan.threads)?;
     let start = Instant::now();
     let cpu_start = ProcessTime::now();
     let job = Job {

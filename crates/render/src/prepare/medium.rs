@@ -16,6 +16,8 @@ pub struct Medium {
     pub c: [f64; 3],
     /// Smallest attenuation coefficient, 1/m.
     pub c_min: f64,
+    /// Largest attenuation coefficient, 1/m.
+    pub c_max: f64,
     /// Natural logarithm of `b`; negative infinity where b is 0.
     pub ln_b: [f64; 3],
     /// Phase function for the inner loop.
@@ -94,6 +96,7 @@ impl Medium {
             b,
             c,
             c_min: c.iter().copied().fold(f64::INFINITY, f64::min),
+            c_max: c.iter().copied().fold(0.0, f64::max),
             ln_b: b.map(f64::ln),
             phase: PhaseTable::new(&water.phase),
             mean_cosine: water.phase.mean_cosine(),

@@ -214,38 +214,50 @@ impl Tracer<'_> {
         self.meet_surface(walk, point);
     }
 
-    /// Scattered before the end of the segment at `length`.
-    fn go_into_water(&mut self, mut walk: Walk, length: f64, light: [f64; 3]) {
-        let copies = self.copies(&mut walk, light);
-        let strategies = self
-            .strategies
-            .stretched(self.scene.stretch, walk.direction.z);
-        for _ in 0..copies {
-            let mut copy = walk;
-            let u = self.flight_number(&walk);
-            let t = draw_within(self.scene, &strategies, length, u, &mut copy);
-            self.scatter(copy, t);
-            walk.leading = false;
-        }
+    /// Scattered before the surface at the end of the segment, at `length`.
+    fn go_into_water(&mut self, walk: Walk, length: f64, light: [f64; 3]) {
+        self.follow(walk, light, |tracer, strategies, u, mut copy| {
+            let t = draw_within(tracer.scene, strategies, length, u, &mut copy);
+            tracer.scatter(copy, t);
+        });
     }
 
     /// On a segment that ends at the water surface or nowhere.
-    fn go_on(&mut self, mut walk: Walk, end: End, light: [f64; 3]) {
+    fn go_on(&mut self, walk: Walk, end: End, light: [f64; 3]) {
+        self.follow(
+            walk,
+            light,
+            |tracer, strategies, u, mut copy| match draw_within_water(
+                tracer.scene,
+                strategies,
+                &end,
+                u,
+                &mut copy,
+            ) {
+                End::Scatter(t) if copy.events < tracer.max_events => tracer.scatter(copy, t),
+                End::Boundary(t) => {
+                    copy.go(t);
+                    tracer.leave_boundary(copy);
+                }
+                _ => {}
+            },
+        );
+    }
+
+    /// As many copies of the walk as `light` is worth, each sent on by `send` with a number for its flight.
+    fn follow(
+        &mut self,
+        mut walk: Walk,
+        light: [f64; 3],
+        send: impl Fn(&mut Self, &Strategies, f64, Walk),
+    ) {
         let copies = self.copies(&mut walk, light);
         let strategies = self
             .strategies
             .stretched(self.scene.stretch, walk.direction.z);
         for _ in 0..copies {
-            let mut copy = walk;
             let u = self.flight_number(&walk);
-            match draw_within_water(self.scene, &strategies, &end, u, &mut copy) {
-                End::Scatter(t) if copy.events < self.max_events => self.scatter(copy, t),
-                End::Boundary(t) => {
-                    copy.go(t);
-                    self.leave_boundary(copy);
-                }
-                _ => {}
-            }
+            send(self, &strategies, u, walk);
             walk.leading = false;
         }
     }

@@ -1,7 +1,7 @@
 //! Light of the lamps: a camera walk whose vertices are joined to the lamps by bridges.
 //!
 //! The last surface vertex before the lamp decides who counts a path: every surface hit of the walk makes a
-//! bridge; volume vertices do so only before the first surface hit (the veil).
+//! bridge; volume vertices do so only before the first surface hit (the veil) and after one close to a lamp.
 
 use std::f64::consts::PI;
 
@@ -9,22 +9,22 @@ use glam::DVec3;
 
 use super::{
     camera_ray::{CameraRay, End},
-    lamp_target::{
-        LampWorkspace, Target, add, choose_targets, cross, draw_bridge, emitted, facing_area,
-        straight, surface_contribution,
-    },
+    lamp_join::{Site, join, meet_lamps},
+    lamp_target::{LampWorkspace, choose_targets},
     lamp_walk::{FirstSegment, Walk, first_end, next_end, reflect_at_boundary, survives},
-    score::{Scores, Way},
+    score::Scores,
     spectral::Spectral,
-    veil::{self, Vertex},
 };
 use crate::{
     integrator::sampling::{
         Draws,
-        directions::{cosine_hemisphere, sin2_half, turn},
+        directions::{cosine_hemisphere, turn},
     },
-    prepare::{Medium, Prepared, Primitive, SurfacePoint},
+    prepare::{Prepared, Primitive, SurfacePoint},
 };
+
+/// Distance of a surface from a lamp, in optical depths, below which the water between them is joined to the lamp too.
+const CLOSE: f64 = 0.6;
 
 /// Traces one walk from `ray` and adds the light of the lamps in `active` to `scores`. `max_events` limits
 /// scatterings and reflections.
@@ -58,12 +58,12 @@ pub fn trace(
         met_surface: false,
         spectral,
     };
-    work.walk.clear();
-    choose_targets(scene, active, draws, &mut work.targets);
+    work.trail.start();
+    choose_targets(scene, active, ray, draws, &mut work.targets);
     let mut segment = Some(first);
     while walk.events < max_events {
         let end = match segment.take() {
-            Some(kind) => first_end(scene, ray, kind, &mut walk, draws),
+            Some(kind) => first_end(scene, ray, kind, &work.targets, &mut walk, draws),
             None => next_end(scene, &mut walk, draws.uniform()),
         };
         work.vertices += 1;
@@ -103,117 +103,20 @@ fn scatter(
     walk.events += 1;
     walk.spectral.scatter(medium, &medium.by_scattering, t);
     let leading = walk.scatterings == 1 && walk.events == 1;
-    if !walk.met_surface {
-        work.walk.push(Vertex {
-            position: walk.unfolded(scene, walk.origin),
-            length: walk.length,
-            phase: 0.0,
-            reflected: walk.reflected,
-        });
-        join_volume_vertex(
-            scene, medium, max_events, leading, walk, draws, work, scores,
-        );
+    let joined = !walk.met_surface || work.trail.companions;
+    if joined {
+        work.trail.vertices.push(walk.vertex(scene));
+        let site = Site::Volume(medium);
+        join(scene, &site, max_events, leading, walk, draws, work, scores);
     }
-    let (u, v) = if leading {
-        (draws.leading(3), draws.leading(4))
-    } else {
-        (draws.uniform(), draws.uniform())
-    };
+    let (u, v) = direction_numbers(leading, draws);
     let x = medium.phase.sample_x(u);
     walk.direction = turn(walk.direction, x, v);
-    if let (false, Some(last)) = (walk.met_surface, work.walk.last_mut()) {
-        last.phase = medium.phase.value(x);
-        meet_lamps(scene, medium, walk, work, scores);
+    if joined {
+        work.trail.leave(medium.phase.value(x));
+        meet_lamps(scene, walk, work, scores);
     }
     true
-}
-
-/// Disk lamps on the way after a scattering: one more way of making the veil, without which the light of a lamp
-/// in view, scattered by next to nothing close to it, would have an unbounded weight.
-fn meet_lamps(
-    scene: &Prepared,
-    medium: &Medium,
-    walk: &Walk,
-    work: &mut LampWorkspace,
-    scores: &mut Scores,
-) {
-    for i in 0..work.targets.len() {
-        let target = work.targets[i];
-        let Some((start, end)) = lamp_ahead(scene, target, walk, work) else {
-            continue;
-        };
-        let intensity = emitted(scene, target, &work.bridge);
-        if intensity == 0.0 || !cross(scene, start, end, walk.from, work) {
-            continue;
-        }
-        let facing = facing_area(scene, target, start, end, &work.bridge);
-        let junction = work.walk.last().map_or(0.0, |v| v.phase);
-        let veil = veil::contribution(
-            medium,
-            &work.law,
-            &walk.spectral,
-            &work.walk,
-            junction,
-            &work.bridge,
-            end,
-            &work.crossings,
-            facing,
-        );
-        let factor = intensity * target.weight;
-        add(scene, target, Way::Backscatter, factor, veil, scores);
-    }
-}
-
-/// Bridges from the last volume vertex to every target.
-fn join_volume_vertex(
-    scene: &Prepared,
-    medium: &Medium,
-    max_events: usize,
-    leading: bool,
-    walk: &Walk,
-    draws: &mut Draws,
-    work: &mut LampWorkspace,
-    scores: &mut Scores,
-) {
-    let position = walk.unfolded(scene, walk.origin);
-    let direction = walk.unfolded_direction(walk.direction);
-    for i in 0..work.targets.len() {
-        let target = work.targets[i];
-        let u = if leading && i == 0 {
-            draws.leading(5)
-        } else {
-            draws.uniform()
-        };
-        let Some(lamp_point) =
-            draw_bridge(scene, position, target, walk, max_events, u, draws, work)
-        else {
-            continue;
-        };
-        let intensity = emitted(scene, target, &work.bridge);
-        if intensity == 0.0 || !cross(scene, position, lamp_point, walk.from, work) {
-            continue;
-        }
-        let facing = facing_area(scene, target, position, lamp_point, &work.bridge);
-        let veil = veil::contribution(
-            medium,
-            &work.law,
-            &walk.spectral,
-            &work.walk,
-            medium.phase.value(sin2_half(direction, work.bridge.first)),
-            &work.bridge,
-            lamp_point,
-            &work.crossings,
-            facing,
-        );
-        add(
-            scene,
-            target,
-            Way::Backscatter,
-            intensity * target.weight,
-            veil,
-            scores,
-        );
-    }
 }
 
 /// A surface: bridges to every target, then a new direction.
@@ -233,96 +136,39 @@ fn meet_surface(
     if walk.spectral.value == [0.0; 3] {
         return false;
     }
-    let position = walk.unfolded(scene, walk.origin);
-    for i in 0..work.targets.len() {
-        let target = work.targets[i];
-        let u = if leading && i == 0 {
-            draws.leading(5)
-        } else {
-            draws.uniform()
-        };
-        let Some(lamp_point) =
-            draw_bridge(scene, position, target, walk, max_events, u, draws, work)
-        else {
-            continue;
-        };
-        let first = walk.unfolded_direction(work.bridge.first);
-        let cosine = point.shading_normal.dot(first);
-        if cosine <= 0.0 || point.normal.dot(first) <= 0.0 {
-            continue;
-        }
-        let intensity = emitted(scene, target, &work.bridge);
-        if intensity == 0.0 || !cross(scene, position, lamp_point, walk.from, work) {
-            continue;
-        }
-        let reflected: f64 = work.crossings.iter().product();
-        let factor = intensity * target.weight * reflected * cosine / PI;
-        let chance = if work.bridge.order == 0 {
-            let facing = facing_area(scene, target, position, lamp_point, &work.bridge);
-            facing * cosine / (PI * work.bridge.distance.powi(2))
-        } else {
-            0.0
-        };
-        let radiance = surface_contribution(scene, &walk.spectral, chance, work);
-        let way = Way::of(true, walk.scatterings + work.bridge.order > 0);
-        add(scene, target, way, factor, radiance, scores);
-    }
-    let (u, v) = if leading {
-        (draws.leading(3), draws.leading(4))
-    } else {
-        (draws.uniform(), draws.uniform())
-    };
+    let vertex = walk.vertex(scene);
+    work.trail
+        .root(vertex, close_to_lamp(scene, vertex.position, work));
+    let site = Site::Surface(point);
+    join(scene, &site, max_events, leading, walk, draws, work, scores);
+    let (u, v) = direction_numbers(leading, draws);
     walk.direction = cosine_hemisphere(point.shading_normal, u, v);
     if walk.direction.dot(point.normal) <= 0.0 {
         return false;
     }
-    meet_lamps_from_surface(scene, point, walk, work, scores);
+    let cosine = point.shading_normal.dot(walk.direction);
+    work.trail.leave(cosine / PI);
+    meet_lamps(scene, walk, work, scores);
     true
 }
 
-/// Disk lamps on the way from a surface: with the straight bridge one of two ways of making that path, so that a lamp
-/// close to a surface has a bounded weight.
-fn meet_lamps_from_surface(
-    scene: &Prepared,
-    point: &SurfacePoint,
-    walk: &Walk,
-    work: &mut LampWorkspace,
-    scores: &mut Scores,
-) {
-    for i in 0..work.targets.len() {
-        let target = work.targets[i];
-        let Some((start, end)) = lamp_ahead(scene, target, walk, work) else {
-            continue;
-        };
-        let intensity = emitted(scene, target, &work.bridge);
-        if intensity == 0.0 || !cross(scene, start, end, walk.from, work) {
-            continue;
-        }
-        let cosine = point.shading_normal.dot(walk.direction);
-        let facing = facing_area(scene, target, start, end, &work.bridge);
-        let chance = facing * cosine / (PI * work.bridge.distance.powi(2));
-        let radiance = surface_contribution(scene, &walk.spectral, chance, work);
-        let factor = intensity * target.weight * cosine / PI;
-        let way = Way::of(true, walk.scatterings > 0);
-        add(scene, target, way, factor, radiance, scores);
-    }
+/// Whether a lamp is so close to a surface point, in free paths, that bridges alone, which scale with the distance,
+/// would have a heavy tail there.
+fn close_to_lamp(scene: &Prepared, position: DVec3, work: &LampWorkspace) -> bool {
+    let Some(medium) = scene.medium.as_ref().filter(|m| m.scatters()) else {
+        return false;
+    };
+    work.targets.iter().any(|target| {
+        let lamp = &scene.lamps[target.lamp];
+        let distance = target.centre(scene).distance(position) - lamp.radius;
+        distance * medium.c_max < CLOSE
+    })
 }
 
-/// Start and end, unfolded, of the straight way to the target's disk when the walk's direction meets it; the bridge
-/// of the workspace is then this way.
-fn lamp_ahead(
-    scene: &Prepared,
-    target: Target,
-    walk: &Walk,
-    work: &mut LampWorkspace,
-) -> Option<(DVec3, DVec3)> {
-    if target.mirrored != walk.mirrored {
-        return None;
+fn direction_numbers(leading: bool, draws: &mut Draws) -> (f64, f64) {
+    if leading {
+        (draws.leading(3), draws.leading(4))
+    } else {
+        (draws.uniform(), draws.uniform())
     }
-    let lamp = &scene.lamps[target.lamp];
-    let to_boundary = scene.distance_to_boundary(walk.origin, walk.direction);
-    let (t, _) = lamp.radiance_along(walk.origin, walk.direction, to_boundary)?;
-    let start = walk.unfolded(scene, walk.origin);
-    let end = walk.unfolded(scene, walk.origin + t * walk.direction);
-    straight(start, end, &mut work.bridge).then_some((start, end))
 }

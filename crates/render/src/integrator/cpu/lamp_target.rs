@@ -4,17 +4,21 @@ use glam::DVec3;
 
 use super::{
     bridge::Bridge,
+    camera_ray::CameraRay,
     lamp_walk::Walk,
     order::{MAX_ORDER, OrderLaw},
-    score::{Scores, Source, Way},
-    spectral::Spectral,
     unfold::{flip, segment_factor},
-    veil::Vertex,
+    ways::Trail,
 };
 use crate::{
     integrator::sampling::Draws,
     prepare::{Medium, Prepared, PreparedLamp, Primitive},
 };
+
+/// Most lamps that one walk is joined to.
+const MOST_LAMPS: usize = 4;
+/// Share of the choices of lamps that is even.
+const EVEN_SHARE: f64 = 0.1;
 
 /// A lamp as paths are joined to it: itself or its mirror image in the water surface.
 #[derive(Clone, Copy, Debug)]
@@ -30,7 +34,7 @@ pub(super) struct Target {
 pub struct LampWorkspace {
     pub(super) law: OrderLaw,
     pub(super) bridge: Bridge,
-    pub(super) walk: Vec<Vertex>,
+    pub(super) trail: Trail,
     pub(super) crossings: Vec<f64>,
     pub(super) targets: Vec<Target>,
     /// Number of path vertices made so far, for the statistics.
@@ -44,7 +48,7 @@ impl LampWorkspace {
         Self {
             law: OrderLaw::new(albedo),
             bridge: Bridge::default(),
-            walk: Vec::new(),
+            trail: Trail::default(),
             crossings: Vec::new(),
             targets: Vec::new(),
             vertices: 0,
@@ -52,27 +56,82 @@ impl LampWorkspace {
     }
 }
 
-/// Chooses lamp or mirror image for each active lamp, once per walk.
+impl Target {
+    /// Centre of the lamp or of its image, m.
+    pub(super) fn centre(&self, scene: &Prepared) -> DVec3 {
+        let position = scene.lamps[self.lamp].position;
+        if self.mirrored {
+            scene.mirror(position)
+        } else {
+            position
+        }
+    }
+}
+
+/// Chooses, once per walk, the lamps it is joined to: all of them where there are few, else [`MOST_LAMPS`] by an
+/// estimate of what they bring to the camera ray; and for each whether to aim at the lamp or at its mirror image.
 pub(super) fn choose_targets(
     scene: &Prepared,
     active: &[usize],
+    ray: &CameraRay,
     draws: &mut Draws,
     targets: &mut Vec<Target>,
 ) {
     targets.clear();
-    for &lamp in active {
-        let share = mirror_share(scene, &scene.lamps[lamp]);
-        let mirrored = share > 0.0 && draws.uniform() < share;
-        let weight = if mirrored {
-            1.0 / share
-        } else {
-            1.0 / (1.0 - share)
-        };
-        targets.push(Target {
-            lamp,
-            mirrored,
-            weight,
-        });
+    if active.len() <= MOST_LAMPS {
+        for &lamp in active {
+            targets.push(aim(scene, lamp, 1.0, draws));
+        }
+        return;
+    }
+    let estimates: Vec<f64> = active.iter().map(|&i| estimate(scene, i, ray)).collect();
+    let total: f64 = estimates.iter().sum();
+    let share = |e: f64| {
+        let guided = if total > 0.0 { e / total } else { 0.0 };
+        EVEN_SHARE / active.len() as f64 + (1.0 - EVEN_SHARE) * guided
+    };
+    let all: f64 = estimates.iter().map(|&e| share(e)).sum();
+    // One shift for all choices: a lamp with a share above 1 / MOST_LAMPS is always among them.
+    let mut next = draws.uniform();
+    let mut sum = 0.0;
+    for (&lamp, &e) in active.iter().zip(&estimates) {
+        let expected = MOST_LAMPS as f64 * share(e) / all;
+        sum += expected;
+        let mut chosen = 0.0;
+        while next < sum {
+            chosen += 1.0;
+            next += 1.0;
+        }
+        if chosen > 0.0 {
+            targets.push(aim(scene, lamp, chosen / expected, draws));
+        }
+    }
+}
+
+/// What a lamp can bring to a camera ray: its irradiance at the end of the ray, or one free path into the water.
+fn estimate(scene: &Prepared, lamp: usize, ray: &CameraRay) -> f64 {
+    let lamp = &scene.lamps[lamp];
+    let c = scene.medium.as_ref().map_or(0.0, |m| m.c_min);
+    let (origin, direction, length) = ray.in_water.map_or((ray.origin, ray.direction, 0.0), |s| {
+        (s.origin, s.direction, s.length)
+    });
+    let end = origin + length.min(1.0 / c.max(1e-3)) * direction;
+    let offset = end - lamp.position;
+    let distance2 = offset.length_squared().max(lamp.radius.powi(2)).max(1e-12);
+    let beam = lamp.relative_intensity(offset.normalize_or_zero());
+    let largest = lamp.intensity.iter().copied().fold(0.0, f64::max);
+    largest * (0.1 + beam) * (-c * distance2.sqrt()).exp() / distance2
+}
+
+/// The lamp or its mirror image; `weight` is the reciprocal of the probability of the lamp.
+fn aim(scene: &Prepared, lamp: usize, weight: f64, draws: &mut Draws) -> Target {
+    let share = mirror_share(scene, &scene.lamps[lamp]);
+    let mirrored = share > 0.0 && draws.uniform() < share;
+    let probability = if mirrored { share } else { 1.0 - share };
+    Target {
+        lamp,
+        mirrored,
+        weight: weight / probability,
     }
 }
 
@@ -196,81 +255,4 @@ pub(super) fn cross(
         primitive = Primitive::None;
     }
     true
-}
-
-/// Integrand over density of a bridge from a surface vertex, per channel and unit intensity:
-/// value · (b s)^k/k! · e^(−cs) · s/D³ over the mean of density_j · (q_j(k | D) + `chance`), where `chance` is the
-/// density with which the walk itself meets the lamp point straight from the surface (k = 0), times the lamp's area.
-pub(super) fn surface_contribution(
-    scene: &Prepared,
-    spectral: &Spectral,
-    chance: f64,
-    work: &LampWorkspace,
-) -> [f64; 3] {
-    let bridge = &work.bridge;
-    let (k, s, d) = (bridge.order, bridge.length, bridge.distance);
-    let Some(medium) = &scene.medium else {
-        return spectral.weight().map(|w| w / (d * d * (1.0 + chance)));
-    };
-    let geometry = s / (d * d * d);
-    if !medium.scatters() {
-        let transmittance = medium.transmittance(s);
-        let weight = spectral.weight();
-        let share = geometry / (1.0 + chance);
-        return std::array::from_fn(|i| weight[i] * transmittance[i] * share);
-    }
-    let strategies = &medium.by_scattering;
-    let ln_distance = d.ln();
-    // In logarithms: k! and e^(−cs) leave the range of a float where their quotient does not.
-    let ln_densities: [f64; 3] = std::array::from_fn(|j| {
-        if j >= spectral.count {
-            return f64::NEG_INFINITY;
-        }
-        let (poisson, tail) = work.law.ln_parts(
-            k,
-            strategies.sigma[j] * d,
-            strategies.ln_sigma[j] + ln_distance,
-        );
-        let larger = poisson.max(tail);
-        spectral.density[j].ln() + larger + ((poisson.min(tail) - larger).exp()).ln_1p()
-    });
-    let largest = ln_densities
-        .iter()
-        .copied()
-        .fold(f64::NEG_INFINITY, f64::max);
-    let mut sum: f64 = ln_densities.iter().map(|l| (l - largest).exp()).sum();
-    if chance > 0.0 {
-        sum += chance
-            * (0..spectral.count)
-                .map(|j| spectral.density[j])
-                .sum::<f64>()
-            * (-largest).exp();
-    }
-    let scale = geometry * spectral.count as f64 / sum;
-    let steps = k as f64;
-    let ln_length = s.ln();
-    std::array::from_fn(|i| {
-        if spectral.value[i] == 0.0 {
-            return 0.0;
-        }
-        let ln_scatterings = if k == 0 {
-            0.0
-        } else {
-            steps * (medium.ln_b[i] + ln_length)
-        };
-        spectral.value[i] * scale * (ln_scatterings - medium.c[i] * s - largest).exp()
-    })
-}
-
-pub(super) fn add(
-    scene: &Prepared,
-    target: Target,
-    way: Way,
-    factor: f64,
-    radiance: [f64; 3],
-    scores: &mut Scores,
-) {
-    let intensity = scene.lamps[target.lamp].intensity;
-    let light = std::array::from_fn(|k| factor * intensity[k] * radiance[k]);
-    scores.add(Source::Lamp(target.lamp), way, light);
 }

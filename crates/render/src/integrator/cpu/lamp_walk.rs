@@ -4,17 +4,23 @@ use glam::DVec3;
 
 use super::{
     LATE_SURVIVAL, SURE_EVENTS,
-    camera_ray::{CameraRay, End},
+    camera_ray::{CameraRay, End, Segment},
+    equiangular::Equiangular,
+    lamp_target::Target,
     spectral::Spectral,
     unfold::flip,
+    ways::Vertex,
 };
 use crate::{
     integrator::sampling::Draws,
-    prepare::{Prepared, Primitive},
+    prepare::{Medium, Prepared, Primitive},
 };
 
 /// Volume vertices before which a walk that has met no surface is never ended by roulette.
 const SURE_VERTICES: usize = 12;
+
+/// Share of first scatterings that are drawn evenly over the angle under which a lamp sees them.
+const EQUIANGULAR_SHARE: f64 = 0.25;
 
 /// How the first segment of a walk ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,6 +59,16 @@ impl Walk {
         }
     }
 
+    /// The place where the walk stands.
+    pub(super) fn vertex(&self, scene: &Prepared) -> Vertex {
+        Vertex {
+            position: self.unfolded(scene, self.origin),
+            length: self.length,
+            lobe: 0.0,
+            reflected: self.reflected,
+        }
+    }
+
     pub(super) fn unfolded_direction(&self, direction: DVec3) -> DVec3 {
         if self.mirrored {
             flip(direction)
@@ -67,38 +83,79 @@ pub(super) fn first_end(
     scene: &Prepared,
     ray: &CameraRay,
     kind: FirstSegment,
+    targets: &[Target],
     walk: &mut Walk,
     draws: &mut Draws,
 ) -> End {
     let (Some(medium), Some(start)) = (&scene.medium, ray.in_water) else {
         return ray.end();
     };
+    if kind == FirstSegment::Through || !medium.scatters() {
+        walk.spectral.pass_surely(medium, start.length);
+        walk.length += start.length;
+        return ray.end();
+    }
     let strategies = &medium.by_scattering;
-    match kind {
-        FirstSegment::Through => {
-            walk.spectral.pass_surely(medium, start.length);
-            walk.length += start.length;
-            ray.end()
-        }
-        FirstSegment::Free => {
-            let t = flight(scene, walk, draws.leading(2));
-            if t < start.length {
-                return End::Scatter(t);
-            }
+    let within = strategies.sigma.map(|s| -(-s * start.length).exp_m1());
+    let mut u = draws.leading(2);
+    if kind == FirstSegment::Free {
+        let chance = within[walk.spectral.chosen];
+        if u >= chance {
             walk.spectral.pass(medium, strategies, start.length);
             walk.length += start.length;
-            ray.end()
+            return ray.end();
         }
-        FirstSegment::Scattered => {
-            let within = strategies.sigma.map(|s| -(-s * start.length).exp_m1());
-            let sigma = strategies.sigma[walk.spectral.chosen];
-            let t = -(-draws.leading(2) * within[walk.spectral.chosen]).ln_1p() / sigma;
-            for j in 0..walk.spectral.count {
-                walk.spectral.density[j] /= within[j].max(f64::MIN_POSITIVE);
-            }
-            End::Scatter(t.min(start.length))
+        u /= chance;
+    }
+    let t = scattered_at(scene, medium, start, within, u, targets, walk);
+    if kind == FirstSegment::Scattered {
+        for j in 0..walk.spectral.count {
+            walk.spectral.density[j] /= within[j].max(f64::MIN_POSITIVE);
         }
     }
+    End::Scatter(t)
+}
+
+/// Distance to a scattering on the segment: as a free flight falls, or evenly over the angle under which a lamp sees
+/// it. Multiplies the strategies' densities by what they differ from those of the free flight.
+fn scattered_at(
+    scene: &Prepared,
+    medium: &Medium,
+    start: Segment,
+    within: [f64; 3],
+    u: f64,
+    targets: &[Target],
+    walk: &mut Walk,
+) -> f64 {
+    let strategies = &medium.by_scattering;
+    let chosen = walk.spectral.chosen;
+    let near = |target: &Target| Equiangular::near(scene, *target, &start, medium.c_max);
+    let count = targets.iter().filter_map(near).count();
+    let share = if count > 0 { EQUIANGULAR_SHARE } else { 0.0 };
+    let pick = (u / share.max(f64::MIN_POSITIVE) * count as f64) as usize;
+    let t = match targets.iter().filter_map(near).nth(pick) {
+        Some(law) if u < share => law.sample(u / share * count as f64 - pick as f64),
+        _ => {
+            let u = (u - share) / (1.0 - share);
+            let t = -(-u * within[chosen]).ln_1p() / strategies.sigma[chosen];
+            t.min(start.length)
+        }
+    };
+    if count > 0 {
+        let sum: f64 = targets
+            .iter()
+            .filter_map(near)
+            .map(|law| law.density(t))
+            .sum();
+        let even = share * sum / count as f64;
+        for j in 0..walk.spectral.count {
+            let sigma = strategies.sigma[j];
+            // Where the exponential would overflow no light is left.
+            let relative = even * within[j] / sigma * (sigma * t).min(600.0).exp();
+            walk.spectral.density[j] *= 1.0 - share + relative;
+        }
+    }
+    t
 }
 
 /// Length of a free flight drawn with the walk's strategy from `u`; infinite without scattering.

@@ -6,7 +6,10 @@ mod ambient_surface;
 mod ambient_window;
 mod bridge;
 mod camera_ray;
+mod equiangular;
+mod lamp_join;
 mod lamp_path;
+mod lamp_pixels;
 mod lamp_target;
 mod lamp_walk;
 mod order;
@@ -15,7 +18,7 @@ mod spectral;
 mod sun_line;
 mod unfold;
 mod unscattered;
-mod veil;
+mod ways;
 
 pub use score::Scores;
 pub use unscattered::{Beam, unscattered_beams};
@@ -27,6 +30,7 @@ use crate::{
     prepare::{Prepared, Primitive},
 };
 use camera_ray::{CameraRay, End, Segment};
+use lamp_pixels::LampPixels;
 use lamp_target::LampWorkspace;
 use lamp_walk::FirstSegment;
 use score::{Source, Way};
@@ -64,6 +68,7 @@ pub struct Work {
 pub struct Worker<'a> {
     scene: &'a Prepared,
     selection: &'a Selection,
+    lamp_pixels: LampPixels,
     lamp_work: LampWorkspace,
     ambient_walks: Vec<ambient_path::Walk>,
     scores: Scores,
@@ -77,6 +82,7 @@ impl<'a> Worker<'a> {
         Self {
             scene,
             selection,
+            lamp_pixels: LampPixels::new(scene, &selection.lamps),
             lamp_work: LampWorkspace::new(scene.medium.as_ref()),
             ambient_walks: Vec::new(),
             scores: Scores::new(scene.lamps.iter().map(|l| l.level).collect()),
@@ -89,12 +95,19 @@ impl<'a> Worker<'a> {
         let camera = &self.scene.camera;
         let pixel = row * camera.width + column;
         let draws = Draws::new(seed, pixel, batch, index, 0);
-        let (x, y) = (
-            f64::from(column) + draws.leading(0),
-            f64::from(row) + draws.leading(1),
-        );
+        let placed = self
+            .lamp_pixels
+            .place(column, row, draws.leading(0), draws.leading(1));
+        let Some((x, y, factor)) = placed else {
+            self.scores.clear();
+            return &self.scores;
+        };
         let (origin, direction) = (camera.position_m, camera.direction(x, y));
-        self.radiance(seed, pixel, batch, index, origin, direction)
+        self.radiance(seed, pixel, batch, index, origin, direction);
+        if factor != 1.0 {
+            self.scores.scale(factor);
+        }
+        &self.scores
     }
 
     /// The radiance of one sample that looks from `origin` along the unit vector `direction`. `stream` separates

@@ -44,15 +44,7 @@ impl OrderLaw {
         (k <= MAX_ORDER).then_some(k)
     }
 
-    /// q(k | D)·k! as the sum of two exponentials whose logarithms are returned: the Poisson part
-    /// (1 − ε) e^(−σD) (σD)^k and the tail ε (1 − γ) γ^k k!.
-    #[inline]
-    pub fn ln_parts(&self, k: usize, depth: f64, ln_depth: f64) -> (f64, f64) {
-        let poisson = LN_POISSON_SHARE - depth + k as f64 * ln_depth;
-        (poisson, self.ln_tail[k])
-    }
-
-    /// ln of ε (1 − γ) γ^k k!, the tail part alone.
+    /// ln of ε (1 − γ) γ^k k!. q(k | D)·k! is this tail and the Poisson part (1 − ε) e^(−σD) (σD)^k.
     #[inline]
     pub fn ln_tail(&self, k: usize) -> f64 {
         self.ln_tail[k]
@@ -115,7 +107,8 @@ mod tests {
             let mut chi2 = 0.0;
             let mut cells = 0;
             for k in 0..=MAX_ORDER {
-                let (a, b) = law.ln_parts(k, depth, depth.ln());
+                let poisson = LN_POISSON_SHARE - depth + k as f64 * depth.ln();
+                let (a, b) = (poisson, law.ln_tail(k));
                 let ln_factorial: f64 = (1..=k).map(|i| (i as f64).ln()).sum();
                 let q = (a.exp() + b.exp()) / ln_factorial.exp();
                 let expected = q * f64::from(n);

@@ -64,6 +64,16 @@ impl Scores {
         self.lamps.fill([0.0; 3]);
     }
 
+    /// Multiplies everything.
+    pub fn scale(&mut self, factor: f64) {
+        for light in [&mut self.ambient, &mut self.direct, &mut self.backscatter] {
+            *light = light.map(|x| factor * x);
+        }
+        for light in &mut self.lamps {
+            *light = light.map(|x| factor * x);
+        }
+    }
+
     /// Adds radiance.
     #[inline]
     pub fn add(&mut self, source: Source, way: Way, radiance: [f64; 3]) {

@@ -1,0 +1,203 @@
+//! Lamps that the camera looks at, lamps that touch a surface, and many of them.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::{DVec2, DVec3};
+use uw_media::phase::{FournierForand, Phase};
+use uw_render::{
+    film::FilmLayer,
+    scene::{Camera, Scene},
+};
+use uw_tests::{
+    measure, plan, render,
+    single_ray::{add_plate, camera, empty, point_lamp, water},
+    tails::largest_share_of,
+};
+
+const A: [f64; 3] = [0.2, 0.1, 0.15];
+const B: [f64; 3] = [0.5, 0.6, 0.45];
+/// The pixel whose middle the lamp is close to.
+const LAMP_PIXEL: (u32, u32) = (3, 2);
+
+/// A camera of 8 × 6 pixels that looks along +x with 0.09 rad to the pixel.
+fn wide_camera() -> Camera {
+    Camera {
+        width: 8,
+        height: 6,
+        focal_px: DVec2::splat(11.0),
+        centre_px: DVec2::new(4.0, 3.0),
+        ..camera(DVec3::ZERO, DVec3::X, 8)
+    }
+}
+
+/// Water around a point lamp that the camera looks at.
+fn lamp_in_view(phase: Phase) -> Scene {
+    let mut scene = empty(wide_camera());
+    scene.water = Some(water(A, B, phase));
+    let (x, y) = (f64::from(LAMP_PIXEL.0) + 0.3, f64::from(LAMP_PIXEL.1) + 0.6);
+    let position = 1.5 * scene.camera.direction(x, y);
+    scene.lamps.push(point_lamp(position, 1.0));
+    scene
+}
+
+fn peaked() -> Phase {
+    Phase::FournierForand(FournierForand::new(1.10, 0.0183).expect("valid"))
+}
+
+/// Isotropically once-scattered light of the scene's lamp along the ray through an image point, times its distance
+/// from the lamp in pixels, which makes it smooth: with dt = r²/h dθ along the ray it is an integral over angles.
+fn once_scattered(scene: &Scene, point: DVec2, distance_px: f64) -> [f64; 3] {
+    const STEPS: u32 = 300;
+    let lamp = scene.lamps[0].position_m;
+    let direction = scene.camera.direction(point.x, point.y);
+    let foot = lamp.dot(direction);
+    let height = (lamp - foot * direction).length();
+    let (start, end) = ((-foot / height).atan(), 0.5 * PI);
+    let step = (end - start) / f64::from(STEPS);
+    let mut sum = [0.0; 3];
+    for i in 0..STEPS {
+        let angle = start + (f64::from(i) + 0.5) * step;
+        let way = foot + height * angle.tan() + height / angle.cos();
+        for k in 0..3 {
+            sum[k] += (-(A[k] + B[k]) * way).exp() * step;
+        }
+    }
+    std::array::from_fn(|k| sum[k] * B[k] / (4.0 * PI) * distance_px / height)
+}
+
+/// Mean over the lamp's pixel, in polar coordinates about the lamp.
+fn pixel_mean(scene: &Scene) -> [f64; 3] {
+    const RADII: u32 = 100;
+    const ANGLES: u32 = 400;
+    let centre = scene
+        .camera
+        .project(scene.lamps[0].position_m)
+        .expect("it is in view");
+    let corner = DVec2::new(f64::from(LAMP_PIXEL.0), f64::from(LAMP_PIXEL.1));
+    let mut sum = [0.0; 3];
+    for i in 0..ANGLES {
+        let towards = DVec2::from_angle(TAU * (f64::from(i) + 0.5) / f64::from(ANGLES));
+        let to_edge = |c: f64, low: f64, d: f64| {
+            if d > 0.0 {
+                (low + 1.0 - c) / d
+            } else {
+                (low - c) / d
+            }
+        };
+        let edge =
+            to_edge(centre.x, corner.x, towards.x).min(to_edge(centre.y, corner.y, towards.y));
+        for j in 0..RADII {
+            let r = edge * (f64::from(j) + 0.5) / f64::from(RADII);
+            let light = once_scattered(scene, centre + r * towards, r);
+            for k in 0..3 {
+                sum[k] += light[k] * edge / f64::from(RADII) * TAU / f64::from(ANGLES);
+            }
+        }
+    }
+    sum
+}
+
+#[test]
+fn light_scattered_once_around_a_lamp_in_view_is_its_integral() {
+    let mut scene = lamp_in_view(Phase::Isotropic);
+    let expected = pixel_mean(&scene);
+    // The camera is left with the lamp's pixel alone.
+    (scene.camera.width, scene.camera.height) = (1, 1);
+    scene.camera.centre_px -= DVec2::new(f64::from(LAMP_PIXEL.0), f64::from(LAMP_PIXEL.1));
+    let mut once = plan(1 << 18, 5);
+    once.max_bounces = 1;
+    let (film, _) = render(&scene, &once);
+    let total = film.layer(FilmLayer::Total)[0];
+    let error = film.layer(FilmLayer::Variance)[0].map(f64::sqrt);
+    for k in 0..3 {
+        let z = (total[k] - expected[k]) / error[k];
+        println!("channel {k}: {} ± {}, {}", total[k], error[k], expected[k]);
+        assert!(error[k] < 0.005 * expected[k] && z.abs() < 4.0, "z {z}");
+    }
+}
+
+#[test]
+fn a_point_lamp_in_view_has_no_heavy_tail() {
+    for phase in [Phase::Isotropic, peaked()] {
+        let scene = lamp_in_view(phase);
+        let pixels = (0..4).map(|i| (LAMP_PIXEL.0 - 1 + i % 2, LAMP_PIXEL.1 - i / 2));
+        let share = largest_share_of(&scene, pixels, 65_536);
+        println!("lamp in view: largest share {share:.4}");
+        assert!(share < 0.05, "{share}");
+    }
+}
+
+/// A lamp right in front of a plate that it does not shine on, in turbid water.
+fn touching(gap_m: f64, radius_m: f64) -> Scene {
+    let mut scene = empty(wide_camera());
+    scene.camera.forward = DVec3::new(0.86, 0.5, 0.0).normalize();
+    scene.camera.right = DVec3::new(0.5, -0.86, 0.0).normalize();
+    scene.camera.down = -DVec3::Z;
+    scene.camera.position_m = DVec3::new(1.0, -0.3, 0.0);
+    scene.water = Some(water(A, [2.5, 2.6, 2.45], Phase::Isotropic));
+    let mut lamp = point_lamp(DVec3::new(1.5 - gap_m, 0.0, 0.0), 1.0);
+    lamp.forward = -DVec3::X;
+    lamp.half_angle_deg = 90.0;
+    lamp.radius_m = radius_m;
+    scene.lamps.push(lamp);
+    add_plate(
+        &mut scene,
+        DVec3::new(1.5, 0.0, 0.0),
+        -DVec3::X,
+        4.0,
+        [0.5; 3],
+    );
+    scene
+}
+
+/// Without the ways through the water close to the plate the share is 0.8 and more.
+#[test]
+fn a_disk_that_touches_a_surface_has_no_heavy_tail() {
+    let scene = touching(1e-4, 0.1);
+    let pixels = (0..8).map(|i| (2 + i % 4, 2 + i / 4));
+    let share = largest_share_of(&scene, pixels, 65_536);
+    println!("touching: largest share {share:.4}");
+    assert!(share < 0.1, "{share}");
+}
+
+/// Many lamps are drawn from; their sum is that of the lamps one by one.
+#[test]
+fn many_lamps_add_up() {
+    let mut scene = empty(camera(DVec3::ZERO, DVec3::X, 400));
+    scene.water = Some(water(A, B, peaked()));
+    add_plate(
+        &mut scene,
+        DVec3::new(1.5, 0.0, 0.0),
+        -DVec3::X,
+        4.0,
+        [0.5; 3],
+    );
+    for i in 0..12 {
+        let angle = f64::from(i);
+        let position = DVec3::new(0.1 * angle, angle.cos(), angle.sin());
+        let mut lamp = point_lamp(position, 1.0 + angle);
+        lamp.forward = DVec3::X;
+        lamp.half_angle_deg = 70.0;
+        lamp.radius_m = if i % 2 == 0 { 0.05 } else { 0.0 };
+        scene.lamps.push(lamp);
+    }
+    let (together, error) = measure(&scene, 256, 0, 1);
+    let (mut sum, mut variance) = ([0.0; 3], [0.0; 3]);
+    for (i, lamp) in scene.lamps.iter().enumerate() {
+        let mut one = scene.clone();
+        one.lamps = vec![lamp.clone()];
+        let (mean, error) = measure(&one, 256, 0, 2 + i as u64);
+        for k in 0..3 {
+            sum[k] += mean[k];
+            variance[k] += error[k] * error[k];
+        }
+    }
+    for k in 0..3 {
+        let z = (together[k] - sum[k]) / error[k].hypot(variance[k].sqrt());
+        println!(
+            "channel {k}: {} ± {}, one by one {}",
+            together[k], error[k], sum[k]
+        );
+        assert!(error[k] < 0.005 * sum[k] && z.abs() < 4.0, "z {z}");
+    }
+}
