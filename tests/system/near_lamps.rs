@@ -104,7 +104,7 @@ fn light_scattered_once_around_a_lamp_in_view_is_its_integral() {
     // The camera is left with the lamp's pixel alone.
     (scene.camera.width, scene.camera.height) = (1, 1);
     scene.camera.centre_px -= DVec2::new(f64::from(LAMP_PIXEL.0), f64::from(LAMP_PIXEL.1));
-    let mut once = plan(1 << 18, 5);
+    let mut once = plan(1 << 20, 5);
     once.max_bounces = 1;
     let (film, _) = render(&scene, &once);
     let total = film.layer(FilmLayer::Total)[0];
@@ -112,7 +112,7 @@ fn light_scattered_once_around_a_lamp_in_view_is_its_integral() {
     for k in 0..3 {
         let z = (total[k] - expected[k]) / error[k];
         println!("channel {k}: {} ± {}, {}", total[k], error[k], expected[k]);
-        assert!(error[k] < 0.005 * expected[k] && z.abs() < 4.0, "z {z}");
+        assert!(error[k] < 0.002 * expected[k] && z.abs() < 4.0, "z {z}");
     }
 }
 
