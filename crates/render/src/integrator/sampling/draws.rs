@@ -1,37 +1,31 @@
-//! The numbers one path uses: leading dimensions from a shifted lattice, the rest pseudorandom.
+//! The numbers one path uses: leading dimensions from a low-discrepancy sequence, the rest pseudorandom.
 
-use super::Rng;
+use super::{
+    Rng,
+    sobol::{DIMENSIONS, scrambled},
+};
 
 /// Number of leading dimensions: two on the pixel and four for the first choices of a path.
-pub const LEADING: usize = 6;
-
-/// The real root of g⁷ = g + 1: powers of 1/g generate the additive recurrence R_6 (Roberts 2018).
-const GENERATOR: f64 = 1.134_724_138_401_519_5;
-
+pub const LEADING: usize = DIMENSIONS;
 /// Most samples in a batch.
 pub const MAX_BATCH: u32 = 4096;
 
-/// Draws of one path. Within a batch of samples of one pixel the leading numbers are the points of an
-/// additive recurrence, shifted at random per pixel and batch: batches are independent and unbiased.
+/// Draws of one path. Within a batch of samples of one pixel the leading numbers are the points of a scrambled Sobol
+/// sequence, scrambled anew per pixel and batch: batches are independent and unbiased.
 #[derive(Clone, Debug)]
 pub struct Draws {
-    leading: [f64; LEADING],
+    scramble: u32,
+    index: u32,
     rng: Rng,
 }
 
 impl Draws {
     /// Draws of sample `index` of `batch` at `pixel`; `stream` separates the paths of one sample.
     pub fn new(seed: u64, pixel: u32, batch: u32, index: u32, stream: u32) -> Self {
-        let mut shift = Rng::new(seed, pixel, batch, 2 * stream);
-        let mut step = 1.0;
-        let leading = std::array::from_fn(|_| {
-            step /= GENERATOR;
-            let v = shift.uniform() + step * f64::from(index);
-            (v - v.floor()).clamp(1e-10, 1.0 - 1e-10)
-        });
         let sample = batch.wrapping_mul(MAX_BATCH).wrapping_add(index);
         Self {
-            leading,
+            scramble: Rng::new(seed, pixel, batch, 2 * stream).bits(),
+            index,
             rng: Rng::new(seed ^ 0x5851_f42d_4c95_7f2d, pixel, sample, 2 * stream + 1),
         }
     }
@@ -39,7 +33,7 @@ impl Draws {
     /// Leading number `dimension`, in (0, 1).
     #[inline]
     pub fn leading(&self, dimension: usize) -> f64 {
-        self.leading[dimension]
+        scrambled(self.index, dimension, self.scramble)
     }
 
     /// The next pseudorandom number, in (0, 1).
