@@ -65,7 +65,10 @@ fn one_event_in_clear_water() {
 
 #[test]
 fn one_event_in_turbid_water() {
-    compare("s2_turbid", "one_event_s2", 256, 1, 1e-3, 0.0);
+    // As in clear water: renders with independent seeds deviate by 0.09 % per tile together. In the two corner tiles
+    // where the edge of the lamp's cone crosses the picture, the reference is 0.19 % below and 0.24 % above a
+    // quadrature with 47 x 47 points per pixel, which the renderer meets within its error of 0.02 %.
+    compare("s2_turbid", "one_event_s2", 256, 1, 1e-3, 0.000_9);
 }
 
 #[test]

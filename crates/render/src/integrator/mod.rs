@@ -22,7 +22,9 @@ use cpu::{Selection, Worker};
 /// Most samples of a pixel between two updates of the film.
 const LARGEST_BATCH: u32 = 16;
 /// Fewest batches of a render with a known number of samples: the variance is estimated from them.
-const FEWEST_BATCHES: u32 = 4;
+const FEWEST_BATCHES: u32 = 2;
+/// Fewest batches before an estimated error ends a render.
+const TRUSTED_BATCHES: u32 = 4;
 
 /// What to render and when to stop.
 #[derive(Clone, Debug, PartialEq)]
@@ -240,7 +242,7 @@ impl Job<'_> {
                 (done < all).then(|| size.min(all - done))
             }
             // Small batches first, for an early picture and an early estimate of its error.
-            None => Some(if batch < FEWEST_BATCHES {
+            None => Some(if batch < TRUSTED_BATCHES {
                 4
             } else {
                 LARGEST_BATCH
@@ -297,7 +299,7 @@ impl Job<'_> {
 
     fn accurate_enough(&self, film: &Film) -> bool {
         let enough = |target: f64| {
-            film.rows.iter().all(|r| r.batches >= FEWEST_BATCHES)
+            film.rows.iter().all(|r| r.batches >= TRUSTED_BATCHES)
                 && film.relative_error().is_some_and(|e| e <= target)
         };
         self.plan.target_error.is_some_and(enough)

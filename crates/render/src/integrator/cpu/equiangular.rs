@@ -49,9 +49,18 @@ impl Equiangular {
     pub fn near(scene: &Prepared, target: Target, ray: &Segment, c: f64) -> Option<Self> {
         let radius = scene.lamps[target.lamp].radius;
         let centre = target.centre(scene);
-        let law = Self::new(ray.origin, ray.direction, ray.length, centre, radius);
-        let close = law.height * c < CLOSE && law.foot > 0.0 && law.foot < ray.length;
-        close.then_some(law)
+        let foot = (centre - ray.origin).dot(ray.direction);
+        let height = (centre - ray.origin - foot * ray.direction).length();
+        if !(height.hypot(radius) * c < CLOSE && foot > 0.0 && foot < ray.length) {
+            return None;
+        }
+        Some(Self::new(
+            ray.origin,
+            ray.direction,
+            ray.length,
+            centre,
+            radius,
+        ))
     }
 
     /// Distance for `u` in (0, 1), m.

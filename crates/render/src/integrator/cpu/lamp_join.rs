@@ -26,7 +26,7 @@ pub(super) enum Site<'a> {
 impl Site<'_> {
     /// Scattering function towards the real unit direction `towards` for a walk that arrived along `arrived`, 1/sr:
     /// the phase function, or cosine/π.
-    fn lobe(&self, arrived: DVec3, towards: DVec3) -> f64 {
+    pub(super) fn lobe(&self, arrived: DVec3, towards: DVec3) -> f64 {
         match self {
             Self::Volume(medium) => medium.phase.value(sin2_half(arrived, towards)),
             Self::Surface(point) if point.normal.dot(towards) <= 0.0 => 0.0,
@@ -47,6 +47,8 @@ pub(super) fn join(
     scores: &mut Scores,
 ) {
     let position = walk.unfolded(scene, walk.origin);
+    // The straight way from the first surface is not the walk's to count.
+    let least_order = usize::from(walk.unscattered && walk.met_surface);
     for i in 0..work.targets.len() {
         let target = work.targets[i];
         let u = if leading && i == 0 {
@@ -54,14 +56,16 @@ pub(super) fn join(
         } else {
             draws.uniform()
         };
-        let Some(lamp) = draw_bridge(scene, position, target, walk, max_events, u, draws, work)
-        else {
+        let orders = least_order..=max_events.saturating_sub(walk.events);
+        let Some(lamp) = draw_bridge(scene, position, target, walk, orders, u, draws, work) else {
             continue;
         };
         let towards = walk.unfolded_direction(work.bridge.first);
         let lobe = site.lobe(walk.direction, towards);
         if lobe > 0.0 {
-            score(scene, target, position, lamp, lobe, walk, work, scores);
+            send(
+                scene, target, position, lamp, lobe, true, walk, work, scores,
+            );
         }
     }
 }
@@ -77,21 +81,26 @@ pub(super) fn meet_lamps(
     let Some(lobe) = work.trail.vertices.last().map(|v| v.lobe) else {
         return;
     };
+    if walk.unscattered {
+        return;
+    }
     for i in 0..work.targets.len() {
         let target = work.targets[i];
         if let Some((start, end)) = lamp_ahead(scene, target, walk, work) {
-            score(scene, target, start, end, lobe, walk, work, scores);
+            send(scene, target, start, end, lobe, true, walk, work, scores);
         }
     }
 }
 
-/// Adds the light of the path that the workspace's bridge makes from `start` to the lamp point `lamp`.
-fn score(
+/// Adds the light of the path that the workspace's bridge makes from `start` to the lamp point `lamp`. `meets` tells
+/// whether disks are also looked for in drawn directions.
+pub(super) fn send(
     scene: &Prepared,
     target: Target,
     start: DVec3,
     lamp: DVec3,
     lobe: f64,
+    meets: bool,
     walk: &Walk,
     work: &mut LampWorkspace,
     scores: &mut Scores,
@@ -100,11 +109,12 @@ fn score(
     if relative == 0.0 || !cross(scene, start, lamp, walk.from, work) {
         return;
     }
-    let junction = Junction {
-        lobe,
-        lamp,
-        facing: facing_area(scene, target, start, lamp, &work.bridge),
+    let facing = if meets {
+        facing_area(scene, target, start, lamp, &work.bridge)
+    } else {
+        0.0
     };
+    let junction = Junction { lobe, lamp, facing };
     let radiance = ways::contribution(scene.medium.as_ref(), &walk.spectral, work, &junction);
     let intensity = scene.lamps[target.lamp].intensity;
     let factor = relative * target.weight;
@@ -115,7 +125,7 @@ fn score(
 
 /// Start and end, unfolded, of the straight way to the target's disk when the walk's direction meets it; the bridge
 /// of the workspace is then this way.
-fn lamp_ahead(
+pub(super) fn lamp_ahead(
     scene: &Prepared,
     target: Target,
     walk: &Walk,

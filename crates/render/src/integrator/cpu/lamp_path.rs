@@ -47,16 +47,8 @@ pub fn trace(
     let mut spectral = Spectral::start(&strategies, draws.uniform());
     spectral.scale_all(ray.entry_factor);
     let mut walk = Walk {
-        origin: start.origin,
-        direction: start.direction,
-        from: Primitive::None,
-        mirrored: false,
-        length: 0.0,
-        reflected: 1.0,
-        scatterings: 0,
-        events: 0,
-        met_surface: false,
         spectral,
+        ..Walk::start(start)
     };
     work.trail.start();
     choose_targets(scene, active, ray, draws, &mut work.targets);
@@ -101,6 +93,7 @@ fn scatter(
     walk.length += t;
     walk.scatterings += 1;
     walk.events += 1;
+    walk.unscattered = false;
     walk.spectral.scatter(medium, &medium.by_scattering, t);
     let leading = walk.scatterings == 1 && walk.events == 1;
     let joined = !walk.met_surface || work.trail.companions;
@@ -130,6 +123,7 @@ fn meet_surface(
     scores: &mut Scores,
 ) -> bool {
     let leading = walk.events == 0;
+    walk.unscattered &= leading;
     walk.events += 1;
     walk.met_surface = true;
     walk.spectral.scale(point.reflectance);
@@ -137,8 +131,8 @@ fn meet_surface(
         return false;
     }
     let vertex = walk.vertex(scene);
-    work.trail
-        .root(vertex, close_to_lamp(scene, vertex.position, work));
+    let close = close_to_lamp(scene, vertex.position, work);
+    work.trail.root(vertex, close, walk.unscattered);
     let site = Site::Surface(point);
     join(scene, &site, max_events, leading, walk, draws, work, scores);
     let (u, v) = direction_numbers(leading, draws);
@@ -149,6 +143,7 @@ fn meet_surface(
     let cosine = point.shading_normal.dot(walk.direction);
     work.trail.leave(cosine / PI);
     meet_lamps(scene, walk, work, scores);
+    walk.unscattered = false;
     true
 }
 

@@ -1,5 +1,7 @@
 //! Joining a vertex to a lamp or to its mirror image in the water surface.
 
+use std::ops::RangeInclusive;
+
 use glam::DVec3;
 
 use super::{
@@ -147,40 +149,53 @@ fn mirror_share(scene: &Prepared, lamp: &PreparedLamp) -> f64 {
     }
 }
 
-/// Draws a lamp point and a bridge to it; `None` when the path would have too many events or cannot be made.
+/// Draws a lamp point and a bridge to it; `None` when its order is not in `orders` or it cannot be made. `orders` starts
+/// at 0 or 1.
 pub(super) fn draw_bridge(
     scene: &Prepared,
     position: DVec3,
     target: Target,
     walk: &Walk,
-    max_events: usize,
+    orders: RangeInclusive<usize>,
     u: f64,
     draws: &mut Draws,
     work: &mut LampWorkspace,
 ) -> Option<DVec3> {
-    let lamp = &scene.lamps[target.lamp];
-    let real = if lamp.radius == 0.0 {
-        lamp.position
-    } else {
-        lamp.sample_point(draws.uniform(), draws.uniform())
-    };
-    let end = if target.mirrored {
-        scene.mirror(real)
-    } else {
-        real
-    };
     let Some(medium) = scene.medium.as_ref().filter(|m| m.scatters()) else {
-        return straight(position, end, &mut work.bridge).then_some(end);
+        let end = lamp_point(scene, target, draws);
+        let made = orders.contains(&0) && straight(position, end, &mut work.bridge);
+        return made.then_some(end);
     };
+    let end = lamp_point(scene, target, draws);
     let sigma = medium.by_scattering.sigma[walk.spectral.chosen];
-    let order = work.law.sample(sigma * position.distance(end), u)?;
-    if order > MAX_ORDER || walk.events + order > max_events {
+    let depth = sigma * position.distance(end);
+    let order = if *orders.start() == 0 {
+        work.law.sample(depth, u)?
+    } else {
+        work.law.sample_scattered(depth, u)?
+    };
+    if order > MAX_ORDER || !orders.contains(&order) {
         return None;
     }
     work.vertices += order as u64;
     work.bridge
         .draw(position, end, order, &medium.phase, medium.c_min, draws)
         .then_some(end)
+}
+
+/// A point of the lamp or of its mirror image, m, in unfolded space.
+pub(super) fn lamp_point(scene: &Prepared, target: Target, draws: &mut Draws) -> DVec3 {
+    let lamp = &scene.lamps[target.lamp];
+    let real = if lamp.radius == 0.0 {
+        lamp.position
+    } else {
+        lamp.sample_point(draws.uniform(), draws.uniform())
+    };
+    if target.mirrored {
+        scene.mirror(real)
+    } else {
+        real
+    }
 }
 
 /// The bridge without scattering.

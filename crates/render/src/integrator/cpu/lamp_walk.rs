@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     integrator::sampling::Draws,
-    prepare::{Medium, Prepared, Primitive},
+    prepare::{Medium, Prepared, Primitive, Strategies},
 };
 
 /// Volume vertices before which a walk that has met no surface is never ended by roulette.
@@ -46,10 +46,29 @@ pub(super) struct Walk {
     pub(super) scatterings: usize,
     pub(super) events: usize,
     pub(super) met_surface: bool,
+    /// Whether nothing has happened since the camera but that the first surface was met.
+    pub(super) unscattered: bool,
     pub(super) spectral: Spectral,
 }
 
 impl Walk {
+    /// At the start of the camera ray's part in the water.
+    pub(super) fn start(segment: Segment) -> Self {
+        Self {
+            origin: segment.origin,
+            direction: segment.direction,
+            from: Primitive::None,
+            mirrored: false,
+            length: 0.0,
+            reflected: 1.0,
+            scatterings: 0,
+            events: 0,
+            met_surface: false,
+            unscattered: true,
+            spectral: Spectral::start(&Strategies::default(), 0.5),
+        }
+    }
+
     /// A real point or direction in the unfolded space of the walk.
     pub(super) fn unfolded(&self, scene: &Prepared, point: DVec3) -> DVec3 {
         if self.mirrored {
@@ -212,6 +231,7 @@ pub(super) fn reflect_at_boundary(
     walk.direction = flip(walk.direction);
     walk.from = Primitive::None;
     walk.mirrored = !walk.mirrored;
+    walk.unscattered = false;
     walk.reflected *= reflectance;
     true
 }

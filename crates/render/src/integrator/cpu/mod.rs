@@ -6,6 +6,7 @@ mod ambient_surface;
 mod ambient_window;
 mod bridge;
 mod camera_ray;
+mod direct_lamps;
 mod equiangular;
 mod lamp_join;
 mod lamp_path;
@@ -25,15 +26,11 @@ pub use unscattered::{Beam, unscattered_beams};
 
 use glam::DVec3;
 
-use crate::{
-    integrator::sampling::Draws,
-    prepare::{Prepared, Primitive},
-};
-use camera_ray::{CameraRay, End, Segment};
+use crate::{integrator::sampling::Draws, prepare::Prepared};
+use camera_ray::CameraRay;
 use lamp_pixels::LampPixels;
 use lamp_target::LampWorkspace;
 use lamp_walk::FirstSegment;
-use score::{Source, Way};
 
 /// Events after which roulette sets in whatever the weight.
 const SURE_EVENTS: usize = 1000;
@@ -43,6 +40,8 @@ const LATE_SURVIVAL: f64 = 0.998;
 /// Optical depth (scattering) of the camera ray below which its scattered and unscattered parts are sampled
 /// one each: in clear water nearly every free flight would reach the target.
 const SPLIT_BELOW: f64 = 0.7;
+/// Image points per sample at which the lamps' unscattered light is seen in clear water.
+const DIRECT_POINTS: u32 = 2;
 
 /// Which paths a render needs.
 #[derive(Clone, Debug)]
@@ -69,6 +68,8 @@ pub struct Worker<'a> {
     scene: &'a Prepared,
     selection: &'a Selection,
     lamp_pixels: LampPixels,
+    /// The pixel at work and whether the water before it is clear.
+    clear_pixel: ((u32, u32), bool),
     lamp_work: LampWorkspace,
     ambient_walks: Vec<ambient_path::Walk>,
     scores: Scores,
@@ -83,6 +84,7 @@ impl<'a> Worker<'a> {
             scene,
             selection,
             lamp_pixels: LampPixels::new(scene, &selection.lamps),
+            clear_pixel: ((u32::MAX, u32::MAX), false),
             lamp_work: LampWorkspace::new(scene.medium.as_ref()),
             ambient_walks: Vec::new(),
             scores: Scores::new(scene.lamps.iter().map(|l| l.level).collect()),
@@ -92,22 +94,53 @@ impl<'a> Worker<'a> {
 
     /// The radiance of one sample through pixel (`column`, `row`).
     pub fn sample(&mut self, seed: u64, column: u32, row: u32, batch: u32, index: u32) -> &Scores {
-        let camera = &self.scene.camera;
-        let pixel = row * camera.width + column;
+        self.scores.clear();
+        let pixel = row * self.scene.camera.width + column;
         let draws = Draws::new(seed, pixel, batch, index, 0);
-        let placed = self
-            .lamp_pixels
-            .place(column, row, draws.leading(0), draws.leading(1));
-        let Some((x, y, factor)) = placed else {
-            self.scores.clear();
-            return &self.scores;
-        };
-        let (origin, direction) = (camera.position_m, camera.direction(x, y));
-        self.radiance(seed, pixel, batch, index, origin, direction);
-        if factor != 1.0 {
-            self.scores.scale(factor);
+        let (u, v) = (draws.leading(0), draws.leading(1));
+        let clear = self.is_clear_pixel(column, row);
+        if let Some((x, y, factor)) = self.lamp_pixels.place(column, row, u, v) {
+            let ray = self.camera_ray(x, y);
+            let mut draws = draws;
+            self.trace_walks(&ray, &mut draws);
+            if !clear {
+                self.add_direct_lamps(&ray, 1.0, &mut draws);
+            }
+            if factor != 1.0 {
+                self.scores.scale(factor);
+            }
+        }
+        if clear && self.wants_lamps() {
+            let all = Draws::new(seed, pixel, batch, 0, 2);
+            for i in 0..DIRECT_POINTS {
+                let mut draws = all.at(index * DIRECT_POINTS + i);
+                let (u, v) = (draws.leading(0), draws.leading(1));
+                if let Some((x, y, factor)) = self.lamp_pixels.place(column, row, u, v) {
+                    let ray = self.camera_ray(x, y);
+                    let share = factor / f64::from(DIRECT_POINTS);
+                    self.add_direct_lamps(&ray, share, &mut draws);
+                }
+            }
         }
         &self.scores
+    }
+
+    /// Whether unscattered light has image points of its own: decided by the centre of the pixel, because a choice
+    /// that hung on the sample's own ray would count light twice, or not at all, where rays of one pixel differ.
+    fn is_clear_pixel(&mut self, column: u32, row: u32) -> bool {
+        let (pixel, clear) = self.clear_pixel;
+        if pixel == (column, row) {
+            return clear;
+        }
+        let ray = self.camera_ray(f64::from(column) + 0.5, f64::from(row) + 0.5);
+        let clear = self.is_clear(&ray);
+        self.clear_pixel = ((column, row), clear);
+        clear
+    }
+
+    fn camera_ray(&self, x: f64, y: f64) -> CameraRay {
+        let camera = &self.scene.camera;
+        CameraRay::trace(self.scene, camera.position_m, camera.direction(x, y))
     }
 
     /// The radiance of one sample that looks from `origin` along the unit vector `direction`. `stream` separates
@@ -124,35 +157,67 @@ impl<'a> Worker<'a> {
     ) -> &Scores {
         self.scores.clear();
         let ray = CameraRay::trace(self.scene, origin, direction);
-        self.see_lamps(&ray);
-        if !self.selection.lamps.is_empty() && self.selection.max_events > 0 {
-            let mut draws = Draws::new(seed, stream, batch, index, 0);
-            self.trace_lamps(&ray, &mut draws);
+        let mut draws = Draws::new(seed, stream, batch, index, 0);
+        self.trace_walks(&ray, &mut draws);
+        self.add_direct_lamps(&ray, 1.0, &mut draws);
+        &self.scores
+    }
+
+    fn wants_lamps(&self) -> bool {
+        !self.selection.lamps.is_empty()
+    }
+
+    /// Lamp light along `ray` that does not scatter in the water, times `share`.
+    fn add_direct_lamps(&mut self, ray: &CameraRay, share: f64, draws: &mut Draws) {
+        if !self.wants_lamps() {
+            return;
+        }
+        direct_lamps::add_direct(
+            self.scene,
+            &self.selection.lamps,
+            ray,
+            self.selection.max_events,
+            share,
+            draws,
+            &mut self.lamp_work,
+            &mut self.scores,
+        );
+    }
+
+    /// Everything along `ray` but the lamp light that scatters nowhere.
+    fn trace_walks(&mut self, ray: &CameraRay, draws: &mut Draws) {
+        if self.wants_lamps() && self.selection.max_events > 0 {
+            self.trace_lamps(ray, draws);
         }
         if self.selection.ambient {
-            let mut draws = Draws::new(seed, stream, batch, index, 1);
+            let mut draws = draws.of_stream(1);
             self.work.paths += 1;
             self.work.vertices += ambient_path::trace(
                 self.scene,
-                &ray,
+                ray,
                 self.selection.max_events,
                 &mut draws,
                 &mut self.ambient_walks,
                 &mut self.scores,
             );
         }
-        &self.scores
+    }
+
+    /// Whether the water before the end of `ray` is so clear that its scattered and unscattered light are sampled
+    /// apart.
+    fn is_clear(&self, ray: &CameraRay) -> bool {
+        match (&self.scene.medium, ray.in_water) {
+            (Some(medium), Some(segment)) if medium.scatters() => {
+                medium.b.iter().sum::<f64>() / 3.0 * segment.length < SPLIT_BELOW
+            }
+            _ => true,
+        }
     }
 
     fn trace_lamps(&mut self, ray: &CameraRay, draws: &mut Draws) {
-        let split = match (&self.scene.medium, ray.in_water) {
-            (Some(medium), Some(segment)) if medium.scatters() => {
-                let sigma = medium.by_scattering.sigma[0];
-                sigma * segment.length < SPLIT_BELOW
-            }
-            _ => false,
-        };
-        let kinds: &[FirstSegment] = if split {
+        let kinds: &[FirstSegment] = if !self.scene.needs.scattering {
+            &[FirstSegment::Through]
+        } else if self.is_clear(ray) {
             &[FirstSegment::Through, FirstSegment::Scattered]
         } else {
             &[FirstSegment::Free]
@@ -171,52 +236,6 @@ impl<'a> Worker<'a> {
                 &mut self.scores,
             );
             self.work.vertices += self.lamp_work.vertices - before;
-        }
-    }
-
-    /// Disk lamps that the camera looks at, straight or in the underside of the water surface: their unscattered
-    /// light is on no other path.
-    fn see_lamps(&mut self, ray: &CameraRay) {
-        let Some(segment) = ray.in_water else { return };
-        self.see_lamps_along(segment, 0.0, ray.entry_factor);
-        let (Some(boundary), End::Boundary(length)) = (&self.scene.boundary, ray.end()) else {
-            return;
-        };
-        let reflectance = boundary.internal_reflectance(segment.direction.z);
-        if reflectance == 0.0 {
-            return;
-        }
-        let mut origin = segment.origin + length * segment.direction;
-        origin.z = boundary.height;
-        let direction = unfold::flip(segment.direction);
-        let hit = self
-            .scene
-            .geometry
-            .closest(origin, direction, f64::INFINITY, Primitive::None);
-        let reflected = Segment {
-            origin,
-            direction,
-            length: hit.map_or(f64::INFINITY, |h| h.t),
-        };
-        self.see_lamps_along(reflected, length, reflectance * ray.entry_factor);
-    }
-
-    /// Disk lamps on `segment`, which starts `range_m` into the water and whose light arrives with `factor`.
-    fn see_lamps_along(&mut self, segment: Segment, range_m: f64, factor: f64) {
-        for &i in &self.selection.lamps {
-            let lamp = &self.scene.lamps[i];
-            let Some((t, radiance)) =
-                lamp.radiance_along(segment.origin, segment.direction, segment.length)
-            else {
-                continue;
-            };
-            let transmittance = self
-                .scene
-                .medium
-                .as_ref()
-                .map_or([1.0; 3], |m| m.transmittance(range_m + t));
-            let light = std::array::from_fn(|k| factor * radiance[k] * transmittance[k]);
-            self.scores.add(Source::Lamp(i), Way::Direct, light);
         }
     }
 }

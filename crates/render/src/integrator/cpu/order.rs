@@ -4,9 +4,9 @@
 //! density would mean unbounded weights.
 
 /// Share of the geometric part.
-const TAIL_SHARE: f64 = 0.04;
+const TAIL_SHARE: f64 = 0.02;
 /// Range of the ratio of the geometric part.
-const LEAST_TAIL_RATIO: f64 = 0.82;
+const LEAST_TAIL_RATIO: f64 = 0.4;
 const LARGEST_TAIL_RATIO: f64 = 0.985;
 /// Highest order drawn.
 pub const MAX_ORDER: usize = 512;
@@ -14,6 +14,7 @@ pub const MAX_ORDER: usize = 512;
 /// The law with its table of ln(ε (1 − γ) γ^k k!).
 #[derive(Clone, Debug)]
 pub struct OrderLaw {
+    ratio: f64,
     ln_ratio: f64,
     ln_tail: Vec<f64>,
 }
@@ -28,6 +29,7 @@ impl OrderLaw {
             ln_tail.push(ln_tail[k - 1] + ratio.ln() + (k as f64).ln());
         }
         Self {
+            ratio,
             ln_ratio: ratio.ln(),
             ln_tail,
         }
@@ -44,6 +46,25 @@ impl OrderLaw {
         (k <= MAX_ORDER).then_some(k)
     }
 
+    /// Probability of at least one scattering, 1 − q(0 | D).
+    #[inline]
+    pub fn scattered_share(&self, depth: f64) -> f64 {
+        TAIL_SHARE * self.ratio - (1.0 - TAIL_SHARE) * (-depth).exp_m1()
+    }
+
+    /// Draws k >= 1, with probability q(k | D) / (1 − q(0 | D)).
+    #[inline]
+    pub fn sample_scattered(&self, depth: f64, u: f64) -> Option<usize> {
+        let x = u * self.scattered_share(depth);
+        let tail = TAIL_SHARE * self.ratio;
+        let k = if x < tail {
+            1 + ((x / tail).ln() / self.ln_ratio) as usize
+        } else {
+            poisson((-depth).exp() + (x - tail) / (1.0 - TAIL_SHARE), depth).max(1)
+        };
+        (k <= MAX_ORDER).then_some(k)
+    }
+
     /// ln of ε (1 − γ) γ^k k!. q(k | D)·k! is this tail and the Poisson part (1 − ε) e^(−σD) (σD)^k.
     #[inline]
     pub fn ln_tail(&self, k: usize) -> f64 {
@@ -52,7 +73,7 @@ impl OrderLaw {
 }
 
 /// ln(1 − ε).
-pub const LN_POISSON_SHARE: f64 = -0.040_821_994_520_255_166;
+pub const LN_POISSON_SHARE: f64 = -0.02020270731751945;
 
 /// Poisson variate by inversion.
 fn poisson(u: f64, mean: f64) -> usize {
@@ -98,11 +119,23 @@ mod tests {
         let law = OrderLaw::new(0.8);
         assert!((LN_POISSON_SHARE - (1.0 - TAIL_SHARE).ln()).abs() < 1e-15);
         let mut rng = Rng::new(9, 9, 9, 9);
-        for depth in [1e-3f64, 0.4, 3.0, 20.0] {
+        for (depth, apart) in [1e-3f64, 0.4, 3.0, 20.0]
+            .into_iter()
+            .flat_map(|d| [(d, false), (d, true)])
+        {
             let n = 200_000;
             let mut counts = vec![0u32; MAX_ORDER + 2];
             for _ in 0..n {
-                counts[law.sample(depth, rng.uniform()).unwrap_or(MAX_ORDER + 1)] += 1;
+                // Both ways of drawing have the same probabilities above 0.
+                let u = rng.uniform();
+                let k = if !apart {
+                    law.sample(depth, u)
+                } else if rng.uniform() < law.scattered_share(depth) {
+                    law.sample_scattered(depth, u)
+                } else {
+                    Some(0)
+                };
+                counts[k.unwrap_or(MAX_ORDER + 1)] += 1;
             }
             let mut chi2 = 0.0;
             let mut cells = 0;
@@ -129,6 +162,6 @@ mod tests {
     fn huge_depths_give_no_order_rather_than_a_wrong_one() {
         let law = OrderLaw::new(0.8);
         assert_eq!(law.sample(1e6, 0.5), None);
-        assert!(law.sample(1e6, 0.03).is_some());
+        assert!(law.sample(1e6, 0.01).is_some());
     }
 }

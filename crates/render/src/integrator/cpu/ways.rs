@@ -41,6 +41,10 @@ pub struct Trail {
     pub rooted: bool,
     /// Whether volume vertices after the surface are joined to lamps as well.
     pub companions: bool,
+    /// Whether only straight bridges are made, for certain.
+    pub certain: bool,
+    /// Whether bridges from the first vertex, a surface, scatter at least once.
+    pub scattered: bool,
 }
 
 impl Trail {
@@ -49,14 +53,24 @@ impl Trail {
         self.vertices.clear();
         self.rooted = false;
         self.companions = true;
+        self.certain = false;
+        self.scattered = false;
     }
 
-    /// Starts at a surface.
-    pub fn root(&mut self, vertex: Vertex, companions: bool) {
+    /// Ends at a surface, from which only straight bridges are made.
+    pub fn straight(&mut self, vertex: Vertex) {
+        self.root(vertex, false, false);
+        self.certain = true;
+    }
+
+    /// Starts at a surface; flags as in the fields.
+    pub fn root(&mut self, vertex: Vertex, companions: bool, scattered: bool) {
         self.vertices.clear();
         self.vertices.push(vertex);
         self.rooted = true;
         self.companions = companions;
+        self.certain = false;
+        self.scattered = scattered;
     }
 
     /// The walk went on from its last vertex; `lobe` as in [`Vertex::lobe`].
@@ -97,39 +111,58 @@ struct PathToLamp<'a> {
     /// Logarithm of the camera walk's density under each strategy, which can be far below the range of a float where
     /// another way's factor is as far above it.
     ln_walk_density: [f64; 3],
+    /// The same, times the reciprocal of the probability of the bridges that are made from a surface.
+    ln_root_density: [f64; 3],
+}
+
+/// A way of making the path: from which vertex on a bridge makes it.
+#[derive(Clone, Copy)]
+struct Way {
+    /// Length of the walk up to the vertex, m.
+    length: f64,
+    /// Square of its distance from the lamp point, m².
+    distance2: f64,
+    /// Scatterings of the bridge.
+    order: usize,
+    /// Whether the vertex is the first of a trail that starts at a surface.
+    root: bool,
 }
 
 impl PathToLamp<'_> {
-    /// Sum over the strategies of the density of the way whose camera walk ends at a vertex of `length`,
-    /// `distance`² = `distance2` from the lamp, with `order` scatterings after it; relative to e^`shift`.
+    /// Sum over the strategies of the density of `way`, relative to e^`shift`; `lobe` as in [`Vertex::lobe`].
     #[inline]
-    fn density(&self, shift: f64, length: f64, distance2: f64, order: usize, lobe: f64) -> f64 {
-        let mut sum = 0.0;
-        for j in 0..self.count {
-            let (poisson, tail) = self.ln_density(j, length, distance2, order);
-            sum += (poisson - shift).exp() + (tail - shift).exp();
-        }
-        sum * distance2 / lobe
+    fn density(&self, shift: f64, way: Way, lobe: f64) -> f64 {
+        self.ln_densities(way)[..self.count]
+            .iter()
+            .map(|(poisson, tail)| (poisson - shift).exp() + (tail - shift).exp())
+            .sum::<f64>()
+            * way.distance2
+            / lobe
     }
 
-    /// The two parts of that density under strategy `j`, in logarithms, without the factor D²/f.
+    /// The two parts of that density under each strategy, in logarithms, without the factor D²/f.
     #[inline]
-    fn ln_density(&self, j: usize, length: f64, distance2: f64, order: usize) -> (f64, f64) {
-        let distance = distance2.sqrt();
-        let ahead = length - self.last_length;
+    fn ln_densities(&self, way: Way) -> [(f64, f64); 3] {
+        let distance = way.distance2.sqrt();
+        let ahead = way.length - self.last_length;
         // No way is shorter than the straight one; rounding must not say so.
         let to_lamp = (self.remaining - ahead).max(distance);
-        let ln_to_lamp = to_lamp.ln();
-        let steps = (order + 1) as f64;
-        let ln_poisson = LN_POISSON_SHARE + steps * (distance.ln() - ln_to_lamp);
-        let ln_tail = self.law.ln_tail(order) + distance.ln() - steps * ln_to_lamp;
+        let (ln_distance, ln_to_lamp) = (distance.ln(), to_lamp.ln());
+        let steps = (way.order + 1) as f64;
+        let ln_poisson = LN_POISSON_SHARE + steps * (ln_distance - ln_to_lamp);
+        let ln_tail = self.law.ln_tail(way.order) + ln_distance - steps * ln_to_lamp;
         let strategies = &self.medium.by_scattering;
-        let (sigma, ln_sigma) = (strategies.sigma[j], strategies.ln_sigma[j]);
-        let ln_walk = self.ln_walk_density[j];
-        (
-            ln_walk + ln_poisson - sigma * (ahead + distance) + self.more * ln_sigma,
-            ln_walk + ln_tail - sigma * ahead + (self.more - order as f64) * ln_sigma,
-        )
+        let ln_walk = if way.root {
+            &self.ln_root_density
+        } else {
+            &self.ln_walk_density
+        };
+        std::array::from_fn(|j| {
+            let (sigma, ln_sigma) = (strategies.sigma[j], strategies.ln_sigma[j]);
+            let poisson = ln_poisson - sigma * (ahead + distance) + self.more * ln_sigma;
+            let tail = ln_tail - sigma * ahead + (self.more - way.order as f64) * ln_sigma;
+            (ln_walk[j] + poisson, ln_walk[j] + tail)
+        })
     }
 
     /// Density of a walk that makes all vertices, the last at `length`, and then meets the lamp by chance;
@@ -159,10 +192,15 @@ impl PathToLamp<'_> {
         let first = usize::from(!rooted);
         let mut density = 0.0;
         for (i, v) in earlier.iter().enumerate() {
-            let k = total_order - (i + first);
-            if k <= MAX_ORDER && v.reflected > 0.0 {
-                let distance2 = v.position.distance_squared(lamp);
-                density += v.reflected * self.density(shift, v.length, distance2, k, v.lobe);
+            let order = total_order - (i + first);
+            if order <= MAX_ORDER && v.reflected > 0.0 {
+                let way = Way {
+                    length: v.length,
+                    distance2: v.position.distance_squared(lamp),
+                    order,
+                    root: rooted && i == 0,
+                };
+                density += v.reflected * self.density(shift, way, v.lobe);
             }
         }
         density
@@ -182,10 +220,14 @@ impl PathToLamp<'_> {
         for (i, &position) in bridge.vertices.iter().enumerate() {
             length += bridge.lengths[i];
             reflected *= crossings[i];
-            let distance2 = position.distance_squared(junction.lamp);
+            let way = Way {
+                length,
+                distance2: position.distance_squared(junction.lamp),
+                order: bridge.order - 1 - i,
+                root: false,
+            };
             let lobe = self.medium.phase.value(bridge.sin2[i]);
-            density +=
-                reflected * self.density(shift, length, distance2, bridge.order - 1 - i, lobe);
+            density += reflected * self.density(shift, way, lobe);
         }
         density + reflected * self.hit_density(shift, length, junction.facing)
     }
@@ -200,13 +242,13 @@ pub fn contribution(
     work: &LampWorkspace,
     junction: &Junction,
 ) -> [f64; 3] {
-    match medium.filter(|m| m.scatters()) {
+    match medium.filter(|m| m.scatters() && !work.trail.certain) {
         Some(medium) => scattering(medium, spectral, work, junction),
         None => straight(medium, spectral, work, junction),
     }
 }
 
-/// In water that does not scatter: the straight bridge and the chance of meeting the lamp.
+/// The straight bridge and the chance of meeting the lamp.
 fn straight(
     medium: Option<&Medium>,
     spectral: &Spectral,
@@ -232,6 +274,7 @@ fn scattering(
         return [0.0; 3];
     };
     let order = bridge.order;
+    let ln_walk_density = spectral.density.map(f64::ln);
     let path = PathToLamp {
         medium,
         law: &work.law,
@@ -239,17 +282,22 @@ fn scattering(
         more: order as f64,
         last_length: last.length,
         remaining: bridge.length,
-        ln_walk_density: spectral.density.map(f64::ln),
+        ln_walk_density,
+        ln_root_density: root_density(medium, work, ln_walk_density, junction.lamp),
+    };
+    let own = Way {
+        length: last.length,
+        distance2: bridge.distance * bridge.distance,
+        order,
+        root: trail.rooted && earlier.is_empty(),
     };
     // Relative to the way that made the path: single densities may be out of the range of a float.
-    let distance2 = bridge.distance * bridge.distance;
-    let shift = (0..spectral.count)
-        .map(|j| {
-            let (poisson, tail) = path.ln_density(j, last.length, distance2, order);
-            poisson.max(tail)
-        })
-        .fold(f64::NEG_INFINITY, f64::max);
-    let mut density = path.density(shift, last.length, distance2, order, junction.lobe);
+    let shift = path.ln_densities(own)[..spectral.count]
+        .iter()
+        .fold(f64::NEG_INFINITY, |m, (poisson, tail)| {
+            m.max(*poisson).max(*tail)
+        });
+    let mut density = path.density(shift, own, junction.lobe);
     if trail.companions {
         let total_order = trail.scatterings() + order;
         density += path.earlier_ways(shift, earlier, trail.rooted, total_order, junction.lamp)
@@ -271,6 +319,25 @@ fn scattering(
             steps * medium.ln_b[k]
         };
         spectral.value[k] * scale * (ln_b - medium.c[k] * bridge.length - shift).exp()
+    })
+}
+
+/// Density of the walk over the probability of the bridges that are made from the trail's first vertex.
+fn root_density(
+    medium: &Medium,
+    work: &LampWorkspace,
+    ln_walk_density: [f64; 3],
+    lamp: DVec3,
+) -> [f64; 3] {
+    if !work.trail.scattered {
+        return ln_walk_density;
+    }
+    let distance = work.trail.vertices[0].position.distance(lamp);
+    std::array::from_fn(|j| {
+        let share = work
+            .law
+            .scattered_share(medium.by_scattering.sigma[j] * distance);
+        ln_walk_density[j] - share.ln()
     })
 }
 

@@ -16,18 +16,39 @@ pub const MAX_BATCH: u32 = 4096;
 pub struct Draws {
     scramble: u32,
     index: u32,
-    rng: Rng,
+    seed: u64,
+    pixel: u32,
+    batch: u32,
+    stream: u32,
+    rng: Option<Rng>,
 }
 
 impl Draws {
     /// Draws of sample `index` of `batch` at `pixel`; `stream` separates the paths of one sample.
     pub fn new(seed: u64, pixel: u32, batch: u32, index: u32, stream: u32) -> Self {
-        let sample = batch.wrapping_mul(MAX_BATCH).wrapping_add(index);
         Self {
             scramble: Rng::new(seed, pixel, batch, 2 * stream).bits(),
             index,
-            rng: Rng::new(seed ^ 0x5851_f42d_4c95_7f2d, pixel, sample, 2 * stream + 1),
+            seed,
+            pixel,
+            batch,
+            stream,
+            rng: None,
         }
+    }
+
+    /// The draws of another sample of the same batch.
+    pub fn at(&self, index: u32) -> Self {
+        Self {
+            index,
+            rng: None,
+            ..*self
+        }
+    }
+
+    /// The draws of another path of the same sample.
+    pub fn of_stream(&self, stream: u32) -> Self {
+        Self::new(self.seed, self.pixel, self.batch, self.index, stream)
     }
 
     /// Leading number `dimension`, in (0, 1).
@@ -39,7 +60,20 @@ impl Draws {
     /// The next pseudorandom number, in (0, 1).
     #[inline]
     pub fn uniform(&mut self) -> f64 {
-        self.rng.uniform()
+        let Self {
+            seed,
+            pixel,
+            batch,
+            index,
+            stream,
+            ..
+        } = *self;
+        self.rng
+            .get_or_insert_with(|| {
+                let sample = batch.wrapping_mul(MAX_BATCH).wrapping_add(index);
+                Rng::new(seed ^ 0x5851_f42d_4c95_7f2d, pixel, sample, 2 * stream + 1)
+            })
+            .uniform()
     }
 }
 
