@@ -1,0 +1,141 @@
+//! Error against time: how long the renderer takes to come how close to converged pictures.
+//!
+//! [`remake`] makes the converged pictures ([`reference`]) of scenes ([`scene`], told apart by [`hash`]);
+//! [`ladder`] renders with rising numbers of samples, [`error`] compares, [`table`] keeps every render, [`curve`]
+//! joins them to curves and finds the seconds to an error, [`plot`] draws them beside other renderers' ([`peers`]).
+
+pub mod backend;
+pub mod curve;
+pub mod error;
+pub mod hash;
+pub mod ladder;
+pub mod peers;
+mod plot;
+pub mod reference;
+pub mod remake;
+pub mod scene;
+pub mod table;
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+use std::thread::available_parallelism;
+use std::{env, fs, io};
+
+use uw_render::image::ImageError;
+use uw_render::integrator::RenderError;
+
+use peers::PeersError;
+use reference::ReferenceError;
+use scene::{BenchmarkScene, BenchmarkSceneError};
+use table::TableError;
+
+/// Folder of references beside a scene file.
+const REFERENCES: &str = "references";
+
+/// What a run reports, and what stops it.
+pub struct Observer<'a> {
+    /// Called from any thread with the share that is done, where it is known, and what is being done.
+    pub progress: &'a (dyn Fn(Option<f64>, &str) + Sync),
+    /// Stops the run when set.
+    pub cancel: &'a AtomicBool,
+}
+
+/// A run that did not come to its end.
+#[derive(Debug, thiserror::Error)]
+pub enum ErrorTimeError {
+    /// A scene cannot be used.
+    #[error(transparent)]
+    Scene(#[from] BenchmarkSceneError),
+    /// A reference cannot be used.
+    #[error(transparent)]
+    Reference(#[from] ReferenceError),
+    /// The table in the output folder cannot be used.
+    #[error(transparent)]
+    Table(#[from] TableError),
+    /// The table of peers cannot be used.
+    #[error(transparent)]
+    Peers(#[from] PeersError),
+    /// A folder cannot be made.
+    #[error("{}: the folder cannot be made: {source}", path.display())]
+    Folder {
+        /// The folder.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// A render failed.
+    #[error(transparent)]
+    Render(#[from] RenderError),
+    /// A file cannot be written.
+    #[error(transparent)]
+    Write(#[from] ImageError),
+    /// A plot cannot be drawn.
+    #[error("{}: {reason}", path.display())]
+    Plot {
+        /// The file.
+        path: PathBuf,
+        /// What the drawing library says.
+        reason: String,
+    },
+    /// A render was stopped from outside.
+    #[error("a render was stopped")]
+    Stopped,
+    /// The run was stopped from outside.
+    #[error("interrupted after {done} of {total} {what}; {kept}")]
+    Interrupted {
+        /// What is finished.
+        done: usize,
+        /// What was to be done in all.
+        total: usize,
+        /// Renders or references.
+        what: &'static str,
+        /// What has been kept.
+        kept: String,
+    },
+}
+
+impl ErrorTimeError {
+    /// Whether the input is at fault, not the run.
+    pub fn is_input(&self) -> bool {
+        matches!(
+            self,
+            Self::Scene(_)
+                | Self::Reference(_)
+                | Self::Table(_)
+                | Self::Peers(_)
+                | Self::Folder { .. }
+        )
+    }
+}
+
+/// The folder of a scene's reference: the given one, or `references` beside the scene file.
+fn references_of(scene: &BenchmarkScene, given: Option<&Path>) -> PathBuf {
+    match given {
+        Some(folder) => folder.to_path_buf(),
+        None => scene.path.with_file_name(REFERENCES),
+    }
+}
+
+fn make_folder(path: &Path) -> Result<(), ErrorTimeError> {
+    fs::create_dir_all(path).map_err(|source| ErrorTimeError::Folder {
+        path: path.to_path_buf(),
+        source,
+    })
+}
+
+/// Number of threads asked for, or one per core.
+fn threads_or_all(threads: Option<usize>) -> usize {
+    threads.unwrap_or_else(|| available_parallelism().map_or(1, usize::from))
+}
+
+/// Version of the program with a hash of its file, so that measurements of another build are not taken for its own.
+fn program_version() -> String {
+    let version = env!("CARGO_PKG_VERSION");
+    let build = env::current_exe()
+        .ok()
+        .and_then(|program| hash::file_hash(&program).ok());
+    match build {
+        Some(build) => format!("{version}+{build}"),
+        None => version.to_owned(),
+    }
+}
