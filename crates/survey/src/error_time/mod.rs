@@ -139,3 +139,72 @@ fn program_version() -> String {
         None => version.to_owned(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use reference::Reference;
+
+    fn repository(path: &str) -> PathBuf {
+        Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("../..")
+            .join(path)
+    }
+
+    fn benchmark_scenes() -> Vec<PathBuf> {
+        let entries = fs::read_dir(repository("assets/benchmarks")).unwrap();
+        let paths = entries.map(|entry| entry.unwrap().path());
+        let mut scenes: Vec<PathBuf> = paths
+            .filter(|path| path.extension().is_some_and(|e| e == "toml"))
+            .collect();
+        scenes.sort();
+        scenes
+    }
+
+    #[test]
+    fn the_shipped_references_belong_to_their_scenes_and_are_good() {
+        let scenes = benchmark_scenes();
+        assert_eq!(scenes.len(), 6);
+        for scene in BenchmarkScene::read_all(&scenes, scene::Size::default()).unwrap() {
+            let reference = Reference::read_for(&references_of(&scene, None), &scene).unwrap();
+            assert_eq!((reference.width, reference.height), (320, 180));
+            let rel_mse = reference.rel_mse();
+            assert!(
+                rel_mse > 1e-6 && rel_mse < 5e-4,
+                "{}: {rel_mse}",
+                scene.name
+            );
+        }
+    }
+
+    #[test]
+    fn scenes_shared_with_the_system_tests_are_the_same() {
+        let mut compared = 0;
+        for path in benchmark_scenes() {
+            let name = path.file_name().unwrap();
+            let other = repository("tests/scenes").join(name);
+            if other.exists() {
+                assert_eq!(
+                    hash::content_hash(&path).unwrap(),
+                    hash::content_hash(&other).unwrap(),
+                    "{}",
+                    path.display()
+                );
+                compared += 1;
+            }
+        }
+        assert_eq!(compared, 4);
+    }
+
+    #[test]
+    fn the_shipped_peers_are_on_shipped_scenes() {
+        let peers = peers::read(&repository("assets/benchmarks/peers.csv")).unwrap();
+        assert!(!peers.is_empty());
+        for peer in peers {
+            let scene = repository("assets/benchmarks")
+                .join(&peer.scene)
+                .with_extension("toml");
+            assert!(scene.exists(), "{peer:?}");
+        }
+    }
+}
