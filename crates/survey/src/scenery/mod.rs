@@ -89,7 +89,7 @@ pub enum SceneryError {
 
 /// The bumpy plate of the benchmark, from the output folder, and the picture beside it that it shows.
 const BUMPY_PLATE: &str = "benchmarks/bumpy_plate.glb";
-const BUMPY_PLATE_TEXTURE: &str = "target_tex.png";
+const BUMPY_PLATE_TEXTURE: &str = "target_tex_srgb.png";
 
 /// Makes all textures (`DIR/textures/*.png`), models (`DIR/scenes/*.glb`) and the plate of the benchmark
 /// (`DIR/benchmarks/bumpy_plate.glb`, without the picture that it shows) and returns the files written. Each file appears complete or not at all. The same options give the same bytes.
