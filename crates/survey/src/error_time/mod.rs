@@ -177,6 +177,55 @@ mod tests {
         }
     }
 
+    /// The shipped references against tile means that an independent program made (`tests/data`): 144 tiles per channel
+    /// whose deviations must be those of the standard errors of both.
+    #[test]
+    fn the_shipped_references_agree_with_independent_ones() {
+        for (name, other) in [
+            ("s1_clear", "s1"),
+            ("s1d_clear_disk", "s1d"),
+            ("s2_turbid", "s2"),
+        ] {
+            let path = repository("assets/benchmarks")
+                .join(name)
+                .with_extension("toml");
+            let scene = BenchmarkScene::read(&path, scene::Size::default()).unwrap();
+            let reference = Reference::read_for(&references_of(&scene, None), &scene).unwrap();
+            let tiles = repository(&format!("tests/data/reference_{other}.csv"));
+            let z = z_scores_by_tiles(&reference, &fs::read_to_string(tiles).unwrap());
+            assert_eq!(z.len(), 3 * 144);
+            let rms = (z.iter().map(|z| z * z).sum::<f64>() / z.len() as f64).sqrt();
+            let largest = z.iter().fold(0.0_f64, |largest, z| largest.max(z.abs()));
+            // Channels share their paths: as many independent values as tiles, four standard deviations of their rms.
+            assert!(
+                rms > 0.76 && rms < 1.24 && largest < 4.5,
+                "{name}: {rms} {largest}"
+            );
+        }
+    }
+
+    /// Deviations of the means of 20 × 20 pixels in their standard errors. Columns of `tiles`: row, column, mean and
+    /// standard error of R, G, B.
+    fn z_scores_by_tiles(reference: &Reference, tiles: &str) -> Vec<f64> {
+        const TILE: usize = 20;
+        let mut scores = Vec::new();
+        for line in tiles.lines().skip(1) {
+            let v: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
+            let (row, column) = (v[0] as usize * TILE, v[1] as usize * TILE);
+            for k in 0..3 {
+                let (mut mean, mut variance) = (0.0, 0.0);
+                for i in 0..TILE * TILE {
+                    let (x, y) = (column + i % TILE, row + i / TILE);
+                    let pixel = y * reference.width as usize + x;
+                    mean += reference.mean[pixel][k] / (TILE * TILE) as f64;
+                    variance += (reference.standard_error[pixel][k] / (TILE * TILE) as f64).powi(2);
+                }
+                scores.push((mean - v[2 + k]) / variance.sqrt().hypot(v[5 + k]));
+            }
+        }
+        scores
+    }
+
     #[test]
     fn scenes_shared_with_the_system_tests_are_the_same() {
         let mut compared = 0;
