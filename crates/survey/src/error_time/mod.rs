@@ -177,7 +177,7 @@ mod tests {
         }
     }
 
-    /// The shipped references against tile means that an independent program made (`tests/data`): 144 tiles per channel
+    /// The shipped references of lamps against tile means that an independent program made (`tests/data`): 144 tiles per channel
     /// whose deviations must be those of the standard errors of both.
     #[test]
     fn the_shipped_references_agree_with_independent_ones() {
