@@ -6,6 +6,7 @@ pub mod cli;
 pub mod dataset;
 pub mod demo;
 pub mod environment;
+pub mod error_time;
 pub mod measure;
 pub mod plot;
 pub mod routine;

@@ -9,6 +9,7 @@ mod calibrate;
 mod dataset;
 mod demo;
 pub(crate) mod error;
+mod error_time;
 pub(crate) mod interrupt;
 mod irradiance;
 pub(crate) mod numbers;
@@ -45,6 +46,8 @@ enum Command {
     Render(render::RenderArguments),
     /// Plane and scalar irradiances at depths below the water surface.
     Irradiance(irradiance::IrradianceArguments),
+    /// Error against time on a set of scenes, with plots; or the references it needs.
+    ErrorTime(error_time::ErrorTimeArguments),
     /// Values, samples or angles of a phase function.
     Phase(phase::PhaseArguments),
     /// Absorption, scattering and attenuation of a Jerlov water type per colour channel.
@@ -70,6 +73,7 @@ impl Command {
         match self {
             Self::Render(arguments) => arguments.run(json),
             Self::Irradiance(arguments) => arguments.run(json),
+            Self::ErrorTime(arguments) => arguments.run(json),
             Self::Phase(arguments) => arguments.run(),
             Self::Water(arguments) => arguments.run(json),
             Self::Stats(arguments) => arguments.run(json),

@@ -21,6 +21,7 @@ const UNSIGNED_INT: u32 = 5125;
 const FLOAT: u32 = 5126;
 const ARRAY_BUFFER: u32 = 34_962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34_963;
+const NEAREST: u32 = 9728;
 const LINEAR: u32 = 9729;
 const LINEAR_MIPMAP_LINEAR: u32 = 9987;
 const REPEAT: u32 = 10_497;
@@ -51,6 +52,37 @@ pub fn glb_bytes(
         "textures": [{"sampler": 0, "source": 0}],
         "samplers": [{"magFilter": LINEAR, "minFilter": LINEAR_MIPMAP_LINEAR, "wrapS": REPEAT, "wrapT": REPEAT}],
         "images": [{"name": model.pattern.name(), "mimeType": "image/jpeg", "bufferView": image_view}],
+        "accessors": document.accessors,
+        "bufferViews": document.views,
+        "buffers": [{"byteLength": document.binary.len()}],
+    });
+    container(root.to_string().into_bytes(), document.binary)
+}
+
+/// The bytes of a `.glb` file that shows one mesh at many places (m, in the world frame), with the picture `texture` that
+/// stands beside the file, looked up by the nearest texel.
+pub fn tiled_glb_bytes(
+    name: &str,
+    mesh: &Mesh,
+    places: &[Vec3],
+    texture: &str,
+) -> Result<Vec<u8>, SceneryError> {
+    let mut document = Document::default();
+    let primitive = document.primitive(mesh, 0);
+    let nodes: Vec<Value> = places
+        .iter()
+        .map(|&place| json!({"mesh": 0, "translation": y_up(place)}))
+        .collect();
+    let root = json!({
+        "asset": {"version": "2.0", "generator": concat!("uw-survey ", env!("CARGO_PKG_VERSION"))},
+        "scene": 0,
+        "scenes": [{"name": name, "nodes": (0..nodes.len()).collect::<Vec<_>>()}],
+        "nodes": nodes,
+        "meshes": [{"name": name, "primitives": [primitive]}],
+        "materials": [material(name, Surface::Textured)],
+        "textures": [{"sampler": 0, "source": 0}],
+        "samplers": [{"magFilter": NEAREST, "minFilter": NEAREST, "wrapS": REPEAT, "wrapT": REPEAT}],
+        "images": [{"uri": texture}],
         "accessors": document.accessors,
         "bufferViews": document.views,
         "buffers": [{"byteLength": document.binary.len()}],

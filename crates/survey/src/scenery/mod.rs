@@ -87,8 +87,12 @@ pub enum SceneryError {
     },
 }
 
-/// Makes all textures (`DIR/textures/*.png`) and models (`DIR/scenes/*.glb`) and returns the files
-/// written. Each file appears complete or not at all. The same options give the same bytes.
+/// The bumpy plate of the benchmark, from the output folder, and the picture beside it that it shows.
+const BUMPY_PLATE: &str = "benchmarks/bumpy_plate.glb";
+const BUMPY_PLATE_TEXTURE: &str = "target_tex_srgb.png";
+
+/// Makes all textures (`DIR/textures/*.png`), models (`DIR/scenes/*.glb`) and the plate of the benchmark
+/// (`DIR/benchmarks/bumpy_plate.glb`, without the picture that it shows) and returns the files written. Each file appears complete or not at all. The same options give the same bytes.
 pub fn write_all(dir: &Path, options: &Options) -> Result<Vec<PathBuf>, SceneryError> {
     options.check()?;
     let mut files = Vec::new();
@@ -120,7 +124,19 @@ pub fn write_all(dir: &Path, options: &Options) -> Result<Vec<PathBuf>, SceneryE
             files.push(path);
         }
     }
+    let path = dir.join(BUMPY_PLATE);
+    write_file(&path, &bumpy_plate_bytes(options.seed)?)?;
+    files.push(path);
     Ok(files)
+}
+
+fn bumpy_plate_bytes(seed: u32) -> Result<Vec<u8>, SceneryError> {
+    gltf_writer::tiled_glb_bytes(
+        "bumpy_plate",
+        &models::bumpy_tile(seed),
+        &models::bumpy_plate_places(),
+        BUMPY_PLATE_TEXTURE,
+    )
 }
 
 impl Options {

@@ -17,7 +17,7 @@ fn small_scenery_is_written_whole_and_the_same_twice() {
     let [first, second] = folders
         .each_ref()
         .map(|folder| write_all(folder.path(), &options).unwrap());
-    assert_eq!(first.len(), Pattern::ALL.len() + 2);
+    assert_eq!(first.len(), Pattern::ALL.len() + 3);
     for (one, other) in first.iter().zip(&second) {
         assert!(
             fs::read(one).unwrap() == fs::read(other).unwrap(),
@@ -25,7 +25,7 @@ fn small_scenery_is_written_whole_and_the_same_twice() {
             one.display()
         );
     }
-    for folder in ["textures", "scenes"] {
+    for folder in ["textures", "scenes", "benchmarks"] {
         let listed = fs::read_dir(folders[0].path().join(folder))
             .unwrap()
             .count();
@@ -127,6 +127,51 @@ fn shipped_models_are_what_the_generator_builds() {
             path.display()
         );
     }
+}
+
+#[test]
+fn the_shipped_plate_is_what_the_generator_builds() {
+    let path = assets().join(BUMPY_PLATE);
+    let built = bumpy_plate_bytes(Options::default().seed).unwrap();
+    assert!(fs::read(&path).unwrap() == built, "{}", path.display());
+}
+
+/// Rays at the plate meet it wherever they go, seams between tiles included, and near the plane that it stands for.
+#[test]
+fn the_bumpy_plate_has_no_gaps_and_the_flat_ones_picture() {
+    use glam::DVec3;
+    use uw_render::prepare::{Geometry, Primitive};
+    let path = assets().join("benchmarks/s1_mesh.toml");
+    let scene = uw_render::scene::Scene::read(&path).unwrap();
+    let triangles: usize = scene.meshes.iter().map(|mesh| mesh.triangles.len()).sum();
+    assert_eq!((triangles, scene.quads.len()), (100_352, 0));
+    // Its picture is that of the flat plate, to the rounding of an 8-bit sRGB code (0.45 % of full scale at most).
+    let flat = uw_render::scene::Scene::read(&path.with_file_name("s1_clear.toml")).unwrap();
+    let [bumpy, flat] = [&scene, &flat].map(|scene| &scene.textures[0]);
+    assert_eq!(
+        (bumpy.width, bumpy.height, bumpy.filter),
+        (flat.width, flat.height, flat.filter)
+    );
+    let texels = bumpy
+        .texels
+        .iter()
+        .flatten()
+        .zip(flat.texels.iter().flatten());
+    let largest = texels.map(|(b, f)| (b - f).abs()).fold(0.0, f32::max);
+    assert!(largest < 4.5e-3, "{largest}");
+    let geometry = Geometry::build(&scene);
+    let (mut nearest, mut farthest) = (f64::INFINITY, 0.0_f64);
+    for (i, j) in (1..80).flat_map(|i| (1..80).map(move |j| (i, j))) {
+        // Every twentieth line lies on a seam.
+        let [y, z] = [i, j].map(|i| f64::from(i - 40) / 10.0);
+        let hit = geometry.closest(DVec3::new(0.0, y, z), DVec3::X, 3.0, Primitive::None);
+        let range_m = hit.unwrap_or_else(|| panic!("nothing at y {y}, z {z}")).t;
+        (nearest, farthest) = (nearest.min(range_m), farthest.max(range_m));
+    }
+    assert!(
+        nearest > 1.97 && nearest < 1.99 && farthest > 2.01 && farthest < 2.03,
+        "{nearest} {farthest}"
+    );
 }
 
 #[test]

@@ -83,3 +83,42 @@ fn half_a_table_is_not_written() {
     );
     assert_eq!(folder.files(), ["scene.toml"]);
 }
+
+#[test]
+fn finished_rungs_are_kept_and_not_rendered_again() {
+    let folder = Folder::with_scene();
+    let size = "--width 8 --height 6 --references refs";
+    folder.good(&format!(
+        "error-time --make-references scene.toml --spp 16 {size} --quiet"
+    ));
+    let ladder = format!("error-time scene.toml -o out --threads 1 --repeats 1 {size}");
+    let child = start(&folder, &format!("{ladder} --spp 4,100000000"));
+    let run = stop(child, "-INT");
+    assert_eq!(run.code, Some(130), "{}", run.stderr);
+    assert!(
+        run.stderr.contains("interrupted after 1 of 2 renders")
+            && run.stderr.contains("goes on from there"),
+        "{}",
+        run.stderr
+    );
+    assert!(!folder.path("out/error_time.png").exists());
+    let run = folder.good(&format!("{ladder} --spp 4"));
+    assert!(
+        run.stderr.contains("0 renders made, 1 found in the table"),
+        "{}",
+        run.stderr
+    );
+    let child = start(
+        &folder,
+        &format!("error-time --make-references scene.toml --spp 100000000 {size}"),
+    );
+    let run = stop(child, "-TERM");
+    assert_eq!(run.code, Some(130), "{}", run.stderr);
+    assert!(
+        run.stderr.contains("interrupted after 0 of 1 references"),
+        "{}",
+        run.stderr
+    );
+    // The old reference is as good as before.
+    folder.good(&format!("{ladder} --spp 4"));
+}

@@ -1,8 +1,10 @@
-//! The project's models: the side of a ship and a stretch of seabed, in the world frame.
+//! The project's models: the side of a ship, a stretch of seabed and a bumpy plate, in the world frame.
 
+mod bumpy_plate;
 mod seabed;
 mod ship_hull;
 
+pub use bumpy_plate::{bumpy_plate_places, bumpy_tile};
 pub use seabed::seabed;
 pub use ship_hull::ship_hull;
 

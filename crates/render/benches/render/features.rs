@@ -1,0 +1,126 @@
+//! What each feature costs that a scene can do without: samples per second with it and without it.
+
+use criterion::Criterion;
+use glam::DVec3;
+use uw_render::scene::{Scene, SceneError, Sun, WaterSurface};
+
+use super::scenes::{Unit, bench_samples, read};
+
+/// A change of the scene.
+type Change = fn(&mut Scene);
+
+/// Turbid water with a lamp, with everything that can be left out, one at a time and then all at once.
+const LAMP: [(&str, &[Change]); 8] = [
+    ("all", &[]),
+    ("grey water", &[grey]),
+    ("no scattering", &[without_scattering]),
+    ("no medium", &[without_medium]),
+    ("untextured", &[untextured]),
+    ("two lamps", &[two_lamps]),
+    ("lamp off", &[lamps_off]),
+    ("grey, untextured", &[grey, untextured]),
+];
+
+/// The same under a refracting surface with sun and sky.
+const DAYLIGHT: [(&str, &[Change]); 8] = [
+    ("all", &[under_a_surface]),
+    ("grey water", &[under_a_surface, grey]),
+    (
+        "surface without refraction",
+        &[under_a_surface, without_refraction],
+    ),
+    ("no scattering", &[under_a_surface, without_scattering]),
+    ("lamp off", &[under_a_surface, lamps_off]),
+    ("sun off", &[under_a_surface, without_sun]),
+    (
+        "sun and sky off",
+        &[under_a_surface, without_sun, without_sky],
+    ),
+    ("untextured", &[under_a_surface, untextured]),
+];
+
+/// The rates of all variants.
+pub fn bench(criterion: &mut Criterion) -> Result<(), SceneError> {
+    let turbid = read("s2_turbid")?;
+    for (name, variants) in [("features/lamp", LAMP), ("features/daylight", DAYLIGHT)] {
+        let mut group = criterion.benchmark_group(name);
+        for (variant, changes) in variants {
+            let mut scene = turbid.clone();
+            changes.iter().for_each(|change| change(&mut scene));
+            bench_samples(&mut group, variant, &scene, Unit::Samples);
+        }
+        group.finish();
+    }
+    Ok(())
+}
+
+fn grey(scene: &mut Scene) {
+    if let Some(water) = &mut scene.water {
+        water.iops.a = [water.iops.a[1]; 3];
+        water.iops.b = [water.iops.b[1]; 3];
+    }
+}
+
+/// The same attenuation, all of it absorption.
+fn without_scattering(scene: &mut Scene) {
+    if let Some(water) = &mut scene.water {
+        water.iops.a = water.iops.c();
+        water.iops.b = [0.0; 3];
+    }
+}
+
+fn without_medium(scene: &mut Scene) {
+    scene.water = None;
+}
+
+/// The mean of the texture everywhere, so that paths live as long as before.
+fn untextured(scene: &mut Scene) {
+    for material in &mut scene.materials {
+        let Some(texture) = material.texture.take().map(|i| &scene.textures[i]) else {
+            continue;
+        };
+        for k in 0..3 {
+            let sum: f64 = texture.texels.iter().map(|t| f64::from(t[k])).sum();
+            material.reflectance[k] *= sum / texture.texels.len() as f64;
+        }
+    }
+    scene.textures.clear();
+}
+
+fn two_lamps(scene: &mut Scene) {
+    if let Some(mut lamp) = scene.lamps.first().cloned() {
+        lamp.name = "left".to_owned();
+        lamp.position_m.y = -lamp.position_m.y;
+        scene.lamps.push(lamp);
+    }
+}
+
+fn lamps_off(scene: &mut Scene) {
+    scene.lamps.iter_mut().for_each(|lamp| lamp.level_pct = 0.0);
+}
+
+fn under_a_surface(scene: &mut Scene) {
+    scene.surface = Some(WaterSurface {
+        height_m: 5.0,
+        refractive: true,
+    });
+    scene.sun = Some(Sun {
+        travel_direction: DVec3::new(0.5, 0.0, -0.75_f64.sqrt()),
+        irradiance: [1.0; 3],
+    });
+    scene.sky_radiance = [0.1; 3];
+}
+
+fn without_refraction(scene: &mut Scene) {
+    if let Some(surface) = &mut scene.surface {
+        surface.refractive = false;
+    }
+}
+
+fn without_sun(scene: &mut Scene) {
+    scene.sun = None;
+}
+
+fn without_sky(scene: &mut Scene) {
+    scene.sky_radiance = [0.0; 3];
+}

@@ -1,0 +1,384 @@
+//! The ladder: renders of every scene on every backend with rising numbers of samples, several times over.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
+
+use uw_render::film::FilmLayer;
+use uw_render::integrator::{self, Plan, Progress};
+
+use super::backend::Backend;
+use super::curve::Curve;
+use super::error::compare;
+use super::peers::{self, PeerPoint};
+use super::reference::Reference;
+use super::scene::{BenchmarkScene, Size};
+use super::table::{self, Measurement};
+use super::{
+    ErrorTimeError, Observer, make_folder, plot, program_version, references_of, threads_or_all,
+};
+
+/// Names of the results in the output folder.
+const TABLE: &str = "error_time.csv";
+const PLOTS: [&str; 2] = ["error_time.png", "error_time.svg"];
+
+/// What to measure.
+#[derive(Clone, Debug)]
+pub struct Ladder {
+    /// Scene files.
+    pub scenes: Vec<PathBuf>,
+    /// Width and height that replace those of the scenes.
+    pub size: Size,
+    /// Folder for the table and the plots.
+    pub output: PathBuf,
+    /// Where to render.
+    pub backends: Vec<Backend>,
+    /// Samples per pixel of the rungs, each >= 2.
+    pub samples_per_pixel: Vec<u32>,
+    /// Renders per rung that differ in their seeds only, >= 1.
+    pub repeats: u32,
+    /// Seed from which those of all renders are made.
+    pub seed: u64,
+    /// Worker threads; `None` for one per core.
+    pub threads: Option<usize>,
+    /// Folder of references; `None` for `references` beside each scene.
+    pub references: Option<PathBuf>,
+    /// Table of other renderers' measurements.
+    pub peers: Option<PathBuf>,
+}
+
+/// What came out.
+#[derive(Clone, Debug)]
+pub struct Report {
+    /// A curve for each scene and backend.
+    pub curves: Vec<Curve>,
+    /// Renders made now.
+    pub rendered: usize,
+    /// Renders that were in the table already.
+    pub kept: usize,
+    /// Scenes that the table of peers names and this run does not have.
+    pub other_scenes_of_peers: Vec<String>,
+    /// The table and the plots.
+    pub files: Vec<PathBuf>,
+}
+
+/// One render of the plan.
+#[derive(Clone, Copy, Debug)]
+struct Run {
+    /// Index of the scene.
+    scene: usize,
+    backend: Backend,
+    samples_per_pixel: u32,
+    repeat: u32,
+}
+
+/// A scene with its reference.
+struct Subject {
+    scene: BenchmarkScene,
+    reference: Reference,
+}
+
+impl Ladder {
+    /// Measures what the table in the output folder does not hold yet, and draws the plots. The table is written after
+    /// every render, so that a run that is stopped goes on where it was.
+    ///
+    /// # Errors
+    /// A scene, reference or table that cannot be used; a render that fails or is stopped; a file that cannot be
+    /// written.
+    pub fn measure(&self, observer: &Observer) -> Result<Report, ErrorTimeError> {
+        let peers = match &self.peers {
+            Some(path) => peers::read(path)?,
+            None => Vec::new(),
+        };
+        let subjects = self.subjects()?;
+        make_folder(&self.output)?;
+        let path = self.output.join(TABLE);
+        let mut rows = table::read(&path)?;
+        let found = self.climb(&subjects, &mut rows, &path, observer)?;
+        let curves = self.curves(&subjects, &found.rows);
+        let plots = PLOTS.map(|name| self.output.join(name));
+        plot::write(&plots[0], &plots[1], &curves, &peers)
+            .map_err(|(path, reason)| ErrorTimeError::Plot { path, reason })?;
+        Ok(Report {
+            other_scenes_of_peers: others(&peers, &curves),
+            curves,
+            rendered: found.rendered,
+            kept: found.rows.len() - found.rendered,
+            files: [path].into_iter().chain(plots).collect(),
+        })
+    }
+
+    fn subjects(&self) -> Result<Vec<Subject>, ErrorTimeError> {
+        let scenes = BenchmarkScene::read_all(&self.scenes, self.size)?;
+        let with_reference = |scene: BenchmarkScene| {
+            let folder = references_of(&scene, self.references.as_deref());
+            let reference = Reference::read_for(&folder, &scene)?;
+            Ok(Subject { scene, reference })
+        };
+        scenes.into_iter().map(with_reference).collect()
+    }
+
+    /// All renders. A repeat goes through all scenes and rungs before the next one begins, so that what slows the
+    /// machine down for a while does not fall on one scene alone.
+    fn runs(&self) -> Vec<Run> {
+        let mut runs = Vec::new();
+        for repeat in 0..self.repeats {
+            for scene in 0..self.scenes.len() {
+                for &backend in &self.backends {
+                    for samples_per_pixel in self
+                        .samples_per_pixel
+                        .iter()
+                        .copied()
+                        .collect::<BTreeSet<_>>()
+                    {
+                        runs.push(Run {
+                            scene,
+                            backend,
+                            samples_per_pixel,
+                            repeat,
+                        });
+                    }
+                }
+            }
+        }
+        runs
+    }
+
+    fn climb(
+        &self,
+        subjects: &[Subject],
+        rows: &mut Vec<Measurement>,
+        path: &Path,
+        observer: &Observer,
+    ) -> Result<Climbed, ErrorTimeError> {
+        let runs = self.runs();
+        let identity = Identity {
+            threads: threads_or_all(self.threads),
+            version: program_version(),
+            seed: self.seed,
+        };
+        let work = |run: &Run| {
+            let (width, height) = subjects[run.scene].scene.size_px();
+            f64::from(width) * f64::from(height) * f64::from(run.samples_per_pixel)
+        };
+        let total: f64 = runs.iter().map(work).sum();
+        let (mut climbed, mut done) = (Climbed::default(), 0.0);
+        for (index, run) in runs.iter().enumerate() {
+            let subject = &subjects[run.scene];
+            let wanted = identity.row(subject, run);
+            let row = match rows.iter().find(|row| row.repeats(&wanted)) {
+                Some(row) => row.clone(),
+                None => {
+                    let message = self.message(&subject.scene.name, run);
+                    let show = |share: f64| {
+                        (observer.progress)(Some((done + share * work(run)) / total), &message);
+                    };
+                    show(0.0);
+                    let row = render(subject, wanted, observer, &show).map_err(|error| {
+                        if observer.cancel.load(Ordering::Relaxed) {
+                            ErrorTimeError::Interrupted {
+                                done: index,
+                                total: runs.len(),
+                                what: "renders",
+                                kept: format!("{} has what is finished, and the same command goes on from there", path.display()),
+                            }
+                        } else {
+                            error
+                        }
+                    })?;
+                    rows.push(row.clone());
+                    table::write(path, rows)?;
+                    climbed.rendered += 1;
+                    row
+                }
+            };
+            climbed.rows.push((run.scene, row));
+            done += work(run);
+        }
+        Ok(climbed)
+    }
+
+    fn message(&self, scene: &str, run: &Run) -> String {
+        let (backend, samples) = (run.backend, run.samples_per_pixel);
+        let (repeat, repeats) = (run.repeat + 1, self.repeats);
+        format!("{scene} on {backend}, {samples} samples per pixel, {repeat} of {repeats}")
+    }
+
+    fn curves(&self, subjects: &[Subject], rows: &[(usize, Measurement)]) -> Vec<Curve> {
+        let mut curves = Vec::new();
+        for (index, subject) in subjects.iter().enumerate() {
+            let reference_error = subject.reference.relative_error_of_mean();
+            for &backend in &self.backends {
+                let own: Vec<&Measurement> = rows
+                    .iter()
+                    .filter(|(scene, row)| *scene == index && row.backend == backend)
+                    .map(|(_, row)| row)
+                    .collect();
+                curves.push(Curve::of(
+                    &subject.scene.name,
+                    backend,
+                    &own,
+                    reference_error,
+                ));
+            }
+        }
+        curves
+    }
+}
+
+/// The rows of a plan, each with the index of its scene.
+#[derive(Default)]
+struct Climbed {
+    rows: Vec<(usize, Measurement)>,
+    /// How many of them were rendered now.
+    rendered: usize,
+}
+
+/// What all renders of a plan have in common.
+struct Identity {
+    threads: usize,
+    version: String,
+    seed: u64,
+}
+
+impl Identity {
+    /// The row of a render as far as it is known before.
+    fn row(&self, subject: &Subject, run: &Run) -> Measurement {
+        let (scene, made) = (&subject.scene, &subject.reference.made);
+        let (width_px, height_px) = scene.size_px();
+        Measurement {
+            scene: scene.name.clone(),
+            scene_hash: scene.hash.clone(),
+            width_px,
+            height_px,
+            backend: run.backend,
+            threads: self.threads,
+            samples_per_pixel: run.samples_per_pixel,
+            repeat: run.repeat,
+            seed: seed_of_run(self.seed, run.samples_per_pixel, run.repeat),
+            version: self.version.clone(),
+            setup_s: 0.0,
+            render_s: 0.0,
+            cpu_s: 0.0,
+            paths: 0,
+            path_vertices: 0,
+            rel_mse: 0.0,
+            rel_mse_of_reference: subject.reference.rel_mse(),
+            bias_r: 0.0,
+            bias_g: 0.0,
+            bias_b: 0.0,
+            bias_standard_error_r: 0.0,
+            bias_standard_error_g: 0.0,
+            bias_standard_error_b: 0.0,
+            reference_seed: made.seed,
+            reference_samples_per_pixel: made.samples_per_pixel,
+            reference_version: made.version.clone(),
+        }
+    }
+}
+
+/// Renders and compares: `wanted` with its results.
+fn render(
+    subject: &Subject,
+    wanted: Measurement,
+    observer: &Observer,
+    show: &(dyn Fn(f64) + Sync),
+) -> Result<Measurement, ErrorTimeError> {
+    let scene = &subject.scene;
+    let setup_s = scene.setup_s();
+    let plan = Plan {
+        samples_per_pixel: Some(wanted.samples_per_pixel),
+        time_limit: None,
+        target_error: None,
+        seed: wanted.seed,
+        threads: Some(wanted.threads),
+        max_bounces: scene.max_bounces(),
+        dark_lamps: false,
+    };
+    let observe = |progress: &Progress| {
+        let share = progress
+            .rows_total
+            .map(|total| progress.rows_done as f64 / total as f64);
+        show(share.unwrap_or(0.0));
+    };
+    let (film, stats) = match wanted.backend {
+        Backend::Cpu => integrator::render(scene.prepared(), &plan, observer.cancel, &observe)?,
+    };
+    if stats.interrupted {
+        return Err(ErrorTimeError::Stopped);
+    }
+    let mean = film.layer(FilmLayer::Total);
+    let variance = film.layer(FilmLayer::Variance);
+    let error = compare(&mean, &variance, &subject.reference);
+    let ([bias_r, bias_g, bias_b], standard_error) = (error.bias, error.bias_standard_error);
+    let [
+        bias_standard_error_r,
+        bias_standard_error_g,
+        bias_standard_error_b,
+    ] = standard_error;
+    Ok(Measurement {
+        setup_s,
+        render_s: stats.render_s,
+        cpu_s: stats.cpu_s,
+        paths: stats.paths,
+        path_vertices: stats.path_vertices,
+        rel_mse: error.rel_mse,
+        bias_r,
+        bias_g,
+        bias_b,
+        bias_standard_error_r,
+        bias_standard_error_g,
+        bias_standard_error_b,
+        ..wanted
+    })
+}
+
+fn others(peers: &[PeerPoint], curves: &[Curve]) -> Vec<String> {
+    let known = |name: &str| curves.iter().any(|c| c.scene == name);
+    let names: BTreeSet<&str> = peers
+        .iter()
+        .map(|p| p.scene.as_str())
+        .filter(|name| !known(name))
+        .collect();
+    names.into_iter().map(str::to_owned).collect()
+}
+
+/// Seed of a render of the ladder. From one base all seeds differ, those of references included.
+fn seed_of_run(base: u64, samples_per_pixel: u32, repeat: u32) -> u64 {
+    let run = u64::from(repeat.wrapping_add(1)) << 32 | u64::from(samples_per_pixel);
+    split_mix(split_mix(base) ^ run)
+}
+
+/// Seed of a reference.
+pub(super) fn seed_of_reference(base: u64) -> u64 {
+    split_mix(split_mix(base))
+}
+
+/// A bijection of 64-bit numbers that mixes all bits (SplitMix64, Steele, Lea and Flood 2014).
+fn split_mix(value: u64) -> u64 {
+    let mut z = value.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_two_renders_share_a_seed() {
+        let mut seeds = BTreeSet::from([seed_of_reference(1)]);
+        for samples in (0..20).map(|i| 1 << i) {
+            for repeat in 0..10 {
+                assert!(
+                    seeds.insert(seed_of_run(1, samples, repeat)),
+                    "{samples} {repeat}"
+                );
+            }
+        }
+        assert!(!seeds.contains(&seed_of_run(2, 64, 0)));
+        // First output of the published generator for the state 0.
+        assert_eq!(split_mix(0), 0xe220_a839_7b1d_cdaf);
+    }
+}
