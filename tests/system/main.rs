@@ -7,6 +7,7 @@
 
 mod closed_form;
 mod convergence;
+mod furnace;
 mod irradiance_sensors;
 mod layers;
 mod near_lamps;

@@ -63,6 +63,8 @@ pub struct Geometry {
     materials: Vec<Material>,
     textures: Vec<Texture>,
     bounds: Option<(DVec3, DVec3)>,
+    /// Largest coordinate of the camera, m.
+    camera_reach: f64,
 }
 
 impl Geometry {
@@ -96,6 +98,7 @@ impl Geometry {
             materials: scene.materials.clone(),
             textures: scene.textures.clone(),
             bounds,
+            camera_reach: scene.camera.position_m.abs().max_element(),
         }
     }
 
@@ -132,7 +135,7 @@ impl Geometry {
         t_max: f64,
         from: Primitive,
     ) -> Option<Hit> {
-        let t_min = start_distance(origin, from);
+        let t_min = self.start_distance(origin, from);
         let mut best: Option<Hit> = None;
         let mut best_t = t_max;
         for (i, quad) in self.quads.iter().enumerate() {
@@ -166,7 +169,7 @@ impl Geometry {
 
     /// Whether a surface lies closer than `t_max` along the ray, which starts on `from`.
     pub fn occluded(&self, origin: DVec3, direction: DVec3, t_max: f64, from: Primitive) -> bool {
-        let t_min = start_distance(origin, from);
+        let t_min = self.start_distance(origin, from);
         let quad_blocks = |(i, quad): (usize, &PreparedQuad)| {
             from != Primitive::Quad(i as u32)
                 && quad.intersect(origin, direction, t_min, t_max).is_some()
@@ -175,6 +178,18 @@ impl Geometry {
             || self.tree.as_ref().is_some_and(|tree| {
                 tree.occluded(origin, direction, t_min, t_max, skipped_triangle(from))
             })
+    }
+
+    /// Least distance at which a surface counts for a ray that starts at a computed point: the rounding of the
+    /// point's coordinates, a few parts in 1e12 of them or of those of the camera that it was seen from. Rays from the
+    /// camera or a lamp start at exact points.
+    #[inline]
+    fn start_distance(&self, origin: DVec3, from: Primitive) -> f64 {
+        if from == Primitive::None {
+            0.0
+        } else {
+            4e-12 * origin.abs().max_element().max(self.camera_reach)
+        }
     }
 
     /// Normal, reflectance and emission at a hit of a ray that travels along `direction`.
@@ -241,17 +256,6 @@ impl Geometry {
             reflectance,
             emission: material.emission,
         }
-    }
-}
-
-/// Least distance at which a surface counts for a ray that starts at a computed point: the rounding of the
-/// point's coordinates, a few parts in 1e12. Rays from the camera or a lamp start at exact points.
-#[inline]
-fn start_distance(origin: DVec3, from: Primitive) -> f64 {
-    if from == Primitive::None {
-        0.0
-    } else {
-        4e-12 * origin.abs().max_element()
     }
 }
 
