@@ -73,8 +73,7 @@ fn assert_agreement(comparisons: &[Comparison], independent: usize) {
         100.0 * widest
     );
     for c in comparisons {
-        // Four, not three: of more than a hundred values a few are expected beyond three.
-        let allowed = 4.0 * c.standard_error + c.margin * c.reference;
+        let allowed = 3.0 * c.standard_error + c.margin * c.reference;
         assert!(
             (c.value - c.reference).abs() < allowed,
             "{}: {} ± {}, {}",

@@ -205,7 +205,8 @@ impl TriangleTree {
         let reach = self.tree_distance((t_max - near).min(far - near + 1.0 / self.scale));
         let ray = Ray::new(
             Vec3A::new(start.x as f32, start.y as f32, start.z as f32),
-            Vec3A::new(direction.x as f32, direction.y as f32, direction.z as f32),
+            // Adding 0 makes -0, at which the tree's test of boxes fails, a +0.
+            Vec3A::new(direction.x as f32, direction.y as f32, direction.z as f32) + Vec3A::ZERO,
             0.0,
             reach,
         );
@@ -228,4 +229,43 @@ fn padded_box(t: &Triangle, centre: DVec3, scale: f64) -> PaddedBox {
         upper = upper.max(q);
     }
     PaddedBox(Aabb::new(lower - PADDING, upper + PADDING))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_ray_leaves_a_closed_mesh_along_a_face_of_its_boxes() {
+        let corners = [(2, 0, -1), (-1, 2, -1), (-1, -2, -1), (0, 0, 2)]
+            .map(|(x, y, z)| DVec3::new(f64::from(x), f64::from(y), f64::from(z)));
+        let triangle = |[i, j, k]: [usize; 3]| Triangle {
+            corner: corners[i],
+            edge_1: corners[j] - corners[i],
+            edge_2: corners[k] - corners[i],
+        };
+        let faces = [[0, 1, 2], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+        let tree = TriangleTree::build(faces.map(triangle).to_vec()).expect("four triangles");
+        let parts = [0.0, -0.0, 1e-60, -1e-60, 1e-40, -1e-40, 0.6, -0.6];
+        for (x, y, z) in parts.into_iter().flat_map(|x| {
+            parts
+                .into_iter()
+                .flat_map(move |y| parts.into_iter().map(move |z| (x, y, z)))
+        }) {
+            let direction = DVec3::new(x, y, z);
+            if direction.max_element().max(-direction.min_element()) < 0.1 {
+                continue;
+            }
+            let (direction, origin) = (direction.normalize(), DVec3::new(0.1, 0.05, -0.2));
+            assert!(
+                tree.occluded(origin, direction, 0.0, 100.0, u32::MAX),
+                "{direction:?}"
+            );
+            assert!(
+                tree.closest(origin, direction, 0.0, 100.0, u32::MAX)
+                    .is_some(),
+                "{direction:?}"
+            );
+        }
+    }
 }

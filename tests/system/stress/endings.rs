@@ -1,0 +1,71 @@
+//! Paths that nothing absorbs come to an end, and the work is shared out without a trace in the picture.
+
+use std::{sync::mpsc, thread, time::Duration};
+
+use glam::DVec3;
+use uw_media::phase::Phase;
+use uw_render::{film::FilmLayer, scene::Scene};
+use uw_tests::single_ray::{add_plate, camera, empty, point_lamp, water};
+use uw_tests::{corpus_scene, plan, render};
+
+/// A closed white cube of lossless water. Light in it goes on for ever.
+fn white_box() -> Scene {
+    let view = DVec3::new(0.5, 0.6, -0.4);
+    let mut scene = empty(camera(DVec3::new(0.1, 0.2, -0.1), view, 16));
+    scene.water = Some(water([0.0; 3], [1.0; 3], Phase::Isotropic));
+    for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+        for inwards in [axis, -axis] {
+            add_plate(&mut scene, -0.5 * inwards, inwards, 0.5, [1.0; 3]);
+        }
+    }
+    scene
+}
+
+/// Renders `scene` and fails if that does not end.
+fn assert_ends(scene: Scene) {
+    let (done, result) = mpsc::channel();
+    // Nothing can stop a path that does not end: its thread is left behind.
+    thread::spawn(move || done.send(render(&scene, &plan(4, 1)).1));
+    let stats = result
+        .recv_timeout(Duration::from_secs(120))
+        .expect("an end of every path within two minutes");
+    let vertices = stats.path_vertices / stats.paths;
+    println!("{} paths of {vertices} vertices", stats.paths);
+}
+
+#[test]
+fn lamp_light_between_white_walls_in_lossless_water_comes_to_an_end() {
+    let mut scene = white_box();
+    scene.lamps.push(point_lamp(DVec3::ZERO, 1.0));
+    assert_ends(scene);
+}
+
+#[test]
+fn emitted_light_between_white_walls_in_lossless_water_comes_to_an_end() {
+    let mut scene = white_box();
+    scene.materials[0].emission = [1.0; 3];
+    assert_ends(scene);
+}
+
+#[test]
+fn the_number_of_threads_changes_no_bit() {
+    for name in ["s3_sun", "s2_turbid"] {
+        let scene = corpus_scene(name);
+        let films = [1, 2, 3].map(|threads| {
+            let mut plan = plan(4, 1);
+            plan.threads = Some(threads);
+            render(&scene, &plan).0
+        });
+        for layer in [FilmLayer::Total, FilmLayer::Variance] {
+            let bits = |i: usize| -> Vec<[u64; 3]> {
+                let pixels = films[i].layer(layer);
+                pixels.iter().map(|p| p.map(f64::to_bits)).collect()
+            };
+            assert!(bits(0).iter().any(|p| *p != [0; 3]), "{name}: black");
+            assert!(
+                bits(0) == bits(1) && bits(0) == bits(2),
+                "{name}, {layer:?}"
+            );
+        }
+    }
+}
