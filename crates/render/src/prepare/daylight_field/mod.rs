@@ -4,6 +4,7 @@
 //! many copies of a walk go on; whatever its errors, they cannot bias a picture.
 
 mod solver;
+mod sun_share;
 mod transition;
 
 use glam::DVec3;
@@ -11,6 +12,7 @@ use rayon::prelude::*;
 
 use super::{Boundary, Medium, SunBeam};
 use solver::{Daylight, Solution};
+use sun_share::sun_shares;
 use transition::Transitions;
 
 /// Bins in the cosine u of the viewing direction against the vertical.
@@ -38,6 +40,8 @@ const MAX_NARROW: f64 = 30.0;
 #[derive(Clone, Debug)]
 pub struct DaylightField {
     channels: [Channel; 3],
+    /// The channel that each strategy of the medium's attenuation is closest to.
+    strategy_channels: [usize; 3],
     sun_azimuth: Option<(f64, f64)>,
 }
 
@@ -51,6 +55,7 @@ struct Channel {
     ln_scattered: Vec<f32>,
     ln_down: Vec<f32>,
     ln_up: Vec<f32>,
+    sun_share: Vec<f32>,
 }
 
 impl DaylightField {
@@ -81,7 +86,11 @@ impl DaylightField {
                 let solution = Solution::solve(&light, &transitions, c * deepest_m + BELOW);
                 let narrow_rate =
                     sun.map_or(0.0, |s| transitions.narrow * albedo * c / s.towards.z);
-                Channel::new(c, narrow_rate, &solution)
+                let mut channel = Channel::new(c, narrow_rate, &solution);
+                if let Some(sun) = sun {
+                    channel.sun_share = sun_shares(medium, sun, k, transitions.narrow, &solution);
+                }
+                channel
             })
             .collect();
         let horizontal = |s: &SunBeam| {
@@ -90,6 +99,7 @@ impl DaylightField {
         };
         Some(Self {
             channels: channels.try_into().ok()?,
+            strategy_channels: medium.by_attenuation.sigma.map(|s| closest(&medium.c, s)),
             sun_azimuth: sun.and_then(horizontal),
         })
     }
@@ -116,6 +126,21 @@ impl DaylightField {
             }
             let narrow = (channel.narrow_rate * depth_m).min(MAX_NARROW);
             broad.max(line[k] * narrow.exp_m1())
+        })
+    }
+
+    /// Share of the light that a scattering at `depth_m` sends into unit direction `view` which comes from around the
+    /// sun rather than from around `view`, without the sun's own beam; per strategy of the medium's attenuation.
+    pub fn sun_share(&self, depth_m: f64, view: DVec3) -> [f64; 3] {
+        let (low, weight) = cosine_bin(view.z);
+        let bin = low + usize::from(weight > 0.5);
+        let (azimuth, azimuth_weight) = self.azimuth_bin(view);
+        let azimuth = azimuth + usize::from(azimuth_weight > 0.5);
+        self.strategy_channels.map(|k| {
+            let channel = &self.channels[k];
+            let (node, fraction, _) = channel.depth_node(depth_m);
+            let node = node + usize::from(fraction > 0.5);
+            f64::from(channel.sun_share[(node * COSINES + bin) * AZIMUTHS + azimuth])
         })
     }
 
@@ -174,6 +199,7 @@ impl Channel {
             ln_scattered: ln(&solution.scattered),
             ln_down: ln(&solution.down),
             ln_up: ln(&solution.up),
+            sun_share: Vec::new(),
         }
     }
 
@@ -188,6 +214,12 @@ impl Channel {
         let node = (place as usize).min(DEPTHS - 2);
         (node, (place - node as f64) as f32, 0.0)
     }
+}
+
+/// Index of the coefficient closest to `sigma`.
+fn closest(c: &[f64; 3], sigma: f64) -> usize {
+    let apart = |k: usize| (c[k] - sigma).abs();
+    (1..3).fold(0, |best, k| if apart(k) < apart(best) { k } else { best })
 }
 
 /// Bin below the cosine and the weight of the bin above it.
