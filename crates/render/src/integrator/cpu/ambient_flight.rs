@@ -10,6 +10,7 @@ use glam::DVec3;
 use super::{
     ambient_path::{Tracer, Walk},
     camera_ray::End,
+    sun_line::absorbed,
 };
 use crate::{
     integrator::sampling::directions::{sin2_half, turn},
@@ -32,12 +33,12 @@ pub(super) fn draw_within(
     walk: &mut Walk,
 ) -> f64 {
     let sigma = strategies.sigma[walk.spectral.chosen];
-    let t = (-(u * (-sigma * length).exp_m1()).ln_1p() / sigma).min(length);
+    let t = (-(-u * absorbed(sigma * length)).ln_1p() / sigma).min(length);
     if let Some(medium) = &scene.medium {
         walk.spectral.scatter(medium, strategies, t);
     }
     for j in 0..walk.spectral.count {
-        let within = -(-strategies.sigma[j] * length).exp_m1();
+        let within = absorbed(strategies.sigma[j] * length);
         walk.spectral.density[j] /= within.max(f64::MIN_POSITIVE);
     }
     t
@@ -72,16 +73,23 @@ pub(super) fn draw_within_water(
         return *end;
     };
     // Probability of staying in the water, per strategy: what leaves has been scored.
-    let staying = strategies.sigma.map(|s| {
-        if leaving == 1.0 {
-            -(-s * length).exp_m1()
+    let chosen = walk.spectral.chosen;
+    let sigma = strategies.sigma[chosen];
+    let mut staying = [0.0; 3];
+    let mut scattered = 0.0;
+    for j in 0..strategies.count {
+        let within = absorbed(strategies.sigma[j] * length);
+        staying[j] = if leaving == 1.0 {
+            within
         } else {
-            1.0 - leaving * (-s * length).exp()
+            within + (1.0 - leaving) * (1.0 - within)
+        };
+        if j == chosen {
+            scattered = within;
         }
-    });
-    let sigma = strategies.sigma[walk.spectral.chosen];
-    let stay = staying[walk.spectral.chosen].max(f64::MIN_POSITIVE);
-    let reached = (1.0 - leaving) * (-sigma * length).exp() / stay;
+    }
+    let stay = staying[chosen].max(f64::MIN_POSITIVE);
+    let reached = (1.0 - leaving) * (1.0 - scattered) / stay;
     let result = if u < reached {
         walk.spectral.pass(medium, strategies, length);
         if escapes_scored {
@@ -93,7 +101,7 @@ pub(super) fn draw_within_water(
         *end
     } else {
         let v = (u - reached) / (1.0 - reached);
-        let t = (-(v * (-sigma * length).exp_m1()).ln_1p() / sigma).min(length);
+        let t = (-(-v * scattered).ln_1p() / sigma).min(length);
         walk.spectral.scatter(medium, strategies, t);
         End::Scatter(t)
     };
