@@ -14,7 +14,7 @@ use tokio::sync::{oneshot, watch};
 use tokio::task::JoinSet;
 use tokio::time::{sleep, timeout};
 
-use crate::service::{Service, Session};
+use crate::service::{Answered, Service, Session};
 use crate::wire::frame::{Frame, Lines};
 use crate::wire::reply::{self, Code, WireError};
 
@@ -170,7 +170,7 @@ async fn serve(
         };
         let reply = match frame {
             Ok(Ok(Frame::Line(line))) => answer(&mut session, line).await,
-            Ok(Ok(Frame::TooLong)) => session.line_too_long(),
+            Ok(Ok(Frame::TooLong)) => finish(&session, session.line_too_long(), 0),
             Ok(Ok(Frame::End) | Err(_)) => return,
             Err(_) => {
                 let seconds = limits.idle_time.as_secs_f64();
@@ -187,17 +187,33 @@ async fn serve(
 
 async fn answer(session: &mut Session, line: Vec<u8>) -> String {
     let pending = session.read(&line);
-    if !pending.is_slow() {
-        return session.answer(pending);
-    }
-    let mut own = session.clone();
-    match tokio::task::spawn_blocking(move || own.answer(pending)).await {
-        Ok(reply) => reply,
-        Err(_) => farewell(
-            Code::Internal,
-            "the image could not be processed".to_owned(),
-        ),
-    }
+    let (now, started) = (session.service().now(), std::time::Instant::now());
+    let answered = if pending.is_slow() {
+        let mut own = session.clone();
+        match tokio::task::spawn_blocking(move || own.answer(pending, now)).await {
+            Ok(answered) => answered,
+            Err(_) => {
+                let message = "the image could not be processed".to_owned();
+                return farewell(Code::Internal, message);
+            }
+        }
+    } else {
+        session.answer(pending, now)
+    };
+    let elapsed_us = u64::try_from(started.elapsed().as_micros()).unwrap_or(u64::MAX);
+    finish(session, answered, elapsed_us)
+}
+
+/// Counts the answer and makes it a line.
+fn finish(session: &Session, answered: Answered, elapsed_us: u64) -> String {
+    let metrics = session.service().metrics();
+    metrics.answered(
+        answered.op,
+        answered.fault(),
+        answered.is_error(),
+        elapsed_us,
+    );
+    answered.line(elapsed_us)
 }
 
 /// Whether the client took the line.

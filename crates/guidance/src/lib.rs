@@ -25,9 +25,12 @@
 //! ```
 
 pub mod advice;
+pub mod beams;
 pub mod config;
 pub mod daemon;
 pub mod features;
+pub mod feed;
+pub mod metrics;
 pub mod mlp;
 pub mod model_file;
 pub mod nelder_mead;
@@ -35,6 +38,7 @@ pub mod objective;
 pub mod observation;
 pub mod optimise;
 pub mod service;
+pub mod steering;
 pub mod wire;
 
 pub use advice::{Advice, Reason, advise};
