@@ -200,12 +200,13 @@ pub fn predict(
         }
     }
     let mut question = Question::new(observation, profile, model, objective)?;
-    let (mut contrast, mut scores) = (Vec::new(), Vec::new());
-    for candidate in candidates {
-        let predicted = question.query.contrast(candidate);
-        contrast.push(predicted);
-        scores.push(question.criterion.score(predicted, candidate.distance_m));
-    }
+    let mut contrast = vec![[0.0; 3]; candidates.len()];
+    question.query.contrasts(candidates, &mut contrast);
+    let scores = candidates
+        .iter()
+        .zip(&contrast)
+        .map(|(candidate, &contrast)| question.criterion.score(contrast, candidate.distance_m))
+        .collect();
     Ok(Prediction { contrast, scores })
 }
 
@@ -262,14 +263,35 @@ impl<'a> Question<'a> {
             current: self.current,
         };
         let (query, criterion) = (&mut self.query, &self.criterion);
-        let mut score = |candidate: &Candidate| {
-            criterion.score(query.contrast(candidate), candidate.distance_m)
+        let quick = |candidate: &Candidate| {
+            criterion.score(query.quick_contrast(candidate), candidate.distance_m)
         };
-        let mut optimum = maximise(&mut score, &bounds, &ridges).ok_or(Reason::NotFinite)?;
-        let score_here = score(&self.current);
-        optimum.evaluations += 1;
-        let predicted = self.query.contrast(&optimum.candidate);
+        let found = maximise(quick, &bounds, &ridges).ok_or(Reason::NotFinite)?;
+        let current = self.current;
+        let (predicted, score) = self.exact(&found.candidate);
+        let (predicted_here, score_here) = self.exact(&current);
+        // What looks best in single precision may be a rounding error worse than staying.
+        let stay = score_here > score && bounds.hold(&self.current);
+        let (candidate, predicted, score) = if stay {
+            (self.current, predicted_here, score_here)
+        } else {
+            (found.candidate, predicted, score)
+        };
+        let optimum = Optimum {
+            candidate,
+            score,
+            evaluations: found.evaluations + 2,
+        };
         Ok((optimum, predicted, score_here))
+    }
+
+    /// Contrast and score in double precision.
+    fn exact(&mut self, candidate: &Candidate) -> ([f64; 3], f64) {
+        let predicted = self.query.contrast(candidate);
+        (
+            predicted,
+            self.criterion.score(predicted, candidate.distance_m),
+        )
     }
 }
 

@@ -80,13 +80,7 @@ impl Model {
         let (mean, std) = read_normalisation(&document, &inputs)?;
         let layers = read_layers(&document, inputs.len())?;
         let outputs = read_outputs(&document, &layers)?;
-        Ok(Self {
-            inputs,
-            mean,
-            std,
-            layers,
-            outputs,
-        })
+        Ok(Self::new(inputs, mean, std, layers, outputs))
     }
 }
 

@@ -6,4 +6,5 @@ mod client;
 mod daemon;
 mod model;
 mod optimum;
+mod rugged;
 mod support;
