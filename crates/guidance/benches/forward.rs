@@ -78,9 +78,6 @@ fn forward(c: &mut Criterion) {
     group.bench_function("batched, f64", |b| {
         b.iter(|| query.contrasts(black_box(&candidates), &mut found));
     });
-    group.bench_function("batched, f32", |b| {
-        b.iter(|| query.quick_contrasts(black_box(&candidates), &mut found));
-    });
     group.finish();
 }
 

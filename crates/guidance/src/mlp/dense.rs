@@ -270,7 +270,7 @@ mod tests {
             let candidate = |lane: usize| -> Vec<f64> {
                 (0..inputs)
                     .map(|i| {
-                        if (i + lane) % 3 == 0 {
+                        if (i + lane).is_multiple_of(3) {
                             0.0
                         } else {
                             (i * lane) as f64 * 0.37 - 1.0

@@ -3,16 +3,20 @@
 //! [`Service`] is what all connections share, [`Session`] one connection's view of it. Answers depend on
 //! the request, the moment and the shared state alone, so a recorded session can be answered again.
 
+use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
-use uw_calib::Profile;
+use serde_json::{Value, json};
+use thiserror::Error;
+use uw_calib::{Profile, ProfileError};
 
 use crate::beams::BeamGeometry;
 use crate::feed::{Feed, MaxAge};
 use crate::metrics::Metrics;
 use crate::mlp::Model;
+use crate::model_file::ModelError;
 use crate::objective::Objective;
 use crate::steering::Steering;
 
@@ -25,6 +29,7 @@ mod suggestion;
 
 pub use image::ImagePolicy;
 pub use session::{Answered, Pending, Session};
+pub(crate) use subscription::steering_with;
 
 /// What the daemon answers with, where a request does not say otherwise.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -50,8 +55,21 @@ pub struct Loaded {
     pub model: Model,
     /// What `info` calls the model.
     pub model_name: String,
+    /// Tells one model file from another in recordings; empty for a model that is no file.
+    pub model_digest: String,
     /// The calibration; connections may bring their own.
     pub profile: Option<Arc<Profile>>,
+}
+
+/// Why files cannot be loaded.
+#[derive(Debug, Error)]
+pub enum LoadError {
+    /// The model.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// The profile.
+    #[error(transparent)]
+    Profile(#[from] ProfileError),
 }
 
 /// A moment on the two clocks.
@@ -90,6 +108,20 @@ struct Snapshot {
     loaded: Arc<Loaded>,
 }
 
+impl Loaded {
+    /// Reads a model file and, where there is one, a profile file.
+    pub fn read(model: &Path, profile: Option<&Path>) -> Result<Self, LoadError> {
+        let profile = profile.map(Profile::read).transpose()?;
+        let (read, digest) = Model::read_with_digest(model)?;
+        Ok(Self {
+            model: read,
+            model_name: model.display().to_string(),
+            model_digest: digest,
+            profile: profile.map(Arc::new),
+        })
+    }
+}
+
 impl Service {
     /// A service with an objective and defaults otherwise; `model_name` is what `info` calls the model.
     pub fn new(
@@ -101,6 +133,7 @@ impl Service {
         let loaded = Loaded {
             model,
             model_name: model_name.into(),
+            model_digest: String::new(),
             profile: Some(Arc::new(profile)),
         };
         let settings = Settings {
@@ -145,14 +178,27 @@ impl Service {
         }
     }
 
-    /// Takes another model and profile; requests under way end with the old ones. The number returned is the
-    /// place of the change among the answers.
-    pub fn replace(&self, loaded: Loaded) -> u64 {
+    /// Takes another model and profile; requests under way end with the old ones. What is in use now is
+    /// returned with its place among the answers.
+    pub fn replace(&self, loaded: Loaded) -> (u64, Arc<Loaded>) {
         self.reloads.fetch_add(1, Ordering::Relaxed);
         *self.reload_error() = None;
         let mut shared = self.lock();
         shared.loaded = Arc::new(loaded);
-        shared.next()
+        (shared.next(), Arc::clone(&shared.loaded))
+    }
+
+    /// Settings, and model and profile with their names, as a recording keeps them.
+    pub fn describe(&self, loaded: &Loaded) -> Value {
+        json!({
+            "model": loaded.model_name,
+            "model_digest": loaded.model_digest,
+            "profile": loaded.profile.as_ref().and_then(|profile| {
+                serde_json::from_str::<Value>(&profile.to_json()).ok()
+            }),
+            "objective": describe::objective(&self.settings.objective),
+            "settings": describe::settings(&self.settings),
+        })
     }
 
     /// Notes that a reload was refused; what is loaded stays.

@@ -8,6 +8,7 @@ use uw_calib::Profile;
 use uw_calib::json::Object;
 
 use crate::advice::predict;
+use crate::feed::Picture;
 use crate::objective::Objective;
 use crate::service::resolve::{Known, Unknown, age_s, resolve, update};
 use crate::service::subscription::{self, Subscription, steering_with};
@@ -32,18 +33,25 @@ pub struct Session {
 pub struct Pending {
     request: Request,
     received: Instant,
+    measured: Option<Picture>,
 }
 
 impl Pending {
+    /// With the statistics of its image known already, as in a recording.
+    pub fn with_picture(mut self, picture: Picture) -> Self {
+        self.measured = Some(picture);
+        self
+    }
+
+    /// Its operation's name, or `invalid`.
+    pub fn op(&self) -> &'static str {
+        self.request.op.as_ref().map_or("invalid", Op::name)
+    }
+
     /// Whether answering takes long enough (reading and decoding an image) to keep it off the threads
     /// that serve the sockets.
     pub fn is_slow(&self) -> bool {
         matches!(self.request.op, Ok(Op::SuggestImage { .. }))
-    }
-
-    /// How long ago the request was read, µs.
-    pub fn elapsed_us(&self) -> u64 {
-        u64::try_from(self.received.elapsed().as_micros()).unwrap_or(u64::MAX)
     }
 }
 
@@ -121,6 +129,7 @@ impl Session {
         Pending {
             request: Request::parse(line),
             received,
+            measured: None,
         }
     }
 
@@ -136,13 +145,14 @@ impl Session {
 
     /// Answers a request at a moment.
     pub fn answer(&mut self, pending: Pending, now: Moment) -> Answered {
+        let (name, measured) = (pending.op(), pending.measured);
         let Request { id, op } = pending.request;
-        let name = op.as_ref().map_or("invalid", Op::name);
         let (sequence, fields) = match op {
             Ok(Op::State(inputs)) if self.authorised => self.state(&inputs, now),
             Ok(op) => {
                 let (snapshot, ()) = self.service.snapshot(|_| ());
-                (snapshot.sequence, self.fields(op, &id, &snapshot, now))
+                let fields = self.fields(op, &id, measured, &snapshot, now);
+                (snapshot.sequence, fields)
             }
             Err(error) => (self.service.snapshot(|_| ()).0.sequence, Err(error)),
         };
@@ -191,6 +201,7 @@ impl Session {
         &mut self,
         op: Op,
         id: &Value,
+        measured: Option<Picture>,
         snapshot: &Snapshot,
         now: Moment,
     ) -> Result<Fields, WireError> {
@@ -210,7 +221,10 @@ impl Session {
                 image,
                 objective,
             } => {
-                let picture = image::measure(&image, &self.service.settings.images)?;
+                let picture = match measured {
+                    Some(picture) => picture,
+                    None => image::measure(&image, &self.service.settings.images)?,
+                };
                 inputs.picture = Some(picture);
                 let mut fields = self.suggest(&inputs, objective.as_ref(), snapshot, now)?;
                 let measured = json!({"mean": picture.mean, "std": picture.std});

@@ -32,6 +32,7 @@ pub(crate) fn service_with(settings: Settings, with_profile: bool) -> Service {
     let loaded = Loaded {
         model: Model::read(MODEL.as_ref()).unwrap(),
         model_name: "mlp_a".to_owned(),
+        model_digest: String::new(),
         profile: with_profile.then(|| profile(&mut Numbers::new(3)).into()),
     };
     Service::with_settings(loaded, settings)

@@ -283,6 +283,7 @@ fn connections_are_limited_and_idle_ones_closed() {
     let limits = Limits {
         max_connections: 2,
         idle_time: Duration::from_millis(700),
+        ..Limits::default()
     };
     let daemon = start(limits);
     let (mut one, mut two) = (Client::connect(&daemon), Client::connect(&daemon));

@@ -4,7 +4,11 @@ mod answers;
 mod binary;
 mod client;
 mod daemon;
+mod faults;
 mod model;
+#[cfg(unix)]
+mod operations;
 mod optimum;
+mod protocol;
 mod rugged;
 mod support;

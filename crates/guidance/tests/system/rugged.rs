@@ -9,7 +9,9 @@ use uw_guidance::{Candidate, Model, Objective, Observation, advise};
 
 use crate::support::{Numbers, random_model};
 
-const CASES: u64 = 240;
+const CASES: u64 = 200;
+/// Cases of a run over 2500 that a search with fewer seeds and starts missed.
+const HARD: [u64; 5] = [475, 1033, 1200, 1340, 2403];
 /// What the optimum may miss of the best value, scores being about 1.
 const TOLERANCE: f64 = 1e-4;
 const JUDGE_DISTANCES: u32 = 701;
@@ -167,7 +169,7 @@ fn judge(case: &Case) -> f64 {
 #[test]
 fn the_best_value_is_found_on_every_rugged_objective() {
     let (mut misses, mut evaluations) = (Vec::new(), Vec::new());
-    for number in 0..CASES {
+    for number in (0..CASES).chain(HARD) {
         let case = case(number);
         let advice = advise(&case.now, &case.water, &case.model, &case.objective);
         let (score, best) = (advice.score.unwrap(), judge(&case));
@@ -180,7 +182,7 @@ fn the_best_value_is_found_on_every_rugged_objective() {
         evaluations.iter().sum::<usize>() / evaluations.len(),
         evaluations.iter().max(),
     );
-    println!(
+    eprintln!(
         "{mean} evaluations on average, at most {most:?}; {} missed",
         misses.len()
     );
@@ -223,7 +225,7 @@ fn the_set_is_rugged_for_plain_nelder_mead() {
             -minimise(cost, [1.75, 50.0], &search).cost < judge(&case) - TOLERANCE
         })
         .count();
-    println!("plain Nelder-Mead from the middle misses {missed} of {cases}");
+    eprintln!("plain Nelder-Mead from the middle misses {missed} of {cases}");
     assert!(
         missed as f64 >= 0.25 * cases as f64,
         "only {missed} of {cases}"
