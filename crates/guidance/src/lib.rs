@@ -30,6 +30,7 @@ pub mod config;
 pub mod daemon;
 pub mod features;
 pub mod feed;
+pub mod links;
 pub mod metrics;
 pub mod mlp;
 pub mod model_file;

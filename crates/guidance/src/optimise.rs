@@ -11,9 +11,9 @@ use crate::nelder_mead::{Search, minimise};
 /// Distances of the coarse grid.
 const GRID_DISTANCES: usize = 17;
 /// Lamp levels of the coarse grid and along ridges.
-const GRID_LIGHTS: usize = 8;
+const GRID_LIGHTS: usize = 9;
 /// Places from which Nelder-Mead starts.
-const STARTS: usize = 3;
+const STARTS: usize = 5;
 
 /// Smallest and largest values of candidates.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -8,8 +8,10 @@ use std::sync::Arc;
 
 use clap::{Args, Parser, Subcommand};
 use tokio::sync::watch;
+use tokio::task::JoinSet;
 use uw_guidance::config::DEFAULT_CONFIG;
 use uw_guidance::daemon::{Address, Limits, ListenError, acceptor};
+use uw_guidance::links::{Feeder, dvl, mavlink, rosbridge};
 use uw_guidance::operations::http::HealthPort;
 use uw_guidance::operations::log;
 use uw_guidance::record::Recorder;
@@ -83,6 +85,8 @@ struct Replay {
 
 /// Where it listens when nothing else is said.
 const DEFAULT_LISTEN: &str = "127.0.0.1:7475";
+/// Connections with numbers above this are links, in recordings.
+const LINKS: u64 = 1 << 62;
 /// Unusable arguments or input.
 const BAD_INPUT: u8 = 2;
 /// A failure while running.
@@ -235,7 +239,7 @@ async fn run(ready: Ready) -> Result<(), Failure> {
         listen(&mut daemon, &serve.listen).await?;
     }
     let (stop, stopping) = watch::channel(false);
-    let mut tasks = tokio::task::JoinSet::new();
+    let mut tasks = JoinSet::new();
     if let Some(address) = &config.metrics {
         let port = HealthPort::bind(address, Arc::clone(&service))
             .await
@@ -243,6 +247,7 @@ async fn run(ready: Ready) -> Result<(), Failure> {
         tell(&format!("uwguide metrics on {}", port.local_addr()?));
         tasks.spawn(port.run(stopping));
     }
+    start_links(&config, &service, recorder.as_ref(), &mut tasks);
     let interrupted = interruption()?;
     #[cfg(unix)]
     {
@@ -273,6 +278,26 @@ async fn run(ready: Ready) -> Result<(), Failure> {
     }
     tasks.shutdown().await;
     Ok(())
+}
+
+/// Connects to what the configuration names.
+fn start_links(
+    config: &Config,
+    service: &Arc<Service>,
+    recorder: Option<&Recorder>,
+    tasks: &mut JoinSet<()>,
+) {
+    // Numbers that no client's connection reaches.
+    let feeder = |link: u64| Feeder::new(Arc::clone(service), recorder.cloned(), LINKS + link);
+    if let Some(config) = config.dvl.clone() {
+        tasks.spawn(dvl::run(config, feeder(1)));
+    }
+    if let Some(config) = config.mavlink.clone() {
+        tasks.spawn(mavlink::run(config, feeder(2)));
+    }
+    if let Some(config) = config.rosbridge.clone() {
+        tasks.spawn(rosbridge::run(config, feeder(3)));
+    }
 }
 
 async fn listen(daemon: &mut Daemon, addresses: &[Address]) -> Result<(), Failure> {

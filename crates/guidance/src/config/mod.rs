@@ -8,9 +8,13 @@ use thiserror::Error;
 use uw_calib::json::{FieldError, Object};
 
 use crate::daemon::{Limits, TlsFiles};
+use crate::links::dvl::DvlConfig;
+use crate::links::mavlink::MavlinkConfig;
+use crate::links::rosbridge::RosbridgeConfig;
 use crate::operations::log::LogConfig;
 use crate::service::{ImagePolicy, Settings};
 
+mod links;
 mod sections;
 
 /// Format name and version of a configuration file.
@@ -68,6 +72,12 @@ pub struct Config {
     pub log: LogConfig,
     /// File that requests and replies are recorded in.
     pub record: Option<PathBuf>,
+    /// A Doppler log.
+    pub dvl: Option<DvlConfig>,
+    /// An autopilot.
+    pub mavlink: Option<MavlinkConfig>,
+    /// ROS.
+    pub rosbridge: Option<RosbridgeConfig>,
 }
 
 impl Config {

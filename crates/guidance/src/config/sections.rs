@@ -7,7 +7,7 @@ use serde_json::Value;
 use tracing::level_filters::LevelFilter;
 use uw_calib::json::{FieldError, Object, array, number};
 
-use super::{CONFIG_FORMAT, Config, section};
+use super::{CONFIG_FORMAT, Config, links, section};
 use crate::beams::BeamGeometry;
 use crate::daemon::{Limits, TlsFiles};
 use crate::feed::MaxAge;
@@ -35,7 +35,10 @@ const SECTIONS: [&str; 9] = [
 
 pub(super) fn config(value: &Value) -> Result<Config, FieldError> {
     let document = Object::new(value, "")?;
-    let known: Vec<&str> = SECTIONS.into_iter().chain(["operations"]).collect();
+    let known: Vec<&str> = SECTIONS
+        .into_iter()
+        .chain(["operations", "dvl", "mavlink", "rosbridge"])
+        .collect();
     document.only(&known)?;
     let format = document.text("format")?;
     if format != CONFIG_FORMAT {
@@ -75,6 +78,15 @@ pub(super) fn config(value: &Value) -> Result<Config, FieldError> {
     }
     if let Some(object) = section(&document, "operations")? {
         operations(&object, &mut config)?;
+    }
+    if let Some(object) = section(&document, "dvl")? {
+        config.dvl = links::dvl(&object)?;
+    }
+    if let Some(object) = section(&document, "mavlink")? {
+        config.mavlink = links::mavlink(&object)?;
+    }
+    if let Some(object) = section(&document, "rosbridge")? {
+        config.rosbridge = links::rosbridge(&object)?;
     }
     Ok(config)
 }
@@ -193,7 +205,12 @@ fn log(object: &Object) -> Result<LogConfig, FieldError> {
 }
 
 /// A number > 0, where there is one.
-fn positive(object: &Object, name: &str, most: f64, value: &mut f64) -> Result<(), FieldError> {
+pub(super) fn positive(
+    object: &Object,
+    name: &str,
+    most: f64,
+    value: &mut f64,
+) -> Result<(), FieldError> {
     if object.get(name).is_none() {
         return Ok(());
     }

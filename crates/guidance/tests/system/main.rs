@@ -5,6 +5,7 @@ mod binary;
 mod client;
 mod daemon;
 mod faults;
+mod links;
 mod model;
 #[cfg(unix)]
 mod operations;
