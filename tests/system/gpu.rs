@@ -87,6 +87,11 @@ fn turbid_water_with_a_point_lamp() {
 }
 
 #[test]
+fn daylight_over_a_plate() {
+    compare("s3", &resized(corpus_scene("s3_sun"), 160, 90), 64);
+}
+
+#[test]
 fn the_same_seed_gives_the_same_bits() {
     let Some(gpu) = device("same bits") else {
         return;

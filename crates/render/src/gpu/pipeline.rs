@@ -16,6 +16,8 @@ const BINDINGS: u32 = 14;
 const UNIFORMS: u32 = 2;
 /// Bytes of a place of the scratch buffer: three vectors of four.
 const SLOT_BYTES: u64 = 48;
+/// Places that the stack of walks that look for daylight needs: 96 walks.
+const AMBIENT_SLOTS: u32 = 128;
 /// Most bytes of scratch memory.
 const SCRATCH_BYTES: u64 = 96 << 20;
 /// Most lanes of a dispatch.
@@ -52,7 +54,12 @@ impl<'a> Loaded<'a> {
     pub(super) fn new(gpu: &'a Gpu, scene: &Prepared, tables: &Tables) -> Result<Self, GpuError> {
         let record = &tables.scene;
         let pixels = record.width * record.height;
-        let slots = record.largest_order.max(1) + 2;
+        let least = if scene.needs.ambient() {
+            AMBIENT_SLOTS
+        } else {
+            3
+        };
+        let slots = (record.largest_order + 2).max(least);
         let lane_bytes = u64::from(slots) * SLOT_BYTES;
         let budget = SCRATCH_BYTES.min(gpu.limits.max_storage_buffer_binding_size);
         let lanes = (budget / lane_bytes).min(MOST_LANES) / 64 * 64;

@@ -49,6 +49,9 @@ pub fn render(
     if !selection.lamps.is_empty() {
         kernels.push(Kernel::new(&loaded, "kernels/lamps")?);
     }
+    if selection.ambient {
+        kernels.push(Kernel::new(&loaded, "kernels/ambient")?);
+    }
     let setup_s = setup.elapsed().as_secs_f64();
     let mut job = Job {
         loaded,

@@ -31,12 +31,16 @@ sources![
     "common/lamp_walk",
     "common/lamp_join",
     "common/lamp_path",
+    "common/daylight",
+    "common/ambient_walk",
+    "common/ambient_path",
     "kernels/lamps",
+    "kernels/ambient",
     "probe/functions",
 ];
 
 /// Shaders with an entry point.
-pub const KERNELS: &[&str] = &["kernels/lamps", "probe/functions"];
+pub const KERNELS: &[&str] = &["kernels/lamps", "kernels/ambient", "probe/functions"];
 
 /// The text of a shader with everything that it imports.
 ///

@@ -4,8 +4,11 @@ use uw_media::phase::{CellParts, PhaseTable};
 
 use crate::{
     integrator::{cpu::order::OrderLaw, sampling::sobol::DIRECTIONS},
+    prepare::DaylightField,
     scene::{Texture, TextureFilter},
 };
+
+use super::layout::LN_ZERO;
 
 /// Words under construction; each addition returns the place of its first word.
 #[derive(Clone, Debug, Default)]
@@ -68,6 +71,36 @@ impl Words {
             let rest = centre - whole;
             [whole.x, whole.y, rest.x, rest.y, octaves]
         }))
+    }
+
+    /// The field of daylight: per channel c, greatest depth, decay, narrow rate and the places of its three tables;
+    /// then whether there is an azimuth of the sun, and its cosine and sine.
+    pub(super) fn field(&mut self, field: &DaylightField) -> u32 {
+        const HEADER: usize = 3 * 7 + 3;
+        let place = self.place();
+        self.0.resize(self.0.len() + HEADER, 0);
+        for (k, channel) in field.channels.iter().enumerate() {
+            let numbers = [
+                channel.c,
+                channel.max_depth,
+                channel.decay,
+                channel.narrow_rate,
+            ];
+            let tables = [&channel.ln_scattered, &channel.ln_down, &channel.ln_up];
+            let record = place as usize + 7 * k;
+            for (i, number) in numbers.into_iter().enumerate() {
+                self.0[record + i] = (number as f32).to_bits();
+            }
+            for (i, table) in tables.into_iter().enumerate() {
+                self.0[record + 4 + i] =
+                    self.floats(table.iter().map(|&v| f64::from(v.max(LN_ZERO))));
+            }
+        }
+        if let Some((x, y)) = field.sun_azimuth {
+            let sun = place as usize + 21;
+            self.0[sun..sun + 3].copy_from_slice(&[1, (x as f32).to_bits(), (y as f32).to_bits()]);
+        }
+        place
     }
 
     /// Per texture: first texel, width, height, and 1 for a bilinear one; and all texels.

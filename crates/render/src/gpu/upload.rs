@@ -72,6 +72,9 @@ impl Tables {
             water(medium, &mut record, &mut words);
         }
         daylight(scene, origin, &mut record);
+        if let Some(field) = &scene.daylight {
+            record.field_table = words.field(field);
+        }
         let quads: Vec<Quad> = quads(scene, origin);
         let (triangles, nodes) = triangles(scene, origin)?;
         record.quad_count = quads.len() as u32;

@@ -37,20 +37,20 @@ const MAX_NARROW: f64 = 30.0;
 /// Plane-parallel daylight in homogeneous water: radiance per direction and depth, irradiances.
 #[derive(Clone, Debug)]
 pub struct DaylightField {
-    channels: [Channel; 3],
-    sun_azimuth: Option<(f64, f64)>,
+    pub(crate) channels: [Channel; 3],
+    pub(crate) sun_azimuth: Option<(f64, f64)>,
 }
 
 /// One channel; logarithms of radiances, so that steep decays are interpolated well.
 #[derive(Clone, Debug)]
-struct Channel {
-    c: f64,
-    max_depth: f64,
-    decay: f64,
-    narrow_rate: f64,
-    ln_scattered: Vec<f32>,
-    ln_down: Vec<f32>,
-    ln_up: Vec<f32>,
+pub(crate) struct Channel {
+    pub(crate) c: f64,
+    pub(crate) max_depth: f64,
+    pub(crate) decay: f64,
+    pub(crate) narrow_rate: f64,
+    pub(crate) ln_scattered: Vec<f32>,
+    pub(crate) ln_down: Vec<f32>,
+    pub(crate) ln_up: Vec<f32>,
 }
 
 impl DaylightField {

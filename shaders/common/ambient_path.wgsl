@@ -1,0 +1,388 @@
+// Daylight and emitting surfaces: a camera walk that scores sun and sky along every segment.
+// Twins: crates/render/src/integrator/cpu/{ambient_path,ambient_flight,ambient_surface}.rs.
+// Checked by: tests/system/gpu.rs.
+import package::common::ambient_walk::{AmbientWalk, Copies, FORKS, IN_AIR, LEADING, MET_SURFACE, SCATTERED_BEFORE, copies_of, copies_made, diffuse_irradiance, direction_numbers, has, has_reference, light_ahead, light_on_surface, pending, pop_walk, push_walk, relative_light, score, set_reference, survival_of};
+import package::common::bvh::{SurfacePoint, closest, occluded, surface_point};
+import package::common::camera::{BOUNDARY, End, NOTHING, SCATTER, SURFACE, full_segment, no_point};
+import package::common::daylight::{scattered_sunlight, sun_reaches};
+import package::common::interface::{depth_of, external_reflectance, flip, internal_reflectance, is_above, refract_into_water};
+import package::common::layout::{HAS_GEOMETRY_IN_AIR, HAS_MEDIUM, HAS_SCATTERING, HAS_SKY, HAS_SUN, HAS_SURFACE, INFINITE, NONE, PI, dispatch, scene};
+import package::common::math::{circle, cosine_hemisphere, expm1, ln_1p, minus_ln, sin2_half, turn};
+import package::common::medium::{Spectral, spectral_pass, spectral_scatter, spectral_start, spectral_weight, transmittance, used};
+import package::common::phase::{phase_sample_x, phase_value};
+import package::common::rng::{leading, uniform_number, unit};
+
+/// Shares of directions drawn around the sun and in the cone through which the sky is seen.
+const SUN_SHARE: f32 = 0.15;
+const SKY_SHARE: f32 = 0.1;
+/// Scatterings that may be drawn towards the sky.
+const SKY_EVENTS: u32 = 4u;
+/// Share of directions drawn around the sun at a surface.
+const SUN_SHARE_SURFACE: f32 = 0.3;
+const TAU: f32 = 6.2831853;
+
+/// Traces the walks of one sample that looks along `direction`; returns the number of path vertices.
+fn ambient_trace(direction: vec3f) -> u32 {
+    pending = 0u;
+    has_reference = false;
+    copies_made = 0u;
+    let flags = LEADING | select(0u, IN_AIR, is_above(vec3f(0.0)));
+    let spectral = spectral_start(scene.ambient_strategies, uniform_number());
+    push_walk(AmbientWalk(vec3f(0.0), direction, NONE, flags, 0u, spectral));
+    var vertices = 0u;
+    while pending > 0u {
+        let w = pop_walk();
+        vertices += 1u;
+        if has(w, IN_AIR) {
+            air_segment(w);
+        } else {
+            water_segment(w, full_segment(w.origin, w.direction, w.start_primitive));
+        }
+    }
+    return vertices;
+}
+
+/// One segment in the water (or in space without water): scores it and goes on from it.
+fn water_segment(w: AmbientWalk, end: End) {
+    var line = vec3f(0.0);
+    if HAS_MEDIUM && w.events < dispatch.max_events {
+        line = scattered_sunlight(w.origin, w.direction, end.t);
+        score(w, true, line);
+    }
+    let sky = sky_at_end(end, w.direction.z);
+    score(w, has(w, SCATTERED_BEFORE), sky);
+    let may_scatter = HAS_SCATTERING && w.events < dispatch.max_events;
+    var volume = vec3f(0.0);
+    if may_scatter || end.kind != SURFACE {
+        volume = light_ahead(w, end, line);
+    }
+    var surface = vec3f(0.0);
+    if end.kind == SURFACE {
+        surface = light_on_surface(w, end);
+    }
+    set_reference(spectral_weight(w.spectral), line + sky + volume + surface);
+    if end.kind == SURFACE {
+        go_to_surface(w, end, surface);
+    }
+    if may_scatter || end.kind != SURFACE {
+        follow(w, end, volume);
+    }
+}
+
+/// The sky at the end of the segment. Where something stands in the air, what leaves is followed instead.
+fn sky_at_end(end: End, up: f32) -> vec3f {
+    if !HAS_SKY {
+        return vec3f(0.0);
+    }
+    if HAS_SURFACE && end.kind == BOUNDARY && !HAS_GEOMETRY_IN_AIR {
+        let passed = (1.0 - internal_reflectance(up)) * scene.refractive_index * scene.refractive_index;
+        return scene.sky * transmittance(end.t) * passed;
+    }
+    if !HAS_SURFACE && end.kind == NOTHING {
+        return scene.sky * transmittance(INFINITE);
+    }
+    return vec3f(0.0);
+}
+
+/// Unscattered to the surface at the end of the segment.
+fn go_to_surface(walk: AmbientWalk, end: End, light: vec3f) {
+    var w = walk;
+    let survival = survival_of(relative_light(spectral_weight(w.spectral), light));
+    if survival < 1.0 {
+        if uniform_number() >= survival {
+            return;
+        }
+    }
+    w.spectral.value *= transmittance(end.t) / survival;
+    w.origin += end.t * w.direction;
+    w.start_primitive = end.primitive;
+    meet_surface_ambient(w, end.point);
+}
+
+/// As many copies of the walk as `light` is worth, each sent on: scattered before a surface, or as the water has it.
+fn follow(walk: AmbientWalk, end: End, light: vec3f) {
+    var w = walk;
+    let copies = copies_of(w, light);
+    w.spectral.value *= copies.factor;
+    // Flights are stretched towards the light.
+    let sigma = scene.ambient_sigma * max(1.0 - scene.stretch * w.direction.z, vec3f(0.05));
+    for (var i = 0u; i < copies.count; i++) {
+        var u: f32;
+        if has(w, LEADING) {
+            u = leading(2u);
+        } else {
+            u = uniform_number();
+        }
+        if end.kind == SURFACE {
+            send_within(w, sigma, end.t, u);
+        } else if end.kind == BOUNDARY {
+            send_below_surface(w, sigma, end.t, u);
+        } else if HAS_SCATTERING && w.events < dispatch.max_events {
+            var copy = w;
+            let t = minus_ln(u) / sigma[w.spectral.chosen];
+            copy.spectral = spectral_scatter(w.spectral, sigma, log(max(sigma, vec3f(1e-30))), t);
+            scatter_ambient(copy, t);
+        }
+        w.flags &= ~LEADING;
+    }
+}
+
+/// 1 − e^(−σ length) per strategy, not below what a logarithm can take.
+fn chance_within(sigma: vec3f, length: f32) -> vec3f {
+    let depth = sigma * length;
+    return max(-vec3f(expm1(-depth.x), expm1(-depth.y), expm1(-depth.z)), vec3f(1e-30));
+}
+
+fn add_ambient_ln(s: Spectral, ln: vec3f) -> Spectral {
+    var next = s;
+    next.ln_density = used(s.ln_density + ln, s.count);
+    return next;
+}
+
+/// A scattering before `length`, for certain.
+fn send_within(walk: AmbientWalk, sigma: vec3f, length: f32, u: f32) {
+    if !HAS_SCATTERING {
+        return;
+    }
+    var w = walk;
+    let chosen = sigma[w.spectral.chosen];
+    let t = min(-ln_1p(u * expm1(-chosen * length)) / chosen, length);
+    w.spectral = spectral_scatter(w.spectral, sigma, log(max(sigma, vec3f(1e-30))), t);
+    w.spectral = add_ambient_ln(w.spectral, -log(chance_within(sigma, length)));
+    scatter_ambient(w, t);
+}
+
+/// A scattering, or a meeting with the surface. Where everything that leaves has been scored, it stays in the water.
+fn send_below_surface(walk: AmbientWalk, sigma: vec3f, length: f32, u: f32) {
+    var w = walk;
+    let reflectance = internal_reflectance(w.direction.z);
+    let leaving = select(1.0 - reflectance, 0.0, HAS_GEOMETRY_IN_AIR);
+    if !HAS_SCATTERING {
+        w.spectral.value *= transmittance(length) * (1.0 - leaving);
+        w.origin += length * w.direction;
+        leave_boundary(w, reflectance);
+        return;
+    }
+    let through = exp(-min(sigma * length, vec3f(87.0)));
+    let staying = max(select(vec3f(1.0) - leaving * through, chance_within(sigma, length), vec3<bool>(leaving == 1.0)), vec3f(1e-30));
+    let chosen = w.spectral.chosen;
+    let reached = (1.0 - leaving) * through[chosen] / staying[chosen];
+    if u < reached {
+        w.spectral = spectral_pass(w.spectral, sigma, length);
+        var ln = -log(staying);
+        if !HAS_GEOMETRY_IN_AIR {
+            w.spectral.value *= reflectance;
+            ln += vec3f(log(max(reflectance, 1e-30)));
+        }
+        w.spectral = add_ambient_ln(w.spectral, ln);
+        w.origin += length * w.direction;
+        leave_boundary(w, reflectance);
+        return;
+    }
+    let v = (u - reached) / (1.0 - reached);
+    let t = min(-ln_1p(v * expm1(-sigma[chosen] * length)) / sigma[chosen], length);
+    w.spectral = spectral_scatter(w.spectral, sigma, log(max(sigma, vec3f(1e-30))), t);
+    w.spectral = add_ambient_ln(w.spectral, -log(staying));
+    if w.events < dispatch.max_events {
+        scatter_ambient(w, t);
+    }
+}
+
+/// At the underside of the water surface: reflected, or into the air where there is something to see.
+fn leave_boundary(walk: AmbientWalk, reflectance: f32) {
+    var w = walk;
+    w.origin.z = scene.surface_height_m;
+    w.start_primitive = NONE;
+    w.flags &= ~LEADING;
+    var reflected = !HAS_GEOMETRY_IN_AIR || reflectance >= 1.0;
+    if !reflected {
+        reflected = uniform_number() < reflectance;
+    }
+    if reflected {
+        w.direction = flip(w.direction);
+        if reflectance > 0.0 {
+            push_walk(w);
+        }
+        return;
+    }
+    let across = w.direction.xy * scene.refractive_index;
+    let vertical2 = 1.0 - dot(across, across);
+    if vertical2 <= 0.0 {
+        return;
+    }
+    w.direction = vec3f(across, sqrt(vertical2));
+    w.flags |= IN_AIR;
+    w.spectral.value *= scene.refractive_index * scene.refractive_index;
+    push_walk(w);
+}
+
+/// One segment in the air above the water.
+fn air_segment(walk: AmbientWalk) {
+    if !HAS_SURFACE {
+        return;
+    }
+    var w = walk;
+    let down = -w.direction.z;
+    let to_water = select(INFINITE, min(max(w.origin.z - scene.surface_height_m, 0.0) / down, INFINITE), down > 0.0);
+    let hit = closest(w.origin, w.direction, to_water, w.start_primitive);
+    if hit.primitive != NONE {
+        let point = surface_point(hit, w.direction);
+        w.origin += hit.t * w.direction;
+        w.start_primitive = hit.primitive;
+        w.flags &= ~LEADING;
+        meet_surface_ambient(w, point);
+        return;
+    }
+    if down <= 0.0 {
+        score(w, has(w, SCATTERED_BEFORE), scene.sky);
+        return;
+    }
+    w.origin = vec3f((w.origin + to_water * w.direction).xy, scene.surface_height_m);
+    w.start_primitive = NONE;
+    if uniform_number() < external_reflectance(down) {
+        w.direction = flip(w.direction);
+    } else {
+        w.direction = refract_into_water(w.direction);
+        w.flags &= ~IN_AIR;
+        w.spectral.value /= scene.refractive_index * scene.refractive_index;
+    }
+    push_walk(w);
+}
+
+/// A scattering after `t`: a new direction around the old one, around the sun or towards the sky.
+fn scatter_ambient(walk: AmbientWalk, t: f32) {
+    var w = walk;
+    w.origin += t * w.direction;
+    if HAS_SURFACE {
+        w.origin.z = min(w.origin.z, scene.surface_height_m);
+    }
+    w.start_primitive = NONE;
+    w.flags |= SCATTERED_BEFORE;
+    w.events += 1u;
+    let numbers = direction_numbers(w);
+    let towards_sky = HAS_SURFACE && HAS_SKY && w.events <= SKY_EVENTS;
+    let sun_share = select(0.0, SUN_SHARE, HAS_SUN);
+    let sky_share = select(0.0, SKY_SHARE, towards_sky);
+    let index = scene.refractive_index;
+    let lowest = sqrt(max(1.0 - 1.0 / (index * index), 0.0));
+    let old = w.direction;
+    var choice = 1.0;
+    if sun_share + sky_share > 0.0 {
+        choice = uniform_number();
+    }
+    // The angle from the axis it was drawn around is known without cancellation.
+    var own = -1.0;
+    var from_sun = -1.0;
+    if choice < sun_share {
+        from_sun = phase_sample_x(numbers.bits);
+        w.direction = turn(scene.sun_towards, from_sun, numbers.v);
+    } else if choice < sun_share + sky_share {
+        let up = lowest + (1.0 - lowest) * unit(numbers.bits);
+        w.direction = vec3f(sqrt(max(1.0 - up * up, 0.0)) * circle(numbers.v), up);
+    } else {
+        own = phase_sample_x(numbers.bits);
+        w.direction = turn(old, own, numbers.v);
+    }
+    if sun_share + sky_share > 0.0 {
+        if own < 0.0 {
+            own = sin2_half(old, w.direction);
+        }
+        let phase = phase_value(own);
+        var density = (1.0 - sun_share - sky_share) * phase;
+        if HAS_SUN {
+            if from_sun < 0.0 {
+                from_sun = sin2_half(w.direction, scene.sun_towards);
+            }
+            density += sun_share * phase_value(from_sun);
+        }
+        if towards_sky && w.direction.z >= lowest {
+            density += sky_share / (TAU * (1.0 - lowest));
+        }
+        if !(phase > 0.0) {
+            return;
+        }
+        w.spectral.value *= phase / density;
+    }
+    w.flags &= ~LEADING;
+    push_walk(w);
+}
+
+/// On a surface in the water, in the air or in space: scores it and goes on from it.
+fn meet_surface_ambient(walk: AmbientWalk, point: SurfacePoint) {
+    var w = walk;
+    w.flags |= MET_SURFACE;
+    let scattered = has(w, SCATTERED_BEFORE);
+    if any(point.emission != vec3f(0.0)) {
+        score(w, scattered, point.emission);
+    }
+    if w.events >= dispatch.max_events || all(point.reflectance == vec3f(0.0)) {
+        return;
+    }
+    w.events += 1u;
+    w.spectral.value *= point.reflectance;
+    let sun = sunlight_on(w, point);
+    score(w, scattered, sun);
+    let diffuse = diffuse_irradiance(has(w, IN_AIR), depth_of(w.origin), point) / PI;
+    set_reference(spectral_weight(w.spectral), point.emission + sun + diffuse);
+    let copies = copies_of(w, diffuse);
+    w.spectral.value *= copies.factor;
+    for (var i = 0u; i < copies.count; i++) {
+        leave_surface(w, point);
+        w.flags &= ~LEADING;
+    }
+}
+
+/// Radiance that a surface of reflectance 1 sends on from the unscattered sun.
+fn sunlight_on(w: AmbientWalk, point: SurfacePoint) -> vec3f {
+    if !HAS_SUN {
+        return vec3f(0.0);
+    }
+    let wet = HAS_SURFACE && !has(w, IN_AIR);
+    let towards = select(scene.sun_towards_in_air, scene.sun_towards, wet);
+    let cosine = dot(point.shading_normal, towards);
+    if cosine <= 0.0 || dot(point.normal, towards) <= 0.0 {
+        return vec3f(0.0);
+    }
+    if !wet {
+        let blocked = occluded(w.origin, towards, INFINITE, w.start_primitive);
+        return select(scene.sun_irradiance_in_air * cosine / PI, vec3f(0.0), blocked);
+    }
+    if !sun_reaches(w.origin, w.start_primitive) {
+        return vec3f(0.0);
+    }
+    return scene.sun_irradiance * transmittance(depth_of(w.origin) / towards.z) * cosine / PI;
+}
+
+/// A direction from the cosine lobe or, in scattering sunlit water, around the sun.
+fn leave_surface(walk: AmbientWalk, point: SurfacePoint) {
+    var w = walk;
+    let numbers = direction_numbers(w);
+    let mixed = HAS_SUN && HAS_SCATTERING && !has(w, IN_AIR);
+    var x = -1.0;
+    var around_sun = false;
+    if mixed {
+        around_sun = uniform_number() < SUN_SHARE_SURFACE;
+    }
+    if around_sun {
+        x = phase_sample_x(numbers.bits);
+        w.direction = turn(scene.sun_towards, x, numbers.v);
+    } else {
+        w.direction = cosine_hemisphere(point.shading_normal, unit(numbers.bits), numbers.v);
+    }
+    if dot(w.direction, point.normal) <= 0.0 {
+        return;
+    }
+    if mixed {
+        let cosine = dot(point.shading_normal, w.direction);
+        if cosine <= 0.0 {
+            return;
+        }
+        if x < 0.0 {
+            x = sin2_half(w.direction, scene.sun_towards);
+        }
+        let density = (1.0 - SUN_SHARE_SURFACE) * cosine / PI + SUN_SHARE_SURFACE * phase_value(x);
+        w.spectral.value *= cosine / PI / density;
+    }
+    w.flags &= ~LEADING;
+    push_walk(w);
+}
