@@ -1,13 +1,13 @@
 // Daylight and emitting surfaces: a camera walk that scores sun and sky along every segment.
 // Twins: crates/render/src/integrator/cpu/{ambient_path,ambient_flight,ambient_surface}.rs.
 // Checked by: tests/system/gpu.rs.
-import package::common::ambient_walk::{AmbientWalk, Copies, FORKS, IN_AIR, LEADING, MET_SURFACE, SCATTERED_BEFORE, copies_of, copies_made, diffuse_irradiance, direction_numbers, has, has_reference, light_ahead, light_on_surface, pending, pop_walk, push_walk, relative_light, score, set_reference, survival_of};
+import package::common::ambient_walk::{AmbientWalk, IN_AIR, LEADING, MET_SURFACE, SCATTERED_BEFORE, copies_of, along, copies_made, diffuse_irradiance, direction_numbers, has, has_reference, light_ahead, light_on_surface, pending, pop_walk, push_walk, relative_light, score, set_reference, sin2_half_to_sun, survival_of, turned_walk};
 import package::common::bvh::{SurfacePoint, closest, occluded, surface_point};
 import package::common::camera::{BOUNDARY, End, NOTHING, SCATTER, SURFACE, full_segment, no_point};
 import package::common::daylight::{scattered_sunlight, sun_reaches};
 import package::common::interface::{depth_of, external_reflectance, flip, internal_reflectance, is_above, refract_into_water};
 import package::common::layout::{HAS_GEOMETRY_IN_AIR, HAS_MEDIUM, HAS_SCATTERING, HAS_SKY, HAS_SUN, HAS_SURFACE, INFINITE, NONE, PI, dispatch, scene};
-import package::common::math::{circle, cosine_hemisphere, expm1, ln_1p, minus_ln, sin2_half, turn};
+import package::common::math::{circle, cosine_hemisphere, expm1, ln_1p, minus_ln, sin2_half};
 import package::common::medium::{Spectral, spectral_pass, spectral_scatter, spectral_start, spectral_weight, transmittance, used};
 import package::common::phase::{phase_sample_x, phase_value};
 import package::common::rng::{leading, uniform_number, unit};
@@ -28,7 +28,7 @@ fn ambient_trace(direction: vec3f) -> u32 {
     copies_made = 0u;
     let flags = LEADING | select(0u, IN_AIR, is_above(vec3f(0.0)));
     let spectral = spectral_start(scene.ambient_strategies, uniform_number());
-    push_walk(AmbientWalk(vec3f(0.0), direction, NONE, flags, 0u, spectral));
+    push_walk(AmbientWalk(vec3f(0.0), direction, direction - scene.sun_towards, NONE, flags, 0u, spectral));
     var vertices = 0u;
     while pending > 0u {
         let w = pop_walk();
@@ -46,7 +46,7 @@ fn ambient_trace(direction: vec3f) -> u32 {
 fn water_segment(w: AmbientWalk, end: End) {
     var line = vec3f(0.0);
     if HAS_MEDIUM && w.events < dispatch.max_events {
-        line = scattered_sunlight(w.origin, w.direction, end.t);
+        line = scattered_sunlight(w.origin, w.direction, end.t, sin2_half_to_sun(w));
         score(w, true, line);
     }
     let sky = sky_at_end(end, w.direction.z);
@@ -199,7 +199,7 @@ fn leave_boundary(walk: AmbientWalk, reflectance: f32) {
         reflected = uniform_number() < reflectance;
     }
     if reflected {
-        w.direction = flip(w.direction);
+        w = along(w, flip(w.direction));
         if reflectance > 0.0 {
             push_walk(w);
         }
@@ -210,7 +210,7 @@ fn leave_boundary(walk: AmbientWalk, reflectance: f32) {
     if vertical2 <= 0.0 {
         return;
     }
-    w.direction = vec3f(across, sqrt(vertical2));
+    w = along(w, vec3f(across, sqrt(vertical2)));
     w.flags |= IN_AIR;
     w.spectral.value *= scene.refractive_index * scene.refractive_index;
     push_walk(w);
@@ -240,9 +240,9 @@ fn air_segment(walk: AmbientWalk) {
     w.origin = vec3f((w.origin + to_water * w.direction).xy, scene.surface_height_m);
     w.start_primitive = NONE;
     if uniform_number() < external_reflectance(down) {
-        w.direction = flip(w.direction);
+        w = along(w, flip(w.direction));
     } else {
-        w.direction = refract_into_water(w.direction);
+        w = along(w, refract_into_water(w.direction));
         w.flags &= ~IN_AIR;
         w.spectral.value /= scene.refractive_index * scene.refractive_index;
     }
@@ -265,7 +265,7 @@ fn scatter_ambient(walk: AmbientWalk, t: f32) {
     let sky_share = select(0.0, SKY_SHARE, towards_sky);
     let index = scene.refractive_index;
     let lowest = sqrt(max(1.0 - 1.0 / (index * index), 0.0));
-    let old = w.direction;
+    let old = w.from_sun;
     var choice = 1.0;
     if sun_share + sky_share > 0.0 {
         choice = uniform_number();
@@ -275,23 +275,23 @@ fn scatter_ambient(walk: AmbientWalk, t: f32) {
     var from_sun = -1.0;
     if choice < sun_share {
         from_sun = phase_sample_x(numbers.bits);
-        w.direction = turn(scene.sun_towards, from_sun, numbers.v);
+        w = turned_walk(w, true, from_sun, numbers.v);
     } else if choice < sun_share + sky_share {
         let up = lowest + (1.0 - lowest) * unit(numbers.bits);
-        w.direction = vec3f(sqrt(max(1.0 - up * up, 0.0)) * circle(numbers.v), up);
+        w = along(w, vec3f(sqrt(max(1.0 - up * up, 0.0)) * circle(numbers.v), up));
     } else {
         own = phase_sample_x(numbers.bits);
-        w.direction = turn(old, own, numbers.v);
+        w = turned_walk(w, false, own, numbers.v);
     }
     if sun_share + sky_share > 0.0 {
         if own < 0.0 {
-            own = sin2_half(old, w.direction);
+            own = sin2_half(old, w.from_sun);
         }
         let phase = phase_value(own);
         var density = (1.0 - sun_share - sky_share) * phase;
         if HAS_SUN {
             if from_sun < 0.0 {
-                from_sun = sin2_half(w.direction, scene.sun_towards);
+                from_sun = sin2_half_to_sun(w);
             }
             density += sun_share * phase_value(from_sun);
         }
@@ -365,9 +365,9 @@ fn leave_surface(walk: AmbientWalk, point: SurfacePoint) {
     }
     if around_sun {
         x = phase_sample_x(numbers.bits);
-        w.direction = turn(scene.sun_towards, x, numbers.v);
+        w = turned_walk(w, true, x, numbers.v);
     } else {
-        w.direction = cosine_hemisphere(point.shading_normal, unit(numbers.bits), numbers.v);
+        w = along(w, cosine_hemisphere(point.shading_normal, unit(numbers.bits), numbers.v));
     }
     if dot(w.direction, point.normal) <= 0.0 {
         return;
@@ -378,7 +378,7 @@ fn leave_surface(walk: AmbientWalk, point: SurfacePoint) {
             return;
         }
         if x < 0.0 {
-            x = sin2_half(w.direction, scene.sun_towards);
+            x = sin2_half_to_sun(w);
         }
         let density = (1.0 - SUN_SHARE_SURFACE) * cosine / PI + SUN_SHARE_SURFACE * phase_value(x);
         w.spectral.value *= cosine / PI / density;

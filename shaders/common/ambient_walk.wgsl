@@ -6,7 +6,7 @@ import package::common::daylight::{field_irradiance, field_scattered};
 import package::common::film::{AMBIENT, add_light, lane};
 import package::common::interface::depth_of;
 import package::common::layout::{HAS_DAYLIGHT_FIELD, HAS_MEDIUM, HAS_SUN, PI, counters, dispatch, scene, scratch};
-import package::common::math::expm1;
+import package::common::math::{expm1, turn_change, turned};
 import package::common::medium::{Spectral, spectral_weight, transmittance};
 import package::common::rng::{leading, leading_bits, next_bits, uniform_number, unit};
 
@@ -19,7 +19,7 @@ const EMISSION_AHEAD: f32 = 0.1;
 const SURE_EVENTS: u32 = 1000u;
 const LATE_SURVIVAL: f32 = 0.998;
 /// Vectors of a walk on the stack.
-const WALK_VECTORS: u32 = 4u;
+const WALK_VECTORS: u32 = 5u;
 /// Places of the stack that copies leave free for walks that fork.
 const FORKS: u32 = 24u;
 
@@ -31,6 +31,9 @@ const LEADING: u32 = 8u;
 struct AmbientWalk {
     origin: vec3f,
     direction: vec3f,
+    /// `direction` less that towards the sun, without cancellation: the phase function between them needs more than
+    /// their digits.
+    from_sun: vec3f,
     start_primitive: u32,
     /// IN_AIR, SCATTERED_BEFORE, MET_SURFACE, LEADING.
     flags: u32,
@@ -56,13 +59,13 @@ fn push_walk(w: AmbientWalk) {
         atomicAdd(&counters.cut_paths, 1u);
         return;
     }
-    let packed = w.events | (w.spectral.chosen << 24u) | (w.flags << 26u);
+    let packed = (w.spectral.chosen << 8u) | (w.flags << 2u) | w.spectral.count;
     // Whole numbers below 2^24 as floats: bit patterns that are no number might not survive.
-    let high = (w.start_primitive >> 16u) | (w.spectral.count << 16u);
     scratch[stack_place(pending, 0u)] = vec4f(w.origin, f32(w.start_primitive & 0xffffu));
-    scratch[stack_place(pending, 1u)] = vec4f(w.direction, f32(high));
-    scratch[stack_place(pending, 2u)] = vec4f(w.spectral.value, f32(packed & 0xffffffu));
-    scratch[stack_place(pending, 3u)] = vec4f(w.spectral.ln_density, f32(packed >> 24u));
+    scratch[stack_place(pending, 1u)] = vec4f(w.direction, f32(w.start_primitive >> 16u));
+    scratch[stack_place(pending, 2u)] = vec4f(w.spectral.value, f32(min(w.events, 0xffffffu)));
+    scratch[stack_place(pending, 3u)] = vec4f(w.spectral.ln_density, f32(packed));
+    scratch[stack_place(pending, 4u)] = vec4f(w.from_sun, 0.0);
     pending += 1u;
 }
 
@@ -72,16 +75,43 @@ fn pop_walk() -> AmbientWalk {
     let b = scratch[stack_place(pending, 1u)];
     let c = scratch[stack_place(pending, 2u)];
     let d = scratch[stack_place(pending, 3u)];
-    let flags = u32(d.w);
-    let high = u32(b.w);
+    let packed = u32(d.w);
     return AmbientWalk(
         a.xyz,
         b.xyz,
-        u32(a.w) | ((high & 0xffffu) << 16u),
-        flags >> 2u,
+        scratch[stack_place(pending, 4u)].xyz,
+        u32(a.w) | (u32(b.w) << 16u),
+        (packed >> 2u) & 0x3fu,
         u32(c.w),
-        Spectral(c.xyz, d.xyz, high >> 16u, flags & 3u),
+        Spectral(c.xyz, d.xyz, packed & 3u, packed >> 8u),
     );
+}
+
+/// The walk along a direction that was not found from the one towards the sun.
+fn along(walk: AmbientWalk, direction: vec3f) -> AmbientWalk {
+    var w = walk;
+    w.direction = direction;
+    w.from_sun = direction - scene.sun_towards;
+    return w;
+}
+
+/// The walk turned by the angle θ with sin²(θ/2) = `x`, at azimuth 2π·`u`, from its direction or from the sun's.
+fn turned_walk(walk: AmbientWalk, around_sun: bool, x: f32, u: f32) -> AmbientWalk {
+    var w = walk;
+    if around_sun {
+        w.from_sun = turn_change(scene.sun_towards, x, u);
+        w.direction = turned(scene.sun_towards, w.from_sun);
+    } else {
+        let change = turn_change(w.direction, x, u);
+        w.from_sun += change;
+        w.direction = turned(w.direction, change);
+    }
+    return w;
+}
+
+/// sin²(θ/2) of the angle between the walk's direction and the sun's.
+fn sin2_half_to_sun(w: AmbientWalk) -> f32 {
+    return min(0.25 * dot(w.from_sun, w.from_sun), 1.0);
 }
 
 fn has(w: AmbientWalk, flag: u32) -> bool {

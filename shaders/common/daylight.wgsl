@@ -4,7 +4,7 @@
 import package::common::bvh::occluded;
 import package::common::interface::depth_of;
 import package::common::layout::{HAS_GEOMETRY_IN_AIR, HAS_QUADS, HAS_SUN, HAS_SURFACE, HAS_TRIANGLES, INFINITE, NONE, scene, word_f32, words};
-import package::common::math::{expm1, ln_1p, minus_ln, sin2_half};
+import package::common::math::{expm1, ln_1p, minus_ln};
 import package::common::phase::phase_value;
 import package::common::rng::uniform_number;
 
@@ -172,8 +172,9 @@ fn may_be_shadowed(origin: vec3f, direction: vec3f, length: f32) -> bool {
     return true;
 }
 
-/// Radiance that the sun's light scattered once on a segment sends back to its start.
-fn scattered_sunlight(origin: vec3f, direction: vec3f, length: f32) -> vec3f {
+/// Radiance that the sun's light scattered once on a segment sends back to its start; `x` is sin²(θ/2) of the angle
+/// between the segment's direction and the sun's.
+fn scattered_sunlight(origin: vec3f, direction: vec3f, length: f32, x: f32) -> vec3f {
     if !HAS_SUN || !HAS_SURFACE {
         return vec3f(0.0);
     }
@@ -187,7 +188,7 @@ fn scattered_sunlight(origin: vec3f, direction: vec3f, length: f32) -> vec3f {
         }
         lit += select(0u, 1u, integral[k] > 0.0);
     }
-    let factor = scene.b * scene.sun_irradiance * phase_value(sin2_half(direction, scene.sun_towards));
+    let factor = scene.b * scene.sun_irradiance * phase_value(x);
     if lit == 0u {
         return vec3f(0.0);
     }

@@ -95,13 +95,23 @@ fn frame(axis: vec3f) -> Frame {
     );
 }
 
-/// `direction` turned by the angle θ with sin²(θ/2) = `x`, at azimuth 2π·`u`; stays a unit vector.
-fn turn(direction: vec3f, x: f32, u: f32) -> vec3f {
+/// What turning `direction` by the angle θ with sin²(θ/2) = `x`, at azimuth 2π·`u`, adds to it.
+fn turn_change(direction: vec3f, x: f32, u: f32) -> vec3f {
     let sine = 2.0 * sqrt(max(x * (1.0 - x), 0.0));
     let azimuth = circle(u);
     let f = frame(direction);
-    let turned = direction + (sine * azimuth.x * f.u + sine * azimuth.y * f.v - 2.0 * x * direction);
-    return turned * (1.5 - 0.5 * dot(turned, turned));
+    return sine * azimuth.x * f.u + sine * azimuth.y * f.v - 2.0 * x * direction;
+}
+
+/// `direction` and what turning adds to it, of unit length over any number of turns.
+fn turned(direction: vec3f, change: vec3f) -> vec3f {
+    let sum = direction + change;
+    return sum * (1.5 - 0.5 * dot(sum, sum));
+}
+
+/// `direction` turned by the angle θ with sin²(θ/2) = `x`, at azimuth 2π·`u`; stays a unit vector.
+fn turn(direction: vec3f, x: f32, u: f32) -> vec3f {
+    return turned(direction, turn_change(direction, x, u));
 }
 
 /// A direction around `normal` with density cos/π.

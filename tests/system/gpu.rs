@@ -17,7 +17,7 @@ fn resized(mut scene: Scene, width: u32, height: u32) -> Scene {
 }
 
 /// The adapter; without one says which test is skipped.
-fn device(test: &str) -> Option<&'static Gpu> {
+pub(crate) fn device(test: &str) -> Option<&'static Gpu> {
     let gpu = gpu::device();
     if gpu.is_none() {
         println!("{test}: skipped, there is no graphics adapter");
@@ -51,7 +51,7 @@ fn assert_same_picture(name: &str, ours: &Film, theirs: &Film) {
 }
 
 /// Renders on both sides and compares; the completed samples are counted and no path may have been cut.
-fn compare(test: &str, scene: &Scene, samples: u32) {
+pub(crate) fn compare(test: &str, scene: &Scene, samples: u32) {
     let Some(gpu) = device(test) else { return };
     let (film, stats) = gpu::render(gpu, scene, &plan(samples, 5));
     println!(
@@ -67,6 +67,12 @@ fn compare(test: &str, scene: &Scene, samples: u32) {
         "  CPU: {:.0} paths/s, {:?}",
         cpu.paths as f64 / cpu.cpu_s,
         cpu.relative_error
+    );
+    // Rare huge values would pass a z-test, because they raise the variance as well.
+    let ratio = stats.relative_error.unwrap_or(f64::NAN) / cpu.relative_error.unwrap_or(f64::NAN);
+    assert!(
+        (0.4..2.5).contains(&ratio),
+        "{test}: error {ratio} times the CPU's"
     );
     assert_same_picture(test, &film, &theirs);
 }

@@ -6,8 +6,6 @@ use serde::Serialize;
 
 use super::GpuError;
 
-/// The package that brings a software adapter on Debian and Ubuntu.
-const PACKAGE: &str = "mesa-vulkan-drivers";
 /// Storage buffers that the kernels bind.
 const STORAGE_BUFFERS: u32 = 12;
 
@@ -98,7 +96,7 @@ impl Gpu {
     pub fn open(choice: AdapterChoice<'_>) -> Result<Self, GpuError> {
         let all = found();
         if all.is_empty() {
-            return Err(GpuError::NoAdapter { package: PACKAGE });
+            return Err(GpuError::no_adapter());
         }
         let matches = |info: &AdapterInfo| match choice {
             AdapterChoice::Best => true,

@@ -63,3 +63,13 @@ pub enum GpuError {
         reason: String,
     },
 }
+
+/// The package that brings a software adapter on Debian and Ubuntu.
+const PACKAGE: &str = "mesa-vulkan-drivers";
+
+impl GpuError {
+    /// That there is no adapter, with the package that brings one.
+    pub fn no_adapter() -> Self {
+        Self::NoAdapter { package: PACKAGE }
+    }
+}

@@ -3,6 +3,7 @@
 //! Kernels run a batch in dispatches that are short enough for display drivers. A lane makes some samples of one pixel
 //! and moves their mean to the film; the host adds the batch to the same film as the CPU.
 
+mod choice;
 mod device;
 mod error;
 pub mod layout;
@@ -15,6 +16,7 @@ mod tree;
 mod twins;
 mod upload;
 
+pub use choice::Backend;
 pub use device::{AdapterChoice, AdapterInfo, Gpu, adapters};
 pub use error::GpuError;
 pub use render::render;

@@ -34,7 +34,9 @@ pub(super) struct Loaded<'a> {
     pub(super) lanes: u32,
     /// Vertices of a bridge or of a walk that scratch memory has room for.
     pub(super) slots: u32,
-    pub(super) film: wgpu::Buffer,
+    film: wgpu::Buffer,
+    /// Where probes take their inputs from.
+    #[cfg(test)]
     pub(super) scratch: wgpu::Buffer,
     dispatch: wgpu::Buffer,
     completed: wgpu::Buffer,
@@ -99,6 +101,7 @@ impl<'a> Loaded<'a> {
             film_read: maker.readable(film_bytes),
             counters_read: maker.readable(size_of::<Counters>() as u64),
             film,
+            #[cfg(test)]
             scratch,
             dispatch,
             completed,
