@@ -6,7 +6,7 @@ import package::common::bvh::{SurfacePoint, closest, occluded, surface_point};
 import package::common::camera::{BOUNDARY, End, NOTHING, SCATTER, SURFACE, full_segment, no_point};
 import package::common::daylight::{scattered_sunlight, sun_reaches};
 import package::common::interface::{depth_of, external_reflectance, flip, internal_reflectance, is_above, refract_into_water};
-import package::common::layout::{HAS_GEOMETRY_IN_AIR, HAS_MEDIUM, HAS_SCATTERING, HAS_SKY, HAS_SUN, HAS_SURFACE, INFINITE, NONE, PI, dispatch, scene};
+import package::common::layout::{HAS_GEOMETRY_IN_AIR, HAS_MEDIUM, HAS_SCATTERING, HAS_SKY, HAS_SUN, HAS_SURFACE, INFINITE, NONE, PI, counters, dispatch, scene};
 import package::common::math::{circle, cosine_hemisphere, expm1, ln_1p, minus_ln, sin2_half};
 import package::common::medium::{Spectral, spectral_pass, spectral_scatter, spectral_start, spectral_weight, transmittance, used};
 import package::common::phase::{phase_sample_x, phase_value};
@@ -19,6 +19,8 @@ const SKY_SHARE: f32 = 0.1;
 const SKY_EVENTS: u32 = 4u;
 /// Share of directions drawn around the sun at a surface.
 const SUN_SHARE_SURFACE: f32 = 0.3;
+/// Segments of all walks of a sample, after which those that are left are cut and counted.
+const MOST_SEGMENTS: u32 = 8192u;
 const TAU: f32 = 6.2831853;
 
 /// Traces the walks of one sample that looks along `direction`; returns the number of path vertices.
@@ -31,6 +33,10 @@ fn ambient_trace(direction: vec3f) -> u32 {
     push_walk(AmbientWalk(vec3f(0.0), direction, direction - scene.sun_towards, NONE, flags, 0u, spectral));
     var vertices = 0u;
     while pending > 0u {
+        if vertices == MOST_SEGMENTS {
+            atomicAdd(&counters.cut_paths, pending);
+            break;
+        }
         let w = pop_walk();
         vertices += 1u;
         if has(w, IN_AIR) {

@@ -45,9 +45,9 @@ fn every_phase_function() {
     ];
     for (name, phase) in phases {
         let lamp = scene(CAMERA, TURBID, phase, &format!("{LAMP}{PLATE}"));
-        compare(&format!("{name}, lamp"), &lamp, 64);
+        compare(&format!("{name}, lamp"), &lamp, 32);
         let sun = scene(CAMERA, CLEAR, phase, &format!("{SURFACE}{SUN}{PLATE}"));
-        compare(&format!("{name}, sun"), &sun, 64);
+        compare(&format!("{name}, sun"), &sun, 32);
     }
 }
 
@@ -75,7 +75,7 @@ fn lamps_and_surfaces() {
         ("disk under the surface", format!("{SURFACE}{disk}{PLATE}")),
         ("no object", LAMP.to_owned()),
     ] {
-        compare(name, &scene(CAMERA, TURBID, FORWARD, &rest), 64);
+        compare(name, &scene(CAMERA, TURBID, FORWARD, &rest), 32);
     }
 }
 
@@ -110,7 +110,7 @@ fn cameras_and_daylight() {
             format!("{SURFACE}{SUN}{PLATE}emission = [0.3, 0.2, 0.1]\n"),
         ),
     ] {
-        compare(name, &scene(camera, CLEAR, FORWARD, &rest), 64);
+        compare(name, &scene(camera, CLEAR, FORWARD, &rest), 32);
     }
 }
 
@@ -120,13 +120,13 @@ fn media_without_scattering_and_without_water() {
     let red_only = "a = [0.35, 0.06, 0.025]\nb = [0.5, 0.0, 0.02]";
     for (name, water) in [("absorbing", absorbing), ("one channel clear", red_only)] {
         let rest = format!("{SURFACE}{SUN}{LAMP}{PLATE}");
-        compare(name, &scene(CAMERA, water, FORWARD, &rest), 64);
+        compare(name, &scene(CAMERA, water, FORWARD, &rest), 32);
     }
     let text = format!(
         "format = \"uw-scene/1\"\n[camera]\n{CAMERA}\nhfov_deg = 60.0\nwidth = 80\nheight = 40\n{SUN}{LAMP}{PLATE}"
     );
     let dry = Scene::parse(&text, Path::new("."), "dry").unwrap_or_else(|e| panic!("{e}"));
-    compare("no water", &dry, 64);
+    compare("no water", &dry, 32);
 }
 
 /// A bumpy mesh of 2 × 24 × 24 triangles with smooth normals and a texture in front of the camera.
@@ -168,10 +168,10 @@ fn meshes_with_normals_and_textures() {
     );
     let mut lamp = scene(CAMERA, CLEAR, FORWARD, &format!("{LAMP}{textured}"));
     add_mesh(&mut lamp);
-    compare("mesh, lamp", &lamp, 64);
+    compare("mesh, lamp", &lamp, 32);
     let mut sun = scene(CAMERA, CLEAR, FORWARD, &format!("{SURFACE}{SUN}{textured}"));
     add_mesh(&mut sun);
-    compare("mesh, sun", &sun, 64);
+    compare("mesh, sun", &sun, 32);
 }
 
 /// Each layer's picture mean within four standard errors of two renders; a lamp at level 0 has a layer too.
@@ -189,7 +189,7 @@ fn layers_and_limits_on_bounces() {
     );
     for max_bounces in [0, 1, 2] {
         let plan_of = |seed| {
-            let mut plan = plan(64, seed);
+            let mut plan = plan(32, seed);
             plan.dark_lamps = true;
             plan.max_bounces = max_bounces;
             plan

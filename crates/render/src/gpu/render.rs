@@ -81,7 +81,7 @@ pub fn render(
         samples_per_pixel: film.samples(),
         paths: job.work.paths,
         path_vertices: job.work.vertices,
-        cut_paths: job.work.cut_paths,
+        cut_paths: u32::try_from(job.work.cut_paths).unwrap_or(u32::MAX),
         setup_s,
         render_s: job.start.elapsed().as_secs_f64(),
         cpu_s: cpu_start.elapsed().as_secs_f64(),

@@ -109,7 +109,7 @@ pub struct RenderStats {
     /// Vertices of walks and bridges.
     pub path_vertices: u64,
     /// Paths that were ended by a limit of the backend, where there is no such limit in the algorithm; 0 on the CPU.
-    pub cut_paths: u64,
+    pub cut_paths: u32,
     /// Preparation, s.
     pub setup_s: f64,
     /// Rendering, s of wall time.
