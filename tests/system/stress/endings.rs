@@ -25,7 +25,7 @@ fn white_box() -> Scene {
 fn assert_ends(scene: Scene) {
     let (done, result) = mpsc::channel();
     // Nothing can stop a path that does not end: its thread is left behind.
-    thread::spawn(move || done.send(render(&scene, &plan(4, 1)).1));
+    thread::spawn(move || done.send(render(&scene, &plan(4, 1)).1).ok());
     let stats = result
         .recv_timeout(Duration::from_secs(120))
         .expect("an end of every path within two minutes");

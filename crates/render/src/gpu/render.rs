@@ -23,6 +23,8 @@ use crate::{
 const DISPATCH: Duration = Duration::from_millis(50);
 /// Most samples of a pixel in a dispatch.
 const MOST_SAMPLES: u32 = 16;
+/// Fewest samples of a dispatch: fewer leave most lanes idle, and a slow moment must not lead there.
+const LEAST_WORK: f64 = 1024.0;
 /// Work of the first dispatch, samples.
 const FIRST_WORK: f64 = 2048.0;
 /// Rounds of the loop at the end of a lane that tells whether its loops were cut.
@@ -112,7 +114,9 @@ impl Kernel {
     /// holds the driver's compilation.
     fn learn(&mut self, samples: f64, elapsed: Duration) {
         let ideal = samples * DISPATCH.as_secs_f64() / elapsed.as_secs_f64().max(1e-6);
-        self.work = ideal.clamp(0.5 * self.work, 4.0 * self.work).max(64.0);
+        self.work = ideal
+            .clamp(0.5 * self.work, 4.0 * self.work)
+            .max(LEAST_WORK);
     }
 }
 
