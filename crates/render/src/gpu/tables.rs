@@ -73,25 +73,24 @@ impl Words {
         }))
     }
 
-    /// The field of daylight: per channel c, greatest depth, decay, narrow rate and the places of its three tables;
+    /// The field of daylight: per channel 1 (depths are in metres), greatest depth, decay, narrow rate and the places of its three tables;
     /// then whether there is an azimuth of the sun, and its cosine and sine.
     pub(super) fn field(&mut self, field: &DaylightField) -> u32 {
         const HEADER: usize = 3 * 7 + 3;
         let place = self.place();
         self.0.resize(self.0.len() + HEADER, 0);
-        for (k, channel) in field.channels.iter().enumerate() {
+        for k in 0..3 {
             let numbers = [
-                channel.c,
-                channel.max_depth,
-                channel.decay,
-                channel.narrow_rate,
+                1.0,
+                field.table.max_depth_m,
+                f64::from(field.table.decay_per_m[k]),
+                field.narrow_rate[k],
             ];
-            let tables = [&channel.ln_scattered, &channel.ln_down, &channel.ln_up];
             let record = place as usize + 7 * k;
             for (i, number) in numbers.into_iter().enumerate() {
                 self.0[record + i] = (number as f32).to_bits();
             }
-            for (i, table) in tables.into_iter().enumerate() {
+            for (i, table) in field.table.channel(k).into_iter().enumerate() {
                 self.0[record + 4 + i] =
                     self.floats(table.iter().map(|&v| f64::from(v.max(LN_ZERO))));
             }

@@ -127,7 +127,13 @@ fn water(medium: &Medium, record: &mut Scene, words: &mut Words) {
     record.c_min = medium.c_min as f32;
     record.c_max = medium.c_max as f32;
     record.ln_b = logarithms(medium.ln_b);
-    let strategies = |s: &Strategies| (single(s.sigma), logarithms(s.ln_sigma), s.count as u32);
+    let strategies = |s: &Strategies| {
+        (
+            single(s.sigma),
+            logarithms(s.sigma.map(f64::ln)),
+            s.count as u32,
+        )
+    };
     (
         record.lamp_sigma,
         record.lamp_ln_sigma,

@@ -26,6 +26,8 @@ pub struct Medium {
     pub mean_cosine: f64,
     /// Free flights of paths that are joined to lamps: scattering coefficients.
     pub by_scattering: Strategies,
+    /// Natural logarithms of their coefficients.
+    pub ln_sigma: [f64; 3],
     /// Free flights of paths that look for daylight: attenuation coefficients.
     pub by_attenuation: Strategies,
 }
@@ -38,8 +40,6 @@ pub struct Strategies {
     pub count: usize,
     /// Sampling coefficients, 1/m: > 0 for those in use, all 0 where nothing scatters.
     pub sigma: [f64; 3],
-    /// Their natural logarithms.
-    pub ln_sigma: [f64; 3],
 }
 
 impl Strategies {
@@ -62,7 +62,6 @@ impl Strategies {
         Self {
             count: chosen.len(),
             sigma,
-            ln_sigma: sigma.map(f64::ln),
         }
     }
 }
@@ -78,7 +77,6 @@ impl Strategies {
         Self {
             count: self.count,
             sigma,
-            ln_sigma: sigma.map(f64::ln),
         }
     }
 }
@@ -92,6 +90,7 @@ impl Medium {
             return None;
         }
         let scatters = b.map(|b| b > 0.0);
+        let by_scattering = Strategies::new(b, scatters);
         Some(Self {
             b,
             c,
@@ -100,7 +99,8 @@ impl Medium {
             ln_b: b.map(f64::ln),
             phase: PhaseTable::new(&water.phase),
             mean_cosine: water.phase.mean_cosine(),
-            by_scattering: Strategies::new(b, scatters),
+            by_scattering,
+            ln_sigma: by_scattering.sigma.map(f64::ln),
             by_attenuation: Strategies::new(c, scatters),
         })
     }
@@ -121,8 +121,14 @@ impl Medium {
     /// Transmittance over `range_m`, per channel.
     #[inline]
     pub fn transmittance(&self, range_m: f64) -> [f64; 3] {
-        self.c
-            .map(|c| if c > 0.0 { (-c * range_m).exp() } else { 1.0 })
+        let mut transmittance = [1.0; 3];
+        for (value, &c) in transmittance.iter_mut().zip(&self.c) {
+            // Where nothing is lost the range may be infinite.
+            if c > 0.0 {
+                *value = (-c * range_m).exp();
+            }
+        }
+        transmittance
     }
 }
 

@@ -10,13 +10,14 @@ use glam::DVec3;
 use super::{
     ambient_path::{Tracer, Walk},
     camera_ray::End,
+    sun_line::absorbed,
 };
 use crate::{
     integrator::sampling::directions::{sin2_half, turn},
-    prepare::{Boundary, Prepared, Primitive, Strategies},
+    prepare::{Prepared, Primitive, Strategies},
 };
 
-/// Share of directions drawn around the sun at a scattering.
+/// Share of directions drawn around the sun at a scattering where no field tells it.
 const SUN_SHARE: f64 = 0.15;
 /// Share of directions drawn uniformly in the cone through which the sky is seen.
 const SKY_SHARE: f64 = 0.1;
@@ -32,12 +33,12 @@ pub(super) fn draw_within(
     walk: &mut Walk,
 ) -> f64 {
     let sigma = strategies.sigma[walk.spectral.chosen];
-    let t = (-(u * (-sigma * length).exp_m1()).ln_1p() / sigma).min(length);
+    let t = (-(-u * absorbed(sigma * length)).ln_1p() / sigma).min(length);
     if let Some(medium) = &scene.medium {
         walk.spectral.scatter(medium, strategies, t);
     }
     for j in 0..walk.spectral.count {
-        let within = -(-strategies.sigma[j] * length).exp_m1();
+        let within = absorbed(strategies.sigma[j] * length);
         walk.spectral.density[j] /= within.max(f64::MIN_POSITIVE);
     }
     t
@@ -72,16 +73,23 @@ pub(super) fn draw_within_water(
         return *end;
     };
     // Probability of staying in the water, per strategy: what leaves has been scored.
-    let staying = strategies.sigma.map(|s| {
-        if leaving == 1.0 {
-            -(-s * length).exp_m1()
+    let chosen = walk.spectral.chosen;
+    let sigma = strategies.sigma[chosen];
+    let mut staying = [0.0; 3];
+    let mut scattered = 0.0;
+    for j in 0..strategies.count {
+        let within = absorbed(strategies.sigma[j] * length);
+        staying[j] = if leaving == 1.0 {
+            within
         } else {
-            1.0 - leaving * (-s * length).exp()
+            within + (1.0 - leaving) * (1.0 - within)
+        };
+        if j == chosen {
+            scattered = within;
         }
-    });
-    let sigma = strategies.sigma[walk.spectral.chosen];
-    let stay = staying[walk.spectral.chosen].max(f64::MIN_POSITIVE);
-    let reached = (1.0 - leaving) * (-sigma * length).exp() / stay;
+    }
+    let stay = staying[chosen].max(f64::MIN_POSITIVE);
+    let reached = (1.0 - leaving) * (1.0 - scattered) / stay;
     let result = if u < reached {
         walk.spectral.pass(medium, strategies, length);
         if escapes_scored {
@@ -93,7 +101,7 @@ pub(super) fn draw_within_water(
         *end
     } else {
         let v = (u - reached) / (1.0 - reached);
-        let t = (-(v * (-sigma * length).exp_m1()).ln_1p() / sigma).min(length);
+        let t = (-(-v * scattered).ln_1p() / sigma).min(length);
         walk.spectral.scatter(medium, strategies, t);
         End::Scatter(t)
     };
@@ -113,11 +121,30 @@ fn free_flight(scene: &Prepared, strategies: &Strategies, u: f64, walk: &mut Wal
     End::Scatter(t)
 }
 
+/// Expected numbers of directions drawn at a scattering.
+#[derive(Clone, Copy, Debug)]
+struct Counts {
+    /// Around the old direction, per strategy.
+    own: [f64; 3],
+    /// Around the sun, per strategy.
+    sun: [f64; 3],
+    /// In the cone through which the sky is seen.
+    sky: f64,
+}
+
+/// A new direction. The angle from the axis it was drawn around, as sin²(θ/2), is known without cancellation.
+#[derive(Clone, Copy, Debug, Default)]
+struct Turn {
+    direction: DVec3,
+    from_old: Option<f64>,
+    from_sun: Option<f64>,
+}
+
 impl Tracer<'_> {
-    /// A scattering after `t`: a new direction around the old one, around the sun or towards the sky.
+    /// A scattering after `t`: new directions around the old one, around the sun or towards the sky. The first
+    /// scattering makes one of each, later ones one of them.
     pub(super) fn scatter(&mut self, mut walk: Walk, t: f64) {
-        let scene = self.scene;
-        let Some(medium) = &scene.medium else {
+        let Some(medium) = &self.scene.medium else {
             return;
         };
         walk.go(t);
@@ -125,63 +152,111 @@ impl Tracer<'_> {
         walk.scattered = true;
         walk.events += 1;
         let (u, v) = walk.direction_numbers(self.draws);
-        let window = scene
-            .boundary
-            .filter(|_| scene.needs.sky && walk.events <= SKY_EVENTS)
-            .map(|b| sky_cone(&b));
-        let sun_share = if scene.sun.is_some() { SUN_SHARE } else { 0.0 };
-        let sky_share = if window.is_some() { SKY_SHARE } else { 0.0 };
-        let old = walk.direction;
-        let choice = if sun_share + sky_share > 0.0 {
-            self.draws.uniform()
-        } else {
-            1.0
-        };
-        // The angle from the axis it was drawn around is known without cancellation.
-        let (mut own, mut from_sun) = (None, None);
-        walk.direction = match (&scene.sun, window) {
-            (Some(sun), _) if choice < sun_share => {
-                let x = medium.phase.sample_x(u);
-                from_sun = Some(x);
-                turn(sun.towards, x, v)
-            }
-            (_, Some(lowest)) if choice < sun_share + sky_share => {
-                let up = lowest + (1.0 - lowest) * u;
-                let across = (1.0 - up * up).max(0.0).sqrt();
-                let (sin, cos) = (TAU * v).sin_cos();
-                DVec3::new(across * cos, across * sin, up)
-            }
-            _ => {
-                let x = medium.phase.sample_x(u);
-                own = Some(x);
-                turn(old, x, v)
-            }
-        };
-        if sun_share + sky_share > 0.0 {
-            let phase = medium
-                .phase
-                .value(own.unwrap_or_else(|| sin2_half(old, walk.direction)));
-            let mut density = (1.0 - sun_share - sky_share) * phase;
-            if let Some(sun) = &scene.sun {
-                let x = from_sun.unwrap_or_else(|| sin2_half(walk.direction, sun.towards));
-                density += sun_share * medium.phase.value(x);
-            }
-            if let Some(lowest) = window.filter(|&lowest| walk.direction.z >= lowest) {
-                density += sky_share / (TAU * (1.0 - lowest));
-            }
-            if !(phase > 0.0) {
-                return;
-            }
-            walk.spectral.scale_all(phase / density);
-        }
         walk.leading = false;
+        let counts = self.counts(&walk);
+        let first = walk.events == 1;
+        let choice = if first || counts.own == [1.0; 3] {
+            1.0
+        } else {
+            self.draws.uniform()
+        };
+        let (sun, sky) = (counts.sun[walk.spectral.chosen], counts.sky);
+        if let Some(beam) = self.scene.sun.as_ref().filter(|_| first || choice < sun) {
+            let x = medium.phase.sample_x(u);
+            let turned = Turn {
+                direction: turn(beam.towards, x, v),
+                from_sun: Some(x),
+                from_old: None,
+            };
+            self.go_along(walk, turned, &counts);
+        }
+        if sky > 0.0 && (first || (sun <= choice && choice < sun + sky)) {
+            let turned = Turn {
+                direction: towards_sky(self.lowest_sky(), u, v),
+                ..Turn::default()
+            };
+            self.go_along(walk, turned, &counts);
+        }
+        if first || choice >= sun + sky {
+            let x = medium.phase.sample_x(u);
+            let turned = Turn {
+                direction: turn(walk.direction, x, v),
+                from_old: Some(x),
+                from_sun: None,
+            };
+            self.go_along(walk, turned, &counts);
+        }
+    }
+
+    /// How many directions of which kind `walk` draws where it scatters now.
+    fn counts(&self, walk: &Walk) -> Counts {
+        let scene = self.scene;
+        let sees_sky = scene.needs.sky && scene.boundary.is_some();
+        if walk.events == 1 {
+            return Counts {
+                own: [1.0; 3],
+                sun: [f64::from(u8::from(scene.sun.is_some())); 3],
+                sky: f64::from(u8::from(sees_sky)),
+            };
+        }
+        let sun = match (&scene.sun, &scene.daylight) {
+            (None, _) => [0.0; 3],
+            (Some(_), None) => [SUN_SHARE; 3],
+            (Some(_), Some(field)) => field.sun_share(scene.depth(walk.origin), walk.direction),
+        };
+        let sky = if sees_sky && walk.events <= SKY_EVENTS {
+            SKY_SHARE
+        } else {
+            0.0
+        };
+        Counts {
+            own: sun.map(|share| 1.0 - share - sky),
+            sun,
+            sky,
+        }
+    }
+
+    /// Sends a copy of `walk` on along a drawn direction, weighted by all ways of drawing it.
+    fn go_along(&mut self, mut walk: Walk, turned: Turn, counts: &Counts) {
+        let Some(medium) = &self.scene.medium else {
+            return;
+        };
+        let to = turned.direction;
+        let from_old = || sin2_half(walk.direction, to);
+        let phase = medium.phase.value(turned.from_old.unwrap_or_else(from_old));
+        if !(phase > 0.0) {
+            return;
+        }
+        let around_sun = self.scene.sun.as_ref().map_or(0.0, |sun| {
+            let x = turned
+                .from_sun
+                .unwrap_or_else(|| sin2_half(to, sun.towards));
+            medium.phase.value(x) / phase
+        });
+        let lowest = self.lowest_sky();
+        let in_cone = if counts.sky > 0.0 && to.z >= lowest {
+            counts.sky / (TAU * (1.0 - lowest)) / phase
+        } else {
+            0.0
+        };
+        for j in 0..walk.spectral.count {
+            walk.spectral.density[j] *= counts.own[j] + counts.sun[j] * around_sun + in_cone;
+        }
+        walk.direction = to;
         self.pending.push(walk);
+    }
+
+    /// Cosine of the edge of the cone through which the sky is seen from below.
+    fn lowest_sky(&self) -> f64 {
+        let index = self.scene.boundary.map_or(1.0, |b| b.index);
+        (1.0 - (index * index).recip()).max(0.0).sqrt()
     }
 }
 
-/// Cosine of the edge of the cone through which the sky is seen from below.
-fn sky_cone(boundary: &Boundary) -> f64 {
-    (1.0 - (boundary.index * boundary.index).recip())
-        .max(0.0)
-        .sqrt()
+/// A direction drawn uniformly among those with a vertical component of at least `lowest`.
+fn towards_sky(lowest: f64, u: f64, v: f64) -> DVec3 {
+    let up = lowest + (1.0 - lowest) * u;
+    let across = (1.0 - up * up).max(0.0).sqrt();
+    let (sin, cos) = (TAU * v).sin_cos();
+    DVec3::new(across * cos, across * sin, up)
 }

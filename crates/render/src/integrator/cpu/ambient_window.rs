@@ -40,19 +40,20 @@ impl Window {
             .get_or_insert_with(|| std::array::from_fn(|k| weight[k] * expected[k]));
     }
 
-    /// Light ahead relative to the reference, mean over the channels that have any.
+    /// Light ahead relative to the reference, in the channel that has most of it: a walk that is worth following for one
+    /// channel is, however little the others see by it.
     fn relative(&self, weight: [f64; 3], light: [f64; 3]) -> f64 {
         let Some(reference) = self.reference else {
             return 1.0;
         };
-        let (mut sum, mut count) = (0.0, 0.0);
-        for k in 0..3 {
+        let share = |k: usize| {
             if reference[k] > 0.0 {
-                sum += weight[k] * light[k] / reference[k];
-                count += 1.0;
+                weight[k] * light[k] / reference[k]
+            } else {
+                0.0
             }
-        }
-        if count > 0.0 { sum / count } else { 0.0 }
+        };
+        share(0).max(share(1)).max(share(2))
     }
 
     /// Probability with which a walk goes on that is not copied.

@@ -45,7 +45,8 @@ impl Spectral {
     #[inline]
     pub fn weight(&self) -> [f64; 3] {
         let inverse = 1.0 / self.mean_density();
-        self.value.map(|v| v * inverse)
+        let [r, g, b] = self.value;
+        [r * inverse, g * inverse, b * inverse]
     }
 
     /// Largest weight of the three channels.
@@ -65,57 +66,63 @@ impl Spectral {
     /// Multiplies the integrand of all channels.
     #[inline]
     pub fn scale_all(&mut self, factor: f64) {
-        self.value = self.value.map(|v| v * factor);
+        for value in &mut self.value {
+            *value *= factor;
+        }
     }
 
     /// The path scattered after the flight `t`, drawn with density σ e^(−σt).
     #[inline]
     pub fn scatter(&mut self, medium: &Medium, strategies: &Strategies, t: f64) {
-        let ln_density = |j: usize| strategies.ln_sigma[j] - strategies.sigma[j] * t;
-        self.step(ln_density, |k| medium.ln_b[k] - medium.c[k] * t);
+        for j in 0..self.count {
+            self.density[j] *= strategies.sigma[j];
+        }
+        for k in 0..3 {
+            self.value[k] *= medium.b[k];
+        }
+        self.pass(medium, strategies, t);
     }
 
     /// The path went on unscattered for `t`, with probability e^(−σt).
     #[inline]
     pub fn pass(&mut self, medium: &Medium, strategies: &Strategies, t: f64) {
-        self.step(|j| -strategies.sigma[j] * t, |k| -medium.c[k] * t);
+        let sigma = &strategies.sigma;
+        // Relative to the smallest coefficient, so that no length makes all densities 0.
+        let mut least = sigma[0];
+        for j in 1..self.count {
+            least = least.min(sigma[j]);
+        }
+        let mut passed = [0.0; 3];
+        for k in 0..3 {
+            passed[k] = ((least - medium.c[k]) * t).exp();
+            self.value[k] *= passed[k];
+        }
+        if self.count > 1 {
+            for j in 0..self.count {
+                self.density[j] *= if sigma[j] == medium.c[j] {
+                    passed[j]
+                } else {
+                    ((least - sigma[j]) * t).exp()
+                };
+            }
+        }
+        self.normalise();
+    }
+
+    /// Makes the largest density 1.
+    #[inline]
+    fn normalise(&mut self) {
+        let [a, b, c] = self.density;
+        let factor = 1.0 / a.max(b).max(c).max(1e-300);
+        for k in 0..3 {
+            self.density[k] *= factor;
+            self.value[k] *= factor;
+        }
     }
 
     /// The path is taken unscattered over `t` for certain.
     #[inline]
     pub fn pass_surely(&mut self, medium: &Medium, t: f64) {
         self.scale(medium.transmittance(t));
-    }
-
-    #[inline]
-    fn step(&mut self, ln_density: impl Fn(usize) -> f64, ln_value: impl Fn(usize) -> f64) {
-        if self.count == 1 {
-            let shift = ln_density(0);
-            for k in 0..3 {
-                self.value[k] *= (ln_value(k) - shift).exp();
-            }
-            return;
-        }
-        let ln = [0, 1, 2].map(|j| {
-            if j < self.count {
-                ln_density(j)
-            } else {
-                f64::NEG_INFINITY
-            }
-        });
-        let shift = ln[0].max(ln[1]).max(ln[2]);
-        for j in 0..self.count {
-            self.density[j] *= (ln[j] - shift).exp();
-        }
-        let largest = self.density[0]
-            .max(self.density[1])
-            .max(self.density[2])
-            .max(1e-300);
-        for j in 0..self.count {
-            self.density[j] /= largest;
-        }
-        for k in 0..3 {
-            self.value[k] *= (ln_value(k) - shift).exp() / largest;
-        }
     }
 }

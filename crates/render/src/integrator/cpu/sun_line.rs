@@ -40,6 +40,7 @@ impl Attenuation {
     }
 
     /// Integral of the attenuation over the segment, m.
+    #[inline]
     fn integral(&self, length: f64) -> f64 {
         if length == f64::INFINITY {
             return (-self.start).exp() / self.rate;
@@ -50,9 +51,9 @@ impl Attenuation {
         }
         // Both exponents are <= 0, so neither form can overflow.
         if x > 0.0 {
-            (-self.start).exp() * -(-x).exp_m1() / self.rate
+            (-self.start).exp() * absorbed(x) / self.rate
         } else {
-            (-self.start - x).exp() * -x.exp_m1() / -self.rate
+            (-self.start - x).exp() * absorbed(-x) / -self.rate
         }
     }
 
@@ -78,6 +79,16 @@ impl Attenuation {
     }
 }
 
+/// 1 − e^(−x) for x > 0; quicker than `exp_m1` where nothing cancels.
+#[inline]
+pub(super) fn absorbed(x: f64) -> f64 {
+    if x > 0.01 {
+        1.0 - (-x).exp()
+    } else {
+        -(-x).exp_m1()
+    }
+}
+
 /// Radiance per channel that the sun's light scattered once on `line` sends back to its start, W/(m² sr).
 pub fn scattered_sunlight(
     scene: &Prepared,
@@ -89,34 +100,33 @@ pub fn scattered_sunlight(
         return [0.0; 3];
     };
     let depth = (boundary.height - line.origin.z).max(0.0);
-    let attenuation = medium
-        .c
-        .map(|c| Attenuation::new(c, depth, line.direction.z, sun.towards.z));
+    let attenuation =
+        |k: usize| Attenuation::new(medium.c[k], depth, line.direction.z, sun.towards.z);
     let phase = medium.phase.value(sin2_half(line.direction, sun.towards));
-    let integral = [0, 1, 2].map(|k| {
+    let mut integral = [0.0; 3];
+    let mut light = [0.0; 3];
+    for k in 0..3 {
         if medium.b[k] > 0.0 {
-            attenuation[k].integral(line.length)
-        } else {
-            0.0
+            integral[k] = attenuation(k).integral(line.length);
+            light[k] = medium.b[k] * phase * sun.irradiance[k] * integral[k];
         }
-    });
-    let factor = |k: usize| medium.b[k] * phase * sun.irradiance[k];
+    }
     if !may_be_shadowed(scene, sun, line) {
-        return [0, 1, 2].map(|k| factor(k) * integral[k]);
+        return light;
     }
     let lit: Vec3Channels = Vec3Channels::of(&integral);
     if lit.count == 0 {
         return [0.0; 3];
     }
     let channel = lit.channels[((draws.uniform() * lit.count as f64) as usize).min(lit.count - 1)];
-    let t = attenuation[channel].sample(line.length, draws.uniform());
+    let t = attenuation(channel).sample(line.length, draws.uniform());
     let point = line.origin + t * line.direction;
     if !sun_reaches(scene, sun, boundary, point, Primitive::None) {
         return [0.0; 3];
     }
     let values = [0, 1, 2].map(|k| {
         if integral[k] > 0.0 {
-            attenuation[k].at(t)
+            attenuation(k).at(t)
         } else {
             0.0
         }
@@ -129,7 +139,7 @@ pub fn scattered_sunlight(
     if !(density > 0.0) {
         return [0.0; 3];
     }
-    [0, 1, 2].map(|k| factor(k) * values[k] / density)
+    [0, 1, 2].map(|k| medium.b[k] * phase * sun.irradiance[k] * values[k] / density)
 }
 
 /// The channels with a positive integral.

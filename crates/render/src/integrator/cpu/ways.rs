@@ -158,7 +158,7 @@ impl PathToLamp<'_> {
             &self.ln_walk_density
         };
         std::array::from_fn(|j| {
-            let (sigma, ln_sigma) = (strategies.sigma[j], strategies.ln_sigma[j]);
+            let (sigma, ln_sigma) = (strategies.sigma[j], self.medium.ln_sigma[j]);
             let poisson = ln_poisson - sigma * (ahead + distance) + self.more * ln_sigma;
             let tail = ln_tail - sigma * ahead + (self.more - way.order as f64) * ln_sigma;
             (ln_walk[j] + poisson, ln_walk[j] + tail)
@@ -174,7 +174,7 @@ impl PathToLamp<'_> {
         let strategies = &self.medium.by_scattering;
         let ahead = length - self.last_length;
         let ln = |j: usize| {
-            self.ln_walk_density[j] + self.more * strategies.ln_sigma[j]
+            self.ln_walk_density[j] + self.more * self.medium.ln_sigma[j]
                 - strategies.sigma[j] * ahead
         };
         (0..self.count).map(|j| (ln(j) - shift).exp()).sum::<f64>() * facing

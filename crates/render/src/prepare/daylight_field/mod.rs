@@ -4,6 +4,8 @@
 //! many copies of a walk go on; whatever its errors, they cannot bias a picture.
 
 mod solver;
+mod sun_share;
+mod table;
 mod transition;
 
 use glam::DVec3;
@@ -11,6 +13,8 @@ use rayon::prelude::*;
 
 use super::{Boundary, Medium, SunBeam};
 use solver::{Daylight, Solution};
+use sun_share::sun_shares;
+use table::{ChannelField, Direction, Table, rough_exp};
 use transition::Transitions;
 
 /// Bins in the cosine u of the viewing direction against the vertical.
@@ -37,20 +41,12 @@ const MAX_NARROW: f64 = 30.0;
 /// Plane-parallel daylight in homogeneous water: radiance per direction and depth, irradiances.
 #[derive(Clone, Debug)]
 pub struct DaylightField {
-    pub(crate) channels: [Channel; 3],
+    pub(crate) table: Table,
+    /// Per channel, the share of the light that scatters narrowly per metre of depth, 1/m.
+    pub(crate) narrow_rate: [f64; 3],
+    /// Asymptotic −d ln L/dτ per channel.
+    decay: [f64; 3],
     pub(crate) sun_azimuth: Option<(f64, f64)>,
-}
-
-/// One channel; logarithms of radiances, so that steep decays are interpolated well.
-#[derive(Clone, Debug)]
-pub(crate) struct Channel {
-    pub(crate) c: f64,
-    pub(crate) max_depth: f64,
-    pub(crate) decay: f64,
-    pub(crate) narrow_rate: f64,
-    pub(crate) ln_scattered: Vec<f32>,
-    pub(crate) ln_down: Vec<f32>,
-    pub(crate) ln_up: Vec<f32>,
 }
 
 impl DaylightField {
@@ -67,7 +63,7 @@ impl DaylightField {
             return None;
         }
         let transitions = Transitions::build(&medium.phase);
-        let channels: Vec<Channel> = (0..3)
+        let channels: Vec<ChannelField> = (0..3)
             .into_par_iter()
             .map(|k| {
                 let c = medium.c[k];
@@ -79,18 +75,36 @@ impl DaylightField {
                     boundary: *boundary,
                 };
                 let solution = Solution::solve(&light, &transitions, c * deepest_m + BELOW);
-                let narrow_rate =
-                    sun.map_or(0.0, |s| transitions.narrow * albedo * c / s.towards.z);
-                Channel::new(c, narrow_rate, &solution)
+                let sun_share = sun.map_or_else(Vec::new, |sun| {
+                    sun_shares(medium, sun, k, transitions.narrow, &solution)
+                });
+                ChannelField {
+                    c,
+                    solution,
+                    sun_share,
+                }
             })
             .collect();
+        let channels: [ChannelField; 3] = channels.try_into().ok()?;
         let horizontal = |s: &SunBeam| {
             let length = s.towards.truncate().length();
             (length > 1e-2).then(|| (s.towards.x / length, s.towards.y / length))
         };
+        let sun_azimuth = sun.and_then(horizontal);
+        let strategies = medium.by_attenuation.sigma.map(|s| closest(&medium.c, s));
+        let scatters = medium.b.map(|b| b > 0.0);
+        let narrow = sun.map_or(0.0, |s| transitions.narrow / s.towards.z);
         Some(Self {
-            channels: channels.try_into().ok()?,
-            sun_azimuth: sun.and_then(horizontal),
+            table: Table::new(
+                &channels,
+                scatters,
+                strategies,
+                sun_azimuth.is_some(),
+                deepest_m,
+            ),
+            narrow_rate: medium.b.map(|b| narrow * b),
+            decay: channels.map(|c| c.solution.decay),
+            sun_azimuth,
         })
     }
 
@@ -98,35 +112,30 @@ impl DaylightField {
     /// the sky and scattered at least once; W/(m² sr) per channel. `line` is the radiance of singly scattered
     /// sunlight in that direction: what is narrowly scattered besides is a multiple of it.
     pub fn scattered(&self, depth_m: f64, view: DVec3, line: [f64; 3]) -> [f64; 3] {
-        let (low, weight) = cosine_bin(view.z);
-        let (azimuth, azimuth_weight) = self.azimuth_bin(view);
-        std::array::from_fn(|k| {
-            let channel = &self.channels[k];
-            let (node, fraction, beyond) = channel.depth_node(depth_m);
-            let at = |node: usize, bin: usize| {
-                let i = (node * COSINES + bin) * AZIMUTHS + azimuth;
-                let t = &channel.ln_scattered;
-                mix(t[i], t[(i + 1).min(t.len() - 1)], azimuth_weight)
-            };
-            let upper = mix(at(node, low), at(node, low + 1), weight);
-            let lower = mix(at(node + 1, low), at(node + 1, low + 1), weight);
-            let broad = f64::from(mix(upper, lower, fraction) - beyond).exp();
-            if view.z <= 0.0 || line[k] == 0.0 {
-                return broad;
+        let mut light = self
+            .table
+            .scattered(self.table.place(depth_m), self.direction(view));
+        if view.z > 0.0 {
+            for k in 0..3 {
+                let narrow = (self.narrow_rate[k] * depth_m).min(MAX_NARROW);
+                if line[k] > 0.0 && narrow > 0.0 {
+                    light[k] = light[k].max(line[k] * narrowly_scattered(narrow));
+                }
             }
-            let narrow = (channel.narrow_rate * depth_m).min(MAX_NARROW);
-            broad.max(line[k] * narrow.exp_m1())
-        })
+        }
+        light
+    }
+
+    /// Share of the light that a scattering at `depth_m` sends into unit direction `view` which comes from around the
+    /// sun rather than from around `view`, without the sun's own beam; per strategy of the medium's attenuation.
+    pub fn sun_share(&self, depth_m: f64, view: DVec3) -> [f64; 3] {
+        self.table
+            .sun_share(self.table.place(depth_m), self.direction(view))
     }
 
     /// Downward and upward plane irradiance at `depth_m`, W/m² per channel, without the sun's own beam.
     pub fn diffuse_irradiance(&self, depth_m: f64) -> [(f64, f64); 3] {
-        std::array::from_fn(|k| {
-            let channel = &self.channels[k];
-            let (node, fraction, beyond) = channel.depth_node(depth_m);
-            let at = |t: &[f32]| f64::from(mix(t[node], t[node + 1], fraction) - beyond).exp();
-            (at(&channel.ln_down), at(&channel.ln_up))
-        })
+        self.table.irradiance(self.table.place(depth_m))
     }
 
     /// How much longer flights upwards should be than downwards: σ(1 − κu) with κ per strategy of `medium`.
@@ -141,7 +150,7 @@ impl DaylightField {
                 })
                 .map(|k| {
                     if medium.b[k] < STRETCH_BELOW * medium.c[k] {
-                        STRETCH_SHARE * self.channels[k].decay
+                        STRETCH_SHARE * self.decay[k]
                     } else {
                         0.0
                     }
@@ -149,6 +158,14 @@ impl DaylightField {
                 .reduce(f64::min)
                 .unwrap_or(0.0)
         })
+    }
+
+    #[inline]
+    fn direction(&self, view: DVec3) -> Direction {
+        Direction {
+            bin: cosine_bin(view.z),
+            azimuth: self.azimuth_bin(view),
+        }
     }
 
     fn azimuth_bin(&self, view: DVec3) -> (usize, f32) {
@@ -163,31 +180,16 @@ impl DaylightField {
     }
 }
 
-impl Channel {
-    fn new(c: f64, narrow_rate: f64, solution: &Solution) -> Self {
-        let ln = |values: &[f64]| values.iter().map(|v| v.max(1e-300).ln() as f32).collect();
-        Self {
-            c,
-            max_depth: solution.max_depth,
-            decay: solution.decay,
-            narrow_rate,
-            ln_scattered: ln(&solution.scattered),
-            ln_down: ln(&solution.down),
-            ln_up: ln(&solution.up),
-        }
-    }
+/// e^x − 1 for x > 0, roughly.
+#[inline]
+fn narrowly_scattered(x: f64) -> f64 {
+    (rough_exp(x as f32) - 1.0).max(x)
+}
 
-    /// Node above the depth, fraction of the way to the next one, and −ln of the decay beyond the last.
-    fn depth_node(&self, depth_m: f64) -> (usize, f32, f32) {
-        let depth = self.c * depth_m.max(0.0);
-        if depth >= self.max_depth {
-            let beyond = self.decay * (depth - self.max_depth);
-            return (DEPTHS - 2, 1.0, beyond as f32);
-        }
-        let place = (depth / self.max_depth).sqrt() * (DEPTHS - 1) as f64;
-        let node = (place as usize).min(DEPTHS - 2);
-        (node, (place - node as f64) as f32, 0.0)
-    }
+/// Index of the coefficient closest to `sigma`.
+fn closest(c: &[f64; 3], sigma: f64) -> usize {
+    let apart = |k: usize| (c[k] - sigma).abs();
+    (1..3).fold(0, |best, k| if apart(k) < apart(best) { k } else { best })
 }
 
 /// Bin below the cosine and the weight of the bin above it.
@@ -195,11 +197,6 @@ fn cosine_bin(u: f64) -> (usize, f32) {
     let place = (0.5 * (u + 1.0) * COSINES as f64 - 0.5).clamp(0.0, (COSINES - 1) as f64);
     let low = (place as usize).min(COSINES - 2);
     (low, (place - low as f64) as f32)
-}
-
-#[inline]
-fn mix(a: f32, b: f32, weight: f32) -> f32 {
-    a + weight * (b - a)
 }
 
 /// Centre of a cosine bin.

@@ -1,0 +1,265 @@
+//! The field of all channels over one grid of depths, so that one look gives all of them.
+
+use super::{AZIMUTHS, COSINES, DEPTHS, solver::Solution};
+
+/// Ratio of attenuation coefficients up to which channels share the grid's reach: beyond the grid a channel's light
+/// decays as it does asymptotically.
+const LARGEST_RATIO: f64 = 30.0;
+/// Optical depth below the deepest point of interest down to which the grid goes, in the clearest channel.
+const BELOW: f64 = 8.0;
+
+/// Values per channel and padding, which makes a row one vector.
+type Entry = [f32; 4];
+
+/// Logarithms of radiances (so that steep decays are interpolated well) and irradiances, and shares.
+#[derive(Clone, Debug)]
+pub(crate) struct Table {
+    pub(crate) max_depth_m: f64,
+    /// −d ln L/dz beyond the grid, 1/m.
+    pub(crate) decay_per_m: Entry,
+    /// Nodes in azimuth, 1 where nothing depends on it.
+    azimuths: usize,
+    ln_scattered: Vec<Entry>,
+    ln_down: Vec<Entry>,
+    ln_up: Vec<Entry>,
+    sun_share: Vec<Entry>,
+}
+
+/// One channel before it goes into the table.
+pub(super) struct ChannelField {
+    /// Attenuation coefficient, 1/m.
+    pub(super) c: f64,
+    pub(super) solution: Solution,
+    /// [depth][cosine][azimuth], empty without a sun.
+    pub(super) sun_share: Vec<f32>,
+}
+
+/// A place in the table.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place {
+    node: usize,
+    fraction: f32,
+    /// Depth below the grid, m.
+    beyond_m: f32,
+}
+
+/// A direction in the table: bin of the cosine below it, weight of the next one, the same for azimuths.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Direction {
+    pub(super) bin: (usize, f32),
+    pub(super) azimuth: (usize, f32),
+}
+
+impl Table {
+    /// A table down to `deepest_m` and below; `scatters` tells which channels do, in at least one; `strategies` gives
+    /// the channel of each strategy, in whose order the shares are; `turns` whether the light depends on azimuth.
+    pub(super) fn new(
+        channels: &[ChannelField; 3],
+        scatters: [bool; 3],
+        strategies: [usize; 3],
+        turns: bool,
+        deepest_m: f64,
+    ) -> Self {
+        let relevant = || (0..3).filter(|&k| scatters[k]).map(|k| channels[k].c);
+        let c_max = relevant().fold(0.0, f64::max);
+        let c_min = relevant().fold(f64::INFINITY, f64::min);
+        let max_depth_m = deepest_m + BELOW / c_min.max(c_max / LARGEST_RATIO);
+        let azimuths = if turns { AZIMUTHS } else { 1 };
+        let columns: Vec<usize> = (0..COSINES * azimuths)
+            .map(|i| i / azimuths * AZIMUTHS + i % azimuths)
+            .collect();
+        let directions = COSINES * AZIMUTHS;
+        let grid = Grid {
+            channels,
+            max_depth_m,
+        };
+        let ln = |values: &[f64]| -> Vec<f32> {
+            values.iter().map(|v| v.max(1e-300).ln() as f32).collect()
+        };
+        let per_channel = |values: &dyn Fn(&Solution) -> Vec<f32>| {
+            [0, 1, 2].map(|k| values(&channels[k].solution))
+        };
+        let decay = [0, 1, 2].map(|k| channels[k].solution.decay);
+        let scattered = per_channel(&|s| ln(&s.scattered));
+        let (down, up) = (per_channel(&|s| ln(&s.down)), per_channel(&|s| ln(&s.up)));
+        let shares = strategies.map(|k| channels[k].sun_share.clone());
+        let has_sun = shares.iter().all(|s| !s.is_empty());
+        let share_columns = if has_sun { &columns[..] } else { &[] };
+        let mut table = Self {
+            max_depth_m,
+            decay_per_m: [0.0; 4],
+            azimuths,
+            ln_scattered: grid.resample(&scattered, decay, directions, &columns),
+            ln_down: grid.resample(&down, decay, 1, &[0]),
+            ln_up: grid.resample(&up, decay, 1, &[0]),
+            sun_share: grid.resample(&shares, [0.0; 3], directions, share_columns),
+        };
+        for k in 0..3 {
+            table.decay_per_m[k] = (channels[k].solution.decay * channels[k].c) as f32;
+        }
+        table
+    }
+
+    /// Logarithms of radiances ([depth][cosine][azimuth], all azimuths) and of downward and upward irradiances ([depth]) of
+    /// channel `k`.
+    pub(crate) fn channel(&self, k: usize) -> [Vec<f32>; 3] {
+        let rows = self.ln_scattered.chunks(self.azimuths);
+        let scattered = rows
+            .flat_map(|row| (0..AZIMUTHS).map(move |azimuth| row[azimuth.min(row.len() - 1)][k]));
+        let column = |t: &[Entry]| t.iter().map(|entry| entry[k]).collect();
+        [
+            scattered.collect(),
+            column(&self.ln_down),
+            column(&self.ln_up),
+        ]
+    }
+
+    /// Where `depth_m` lies in the table.
+    #[inline]
+    pub(super) fn place(&self, depth_m: f64) -> Place {
+        let depth_m = depth_m.max(0.0);
+        if depth_m >= self.max_depth_m {
+            return Place {
+                node: DEPTHS - 2,
+                fraction: 1.0,
+                beyond_m: (depth_m - self.max_depth_m) as f32,
+            };
+        }
+        let place = (depth_m / self.max_depth_m).sqrt() * (DEPTHS - 1) as f64;
+        let node = (place as usize).min(DEPTHS - 2);
+        Place {
+            node,
+            fraction: (place - node as f64) as f32,
+            beyond_m: 0.0,
+        }
+    }
+
+    /// Radiance at a place in a direction, per channel.
+    #[inline]
+    pub(super) fn scattered(&self, place: Place, direction: Direction) -> [f64; 3] {
+        let (bin, weight) = direction.bin;
+        let t = &self.ln_scattered;
+        let at = |node: usize, bin: usize| {
+            let i = (node * COSINES + bin) * self.azimuths;
+            if self.azimuths == 1 {
+                return t[i];
+            }
+            let (azimuth, weight) = direction.azimuth;
+            mix(t[i + azimuth], t[i + azimuth + 1], weight)
+        };
+        let upper = mix(at(place.node, bin), at(place.node, bin + 1), weight);
+        let lower = mix(at(place.node + 1, bin), at(place.node + 1, bin + 1), weight);
+        self.exponential(place, mix(upper, lower, place.fraction))
+    }
+
+    /// Downward and upward plane irradiance at a place, per channel.
+    pub(super) fn irradiance(&self, place: Place) -> [(f64, f64); 3] {
+        let at = |t: &[Entry]| {
+            self.exponential(place, mix(t[place.node], t[place.node + 1], place.fraction))
+        };
+        let (down, up) = (at(&self.ln_down), at(&self.ln_up));
+        [0, 1, 2].map(|k| (down[k], up[k]))
+    }
+
+    /// Share of directions to draw around the sun, per strategy, from the nearest node.
+    #[inline]
+    pub(super) fn sun_share(&self, place: Place, direction: Direction) -> [f64; 3] {
+        let nearest = |(low, weight): (usize, f32)| low + usize::from(weight > 0.5);
+        let node = place.node + usize::from(place.fraction > 0.5);
+        let azimuth = if self.azimuths == 1 {
+            0
+        } else {
+            nearest(direction.azimuth)
+        };
+        let entry =
+            self.sun_share[(node * COSINES + nearest(direction.bin)) * self.azimuths + azimuth];
+        [0, 1, 2].map(|j| f64::from(entry[j]))
+    }
+
+    #[inline]
+    fn exponential(&self, place: Place, ln: Entry) -> [f64; 3] {
+        [0, 1, 2].map(|k| rough_exp(ln[k] - self.decay_per_m[k] * place.beyond_m))
+    }
+}
+
+/// The table's depths and what is brought onto them.
+struct Grid<'a> {
+    channels: &'a [ChannelField; 3],
+    max_depth_m: f64,
+}
+
+impl Grid<'_> {
+    /// Columns of the channels' tables of `row` columns, at the depths of the grid.
+    fn resample(
+        &self,
+        values: &[Vec<f32>; 3],
+        decay: [f64; 3],
+        row: usize,
+        columns: &[usize],
+    ) -> Vec<Entry> {
+        let mut entries = Vec::with_capacity(DEPTHS * columns.len());
+        for node in 0..DEPTHS {
+            let depth_m = self.max_depth_m * square(node);
+            entries.extend(columns.iter().map(|&column| {
+                let at = |k: usize| self.channels[k].at(&values[k], depth_m, row, column, decay[k]);
+                [at(0), at(1), at(2), 0.0]
+            }));
+        }
+        entries
+    }
+}
+
+impl ChannelField {
+    /// The value at `depth_m` of a table over the solution's own depths with `row` columns, beyond which it falls by
+    /// `decay` per optical depth.
+    fn at(&self, values: &[f32], depth_m: f64, row: usize, column: usize, decay: f64) -> f32 {
+        let depth = self.c * depth_m;
+        let place = (depth / self.solution.max_depth).sqrt().min(1.0) * (DEPTHS - 1) as f64;
+        let node = (place as usize).min(DEPTHS - 2);
+        let (upper, lower) = (
+            values[node * row + column],
+            values[(node + 1) * row + column],
+        );
+        let value = upper + (place - node as f64) as f32 * (lower - upper);
+        let beyond = (depth - self.solution.max_depth).max(0.0) * decay;
+        value - beyond as f32
+    }
+}
+
+/// Depth of a node, of the deepest one's.
+fn square(node: usize) -> f64 {
+    (node as f64 / (DEPTHS - 1) as f64).powi(2)
+}
+
+#[inline]
+fn mix(a: Entry, b: Entry, weight: f32) -> Entry {
+    std::array::from_fn(|i| a[i] + weight * (b[i] - a[i]))
+}
+
+/// e^x to 1e-3, good enough to steer by.
+#[inline]
+pub(super) fn rough_exp(x: f32) -> f64 {
+    // Adding this rounds to an integer, which then stands in the last bits.
+    const ROUND: f32 = 12_582_912.0;
+    let y = x.clamp(-700.0, 700.0) * std::f32::consts::LOG2_E;
+    let rounded = y + ROUND;
+    let r = y - (rounded - ROUND);
+    let exponent = i64::from(rounded.to_bits() as i32 - ROUND.to_bits() as i32);
+    let power = f64::from_bits(((exponent + 1023) as u64) << 52);
+    let rest = 0.999_924_56 + r * (0.693_136_73 + r * (0.242_639_48 + r * 0.055_838_283));
+    power * f64::from(rest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_rough_exponential_is_good_to_a_thousandth() {
+        for i in -6900..6900 {
+            let x = 0.1 * i as f32;
+            let ratio = rough_exp(x) / f64::from(x).exp();
+            assert!((ratio - 1.0).abs() < 1e-3, "{x}: {ratio}");
+        }
+    }
+}
