@@ -37,6 +37,12 @@ pub enum Reason {
     },
     /// The model's predictions are not numbers anywhere.
     NotFinite,
+    /// The calibration ends where the best distance lies, inside the objective's bounds: the advice is
+    /// valid, and beyond the calibration it might be better.
+    Clamped {
+        /// The end of the calibrated distances, m.
+        at_m: f64,
+    },
 }
 
 impl Reason {
@@ -47,6 +53,7 @@ impl Reason {
             Self::OutsideCalibration { .. } => "outside_calibration",
             Self::NoCandidates { .. } => "no_candidates",
             Self::NotFinite => "not_finite",
+            Self::Clamped { .. } => "clamped",
         }
     }
 }
@@ -74,6 +81,10 @@ impl std::fmt::Display for Reason {
                 "objective.distance_m must overlap with the calibrated {min:?} to {max:?} m, got [{near}, {far}]"
             ),
             Self::NotFinite => f.write_str("the model predicts no finite contrast here"),
+            Self::Clamped { at_m } => write!(
+                f,
+                "the best distance lies at the end of the calibrated range, {at_m} m"
+            ),
         }
     }
 }
@@ -82,7 +93,7 @@ impl std::fmt::Display for Reason {
 /// current ones then.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Advice {
-    /// Why the advice is not valid; `None` when it is.
+    /// Why the advice is not valid, or [`Reason::Clamped`] when it is with a limit; else `None`.
     pub reason: Option<Reason>,
     /// Suggested distance to the target, m.
     pub distance_m: f64,
@@ -105,7 +116,12 @@ pub struct Advice {
 impl Advice {
     /// Whether the vehicle may follow.
     pub fn valid(&self) -> bool {
-        self.reason.is_none()
+        matches!(self.reason, None | Some(Reason::Clamped { .. }))
+    }
+
+    /// What the suggestion promises over staying: the difference of the scores.
+    pub fn gain(&self) -> Option<f64> {
+        Some(self.score? - self.score_here?)
     }
 
     fn hold(observation: &Observation, reason: Reason) -> Self {
@@ -145,8 +161,12 @@ pub fn advise(
         Ok(found) => found,
         Err(reason) => return Advice::hold(observation, reason),
     };
+    let distance_m = optimum.candidate.distance_m;
+    let (min, max) = profile.distance_range_m();
+    let [near, far] = objective.distance_m;
+    let clamped = (distance_m == min && near < min) || (distance_m == max && far > max);
     Advice {
-        reason: None,
+        reason: clamped.then_some(Reason::Clamped { at_m: distance_m }),
         distance_m: optimum.candidate.distance_m,
         light_pct: optimum.candidate.light_pct,
         delta_distance_m: optimum.candidate.distance_m - observation.distance_m,
@@ -180,12 +200,13 @@ pub fn predict(
         }
     }
     let mut question = Question::new(observation, profile, model, objective)?;
-    let (mut contrast, mut scores) = (Vec::new(), Vec::new());
-    for candidate in candidates {
-        let predicted = question.query.contrast(candidate);
-        contrast.push(predicted);
-        scores.push(question.criterion.score(predicted, candidate.distance_m));
-    }
+    let mut contrast = vec![[0.0; 3]; candidates.len()];
+    question.query.contrasts(candidates, &mut contrast);
+    let scores = candidates
+        .iter()
+        .zip(&contrast)
+        .map(|(candidate, &contrast)| question.criterion.score(contrast, candidate.distance_m))
+        .collect();
     Ok(Prediction { contrast, scores })
 }
 
@@ -242,14 +263,35 @@ impl<'a> Question<'a> {
             current: self.current,
         };
         let (query, criterion) = (&mut self.query, &self.criterion);
-        let mut score = |candidate: &Candidate| {
-            criterion.score(query.contrast(candidate), candidate.distance_m)
+        let quick = |candidate: &Candidate| {
+            criterion.score(query.quick_contrast(candidate), candidate.distance_m)
         };
-        let mut optimum = maximise(&mut score, &bounds, &ridges).ok_or(Reason::NotFinite)?;
-        let score_here = score(&self.current);
-        optimum.evaluations += 1;
-        let predicted = self.query.contrast(&optimum.candidate);
+        let found = maximise(quick, &bounds, &ridges).ok_or(Reason::NotFinite)?;
+        let current = self.current;
+        let (predicted, score) = self.exact(&found.candidate);
+        let (predicted_here, score_here) = self.exact(&current);
+        // What looks best in single precision may be a rounding error worse than staying.
+        let stay = score_here > score && bounds.hold(&self.current);
+        let (candidate, predicted, score) = if stay {
+            (self.current, predicted_here, score_here)
+        } else {
+            (found.candidate, predicted, score)
+        };
+        let optimum = Optimum {
+            candidate,
+            score,
+            evaluations: found.evaluations + 2,
+        };
         Ok((optimum, predicted, score_here))
+    }
+
+    /// Contrast and score in double precision.
+    fn exact(&mut self, candidate: &Candidate) -> ([f64; 3], f64) {
+        let predicted = self.query.contrast(candidate);
+        (
+            predicted,
+            self.criterion.score(predicted, candidate.distance_m),
+        )
     }
 }
 

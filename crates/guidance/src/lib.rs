@@ -25,16 +25,24 @@
 //! ```
 
 pub mod advice;
+pub mod beams;
 pub mod config;
 pub mod daemon;
 pub mod features;
+pub mod feed;
+pub mod links;
+pub mod metrics;
 pub mod mlp;
 pub mod model_file;
 pub mod nelder_mead;
 pub mod objective;
 pub mod observation;
+pub mod operations;
 pub mod optimise;
+pub mod record;
+pub mod replay;
 pub mod service;
+pub mod steering;
 pub mod wire;
 
 pub use advice::{Advice, Reason, advise};

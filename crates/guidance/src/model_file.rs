@@ -50,6 +50,12 @@ pub enum ModelError {
 impl Model {
     /// Reads and checks a model file.
     pub fn read(path: &Path) -> Result<Self, ModelError> {
+        Ok(Self::read_with_digest(path)?.0)
+    }
+
+    /// The same with a digest of the file's bytes, 16 hexadecimal digits, that tells it from others (FNV-1a,
+    /// 64 bits: against mix-ups, not against forgery).
+    pub fn read_with_digest(path: &Path) -> Result<(Self, String), ModelError> {
         let file = path.display().to_string();
         let bytes = fs::read(path).map_err(|source| ModelError::Read {
             file: file.clone(),
@@ -59,7 +65,11 @@ impl Model {
             file: file.clone(),
             source,
         })?;
-        Self::from_json(&value).map_err(|source| ModelError::Field { file, source })
+        let model = Self::from_json(&value).map_err(|source| ModelError::Field { file, source })?;
+        let digest = bytes.iter().fold(0xcbf2_9ce4_8422_2325_u64, |hash, &byte| {
+            (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+        });
+        Ok((model, format!("{digest:016x}")))
     }
 
     /// A model from the parsed JSON of a model file.
@@ -80,13 +90,7 @@ impl Model {
         let (mean, std) = read_normalisation(&document, &inputs)?;
         let layers = read_layers(&document, inputs.len())?;
         let outputs = read_outputs(&document, &layers)?;
-        Ok(Self {
-            inputs,
-            mean,
-            std,
-            layers,
-            outputs,
-        })
+        Ok(Self::new(inputs, mean, std, layers, outputs))
     }
 }
 

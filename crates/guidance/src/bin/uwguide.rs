@@ -1,74 +1,361 @@
-//! `uwguide`: guidance over TCP.
+//! `uwguide`: guidance as a service.
 
 use std::error::Error;
+use std::io::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::Arc;
 
-use clap::Parser;
-use uw_calib::Profile;
+use clap::{Args, Parser, Subcommand};
+use tokio::sync::watch;
+use tokio::task::JoinSet;
+use uw_guidance::config::DEFAULT_CONFIG;
+use uw_guidance::daemon::{Address, Limits, ListenError, acceptor};
+use uw_guidance::links::{Feeder, dvl, mavlink, rosbridge};
+use uw_guidance::operations::http::HealthPort;
+use uw_guidance::operations::log;
+use uw_guidance::record::Recorder;
+use uw_guidance::replay::replay;
+use uw_guidance::service::{LoadError, Loaded};
 use uw_guidance::{Config, Daemon, Model, Service};
 
-/// Suggests distance and lamp level to a vehicle, over newline-delimited JSON on TCP.
+#[cfg(unix)]
+use uw_guidance::operations::supervisor;
+
+/// Suggests distance and lamp level to a vehicle, over newline-delimited JSON.
 #[derive(Debug, Parser)]
-#[command(version)]
+#[command(
+    version,
+    args_conflicts_with_subcommands = true,
+    subcommand_negates_reqs = true
+)]
 struct Arguments {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    serve: Serve,
+    /// Print a configuration file with all defaults and end.
+    #[arg(long)]
+    print_default_config: bool,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Answer a recorded session again and compare bit for bit.
+    Replay(Replay),
+}
+
+#[derive(Debug, Args)]
+struct Serve {
     /// Model file (uw-mlp, version 1).
+    #[arg(long, required_unless_present = "print_default_config")]
+    model: Option<PathBuf>,
+    /// Calibration profile (uw-profile/1).
+    #[arg(long, required_unless_present_any = ["no_profile", "print_default_config"])]
+    profile: Option<PathBuf>,
+    /// Start without a profile: clients bring their own.
+    #[arg(long, conflicts_with = "profile")]
+    no_profile: bool,
+    /// Address to listen on, HOST:PORT or unix:PATH; port 0 takes a free one. May be given several times.
+    /// By default 127.0.0.1:7475, or what the service manager hands over.
+    #[arg(long)]
+    listen: Vec<Address>,
+    /// Serve one client on standard input and output instead of sockets.
+    #[arg(long, conflicts_with = "listen")]
+    stdio: bool,
+    /// Configuration file (TOML).
+    #[arg(long)]
+    config: Option<PathBuf>,
+    /// Check arguments, configuration, model, profile, token and certificates, and end.
+    #[arg(long)]
+    check_config: bool,
+}
+
+#[derive(Debug, Args)]
+struct Replay {
+    /// The recording (operations.record).
+    log: PathBuf,
+    /// The model file that was used.
     #[arg(long)]
     model: PathBuf,
-    /// Calibration profile (uw-profile/1).
-    #[arg(long)]
-    profile: PathBuf,
-    /// Address and port to listen on; port 0 takes a free one.
-    #[arg(long, default_value = "127.0.0.1:7475")]
-    listen: String,
-    /// Configuration file (TOML): objective and limits.
+    /// The configuration file that was used.
     #[arg(long)]
     config: Option<PathBuf>,
 }
 
+/// Where it listens when nothing else is said.
+const DEFAULT_LISTEN: &str = "127.0.0.1:7475";
+/// Connections with numbers above this are links, in recordings.
+const LINKS: u64 = 1 << 62;
 /// Unusable arguments or input.
 const BAD_INPUT: u8 = 2;
 /// A failure while running.
 const FAILED: u8 = 1;
 
+/// A failure and the exit code it means.
+struct Failure(u8, Box<dyn Error>);
+
+impl<E: Into<Box<dyn Error>>> From<E> for Failure {
+    fn from(error: E) -> Self {
+        Self(FAILED, error.into())
+    }
+}
+
+fn bad_input(error: impl Into<Box<dyn Error>>) -> Failure {
+    Failure(BAD_INPUT, error.into())
+}
+
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
-    let (service, config) = match load(&arguments) {
-        Ok(loaded) => loaded,
-        Err(error) => {
-            eprintln!("uwguide: {error}");
-            return ExitCode::from(BAD_INPUT);
-        }
+    let done = match arguments.command {
+        _ if arguments.print_default_config => print(DEFAULT_CONFIG),
+        Some(Command::Replay(arguments)) => answer_again(&arguments),
+        None => start(arguments.serve),
     };
-    match run(&arguments.listen, service, config) {
+    match done {
         Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("uwguide: {error}");
-            ExitCode::from(FAILED)
+        Err(Failure(code, error)) => {
+            tell(&format!("uwguide: {error}"));
+            ExitCode::from(code)
         }
     }
 }
 
-fn load(arguments: &Arguments) -> Result<(Service, Config), Box<dyn Error>> {
-    let config = match &arguments.config {
-        Some(path) => Config::read(path)?,
+/// A line on standard error; a reader that is gone is no reason to end.
+fn tell(line: &str) {
+    let _ = writeln!(std::io::stderr(), "{line}");
+}
+
+fn print(text: &str) -> Result<(), Failure> {
+    Ok(std::io::stdout().write_all(text.as_bytes())?)
+}
+
+fn read_config(path: Option<&PathBuf>) -> Result<Config, Failure> {
+    let mut config = match path {
+        Some(path) => Config::read(path).map_err(bad_input)?,
         None => Config::default(),
     };
-    let model = Model::read(&arguments.model)?;
-    let profile = Profile::read(&arguments.profile)?;
-    let name = arguments.model.display().to_string();
-    Ok((Service::new(model, name, profile, config.objective), config))
+    config.read_token().map_err(bad_input)?;
+    Ok(config)
+}
+
+fn answer_again(arguments: &Replay) -> Result<(), Failure> {
+    let config = read_config(arguments.config.as_ref())?;
+    let (model, digest) = Model::read_with_digest(&arguments.model).map_err(bad_input)?;
+    let name = arguments.log.display();
+    let text = std::fs::read_to_string(&arguments.log)
+        .map_err(|error| bad_input(format!("{name}: cannot be read: {error}")))?;
+    let outcome = replay(&text, &model, &digest, &config.settings)
+        .map_err(|error| bad_input(format!("{name}: {error}")))?;
+    for (line, recorded, new) in &outcome.different {
+        print(&format!("line {line}\n- {recorded}\n+ {new}\n"))?;
+    }
+    let different = outcome.different.len();
+    print(&format!(
+        "{} replies the same, {different} different, {} not compared\n",
+        outcome.same, outcome.skipped
+    ))?;
+    match different {
+        0 => Ok(()),
+        _ => Err(format!("{different} replies differ from the recording").into()),
+    }
+}
+
+/// All that is read before the daemon starts.
+struct Ready {
+    serve: Serve,
+    files: Files,
+    config: Config,
+    loaded: Loaded,
+    tls: Option<tokio_rustls::TlsAcceptor>,
+}
+
+fn start(serve: Serve) -> Result<(), Failure> {
+    let mut config = read_config(serve.config.as_ref())?;
+    let model = serve.model.clone();
+    let files = Files {
+        model: model.ok_or_else(|| bad_input("--model is needed"))?,
+        profile: serve.profile.clone(),
+    };
+    let loaded = files.load().map_err(bad_input)?;
+    let tls = match &config.tls {
+        Some(files) => Some(acceptor(files).map_err(bad_input)?),
+        None => None,
+    };
+    if config.is_guarded() {
+        config.close_files();
+    }
+    if serve.check_config {
+        return print("the configuration is usable\n");
+    }
+    let log_file = config.log.file.clone().unwrap_or_default();
+    let _logs = log::begin(&config.log)
+        .map_err(|error| bad_input(format!("{}: {error}", log_file.display())))?;
+    run(Ready {
+        serve,
+        files,
+        config,
+        loaded,
+        tls,
+    })
+}
+
+/// Model and profile, as they are read and read again.
+struct Files {
+    model: PathBuf,
+    profile: Option<PathBuf>,
+}
+
+impl Files {
+    fn load(&self) -> Result<Loaded, LoadError> {
+        Loaded::read(&self.model, self.profile.as_deref())
+    }
 }
 
 #[tokio::main]
-async fn run(listen: &str, service: Service, config: Config) -> Result<(), Box<dyn Error>> {
-    let daemon = Daemon::bind(listen, service, config.limits)
-        .await
-        .map_err(|error| format!("cannot listen on {listen}: {error}"))?;
+async fn run(ready: Ready) -> Result<(), Failure> {
+    let Ready {
+        serve,
+        files,
+        config,
+        loaded,
+        tls,
+    } = ready;
+    let (settings, limits): (_, Limits) = (config.settings.clone(), config.limits);
+    let service = Arc::new(Service::with_settings(loaded, settings));
+    let mut daemon = Daemon::new(Arc::clone(&service), limits);
+    if let (Some(tls), Some(files)) = (tls, &config.tls) {
+        daemon = daemon.with_tls(tls, files.client_ca.is_some());
+    }
+    let mut recorder = None;
+    let mut _recording = None;
+    if let Some(path) = &config.record {
+        let (begun, recording) = Recorder::begin(path, Arc::clone(&service))
+            .map_err(|error| bad_input(format!("{}: {error}", path.display())))?;
+        daemon = daemon.with_recorder(begun.clone());
+        (recorder, _recording) = (Some(begun), Some(recording));
+    }
+    if !serve.stdio {
+        listen(&mut daemon, &serve.listen).await?;
+    }
+    let (stop, stopping) = watch::channel(false);
+    let mut tasks = JoinSet::new();
+    if let Some(address) = &config.metrics {
+        let port = HealthPort::bind(address, Arc::clone(&service))
+            .await
+            .map_err(|error| format!("cannot serve metrics on {address}: {error}"))?;
+        tell(&format!("uwguide metrics on {}", port.local_addr()?));
+        tasks.spawn(port.run(stopping));
+    }
+    start_links(&config, &service, recorder.as_ref(), &mut tasks);
     let interrupted = interruption()?;
-    eprintln!("uwguide listening on {}", daemon.local_addr()?);
-    daemon.run(interrupted).await;
+    #[cfg(unix)]
+    {
+        tasks.spawn(reload_on_hangup(files, Arc::clone(&service), recorder)?);
+        let alive = Arc::clone(&service);
+        tasks.spawn(async move { supervisor::watchdog(|| alive.now().unix_s >= 0.0).await });
+        supervisor::ready("answering");
+    }
+    #[cfg(not(unix))]
+    drop((files, recorder));
+    let shutdown = async move {
+        interrupted.await;
+        tracing::info!("shutting down");
+        stop.send_replace(true);
+        #[cfg(unix)]
+        supervisor::stopping();
+    };
+    if serve.stdio {
+        daemon
+            .serve_streams(tokio::io::stdin(), tokio::io::stdout(), shutdown)
+            .await;
+    } else {
+        tell(&format!(
+            "uwguide listening on {}",
+            daemon.addresses().join(", ")
+        ));
+        daemon.run(shutdown).await;
+    }
+    tasks.shutdown().await;
     Ok(())
+}
+
+/// Connects to what the configuration names.
+fn start_links(
+    config: &Config,
+    service: &Arc<Service>,
+    recorder: Option<&Recorder>,
+    tasks: &mut JoinSet<()>,
+) {
+    // Numbers that no client's connection reaches.
+    let feeder = |link: u64| Feeder::new(Arc::clone(service), recorder.cloned(), LINKS + link);
+    if let Some(config) = config.dvl.clone() {
+        tasks.spawn(dvl::run(config, feeder(1)));
+    }
+    if let Some(config) = config.mavlink.clone() {
+        tasks.spawn(mavlink::run(config, feeder(2)));
+    }
+    if let Some(config) = config.rosbridge.clone() {
+        tasks.spawn(rosbridge::run(config, feeder(3)));
+    }
+}
+
+async fn listen(daemon: &mut Daemon, addresses: &[Address]) -> Result<(), Failure> {
+    let handed = daemon.listen_activated().map_err(listen_failure)?;
+    let default: Vec<Address> = match (addresses.is_empty(), handed) {
+        (true, 0) => vec![DEFAULT_LISTEN.parse::<Address>()?],
+        _ => Vec::new(),
+    };
+    for address in addresses.iter().chain(&default) {
+        daemon.listen(address).await.map_err(listen_failure)?;
+    }
+    Ok(())
+}
+
+/// An address that would be open to strangers is a fault of the configuration.
+fn listen_failure(error: ListenError) -> Failure {
+    match error {
+        unguarded @ ListenError::Unguarded { .. } => bad_input(unguarded),
+        other => Failure::from(other),
+    }
+}
+
+/// Reads model and profile again on SIGHUP; what cannot be used is refused and the old ones stay.
+#[cfg(unix)]
+fn reload_on_hangup(
+    files: Files,
+    service: Arc<Service>,
+    recorder: Option<Recorder>,
+) -> std::io::Result<impl Future<Output = ()>> {
+    use tokio::signal::unix::{SignalKind, signal};
+    let mut hangup = signal(SignalKind::hangup())?;
+    let files = Arc::new(files);
+    Ok(async move {
+        while hangup.recv().await.is_some() {
+            supervisor::reloading();
+            let files = Arc::clone(&files);
+            // Reading a large file would keep a thread from its sockets.
+            let read = tokio::task::spawn_blocking(move || {
+                files.load().map_err(|error| error.to_string())
+            })
+            .await
+            .unwrap_or_else(|error| Err(error.to_string()));
+            match read {
+                Ok(loaded) => {
+                    let (sequence, loaded) = service.replace(loaded);
+                    tracing::info!(model = loaded.model_name, "reloaded");
+                    if let Some(recorder) = &recorder {
+                        recorder.reloaded(sequence, &loaded);
+                    }
+                }
+                Err(message) => {
+                    tracing::error!(message, "reload refused; the old model and profile stay");
+                    service.reload_failed(message);
+                }
+            }
+            supervisor::ready("answering");
+        }
+    })
 }
 
 /// Done when the process is asked to end: Ctrl-C, and SIGTERM where there is one.

@@ -3,7 +3,7 @@
 use serde_json::{Map, Value, json};
 use uw_calib::json::{FieldError, FieldProblem};
 
-use crate::advice::{Advice, Prediction, Reason};
+use crate::advice::Reason;
 
 /// Format name and version in every reply.
 pub const FORMAT: &str = "uwguide/1";
@@ -35,6 +35,8 @@ pub enum Code {
     Busy,
     /// Nothing came for too long.
     Idle,
+    /// A token is needed, or it is wrong.
+    Unauthorised,
     /// The daemon failed; the fault is not the request's.
     Internal,
 }
@@ -55,6 +57,7 @@ impl Code {
             Self::BadImage => "bad_image",
             Self::Busy => "busy",
             Self::Idle => "idle",
+            Self::Unauthorised => "unauthorised",
             Self::Internal => "internal",
         }
     }
@@ -82,6 +85,12 @@ impl WireError {
             message: message.into(),
             reason: None,
         }
+    }
+
+    /// The same error as the reason for an answer that is not valid.
+    pub fn because(mut self, reason: &'static str) -> Self {
+        self.reason = Some(reason);
+        self
     }
 
     /// The same error at a field.
@@ -115,7 +124,7 @@ impl From<Reason> for WireError {
             Reason::NoCandidates { .. } => {
                 Self::new(Code::OutOfRange, message).at("objective.distance_m")
             }
-            Reason::NotFinite => Self::new(Code::Internal, message),
+            Reason::NotFinite | Reason::Clamped { .. } => Self::new(Code::Internal, message),
         };
         Self {
             reason: Some(name),
@@ -139,6 +148,7 @@ pub fn line(id: &Value, answer: Result<Fields, WireError>) -> String {
             if let Some(reason) = error.reason {
                 reply.insert("valid".to_owned(), false.into());
                 reply.insert("reason".to_owned(), reason.into());
+                reply.insert("action".to_owned(), "hold".into());
             }
             let (code, field, message) = (error.code.name(), error.field, error.message);
             reply.insert(
@@ -148,31 +158,6 @@ pub fn line(id: &Value, answer: Result<Fields, WireError>) -> String {
         }
     }
     Value::Object(reply).to_string()
-}
-
-/// Advice as reply fields. An answer that holds no number for a lack of calibration is an error instead.
-pub fn advice(advice: Advice) -> Result<Fields, WireError> {
-    match advice.reason {
-        None | Some(Reason::NotFinite) => {}
-        Some(reason) => return Err(reason.into()),
-    }
-    Ok(fields(json!({
-        "valid": advice.valid(),
-        "reason": advice.reason.as_ref().map(Reason::name),
-        "distance_m": advice.distance_m,
-        "light_pct": advice.light_pct,
-        "delta_distance_m": advice.delta_distance_m,
-        "delta_light_pct": advice.delta_light_pct,
-        "predicted_contrast": advice.predicted_contrast,
-        "score": advice.score,
-        "score_here": advice.score_here,
-        "evaluations": advice.evaluations,
-    })))
-}
-
-/// A prediction as reply fields.
-pub fn prediction(prediction: &Prediction) -> Fields {
-    fields(json!({"contrast": prediction.contrast, "scores": prediction.scores}))
 }
 
 /// The members of a JSON object.

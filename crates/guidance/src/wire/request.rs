@@ -6,22 +6,27 @@ use uw_calib::ProfileError;
 use uw_calib::json::{FieldError, Object, array, numbers};
 
 use crate::features::Candidate;
-use crate::objective::Objective;
-use crate::observation::Observation;
+use crate::wire::inputs::{self, Inputs};
 use crate::wire::reply::{Code, WireError};
 
 /// Most candidates of one `predict`, so that its reply stays below the line limit too.
 pub const MAX_CANDIDATES: usize = 4096;
+/// Fastest and slowest rate of a subscription, Hz.
+pub const SUBSCRIPTION_RATES_HZ: [f64; 2] = [0.01, 100.0];
 
-const OPS: [&str; 6] = [
+/// Names of all operations.
+pub const OPS: [&str; 10] = [
     "suggest",
     "suggest_image",
     "predict",
+    "state",
+    "subscribe",
+    "unsubscribe",
     "set_profile",
     "info",
     "health",
+    "auth",
 ];
-const STATE: [&str; 3] = ["depth_m", "distance_m", "light_pct"];
 
 /// A request: the number or string the client gave it, and what it asks.
 #[derive(Debug)]
@@ -32,51 +37,74 @@ pub struct Request {
     pub op: Result<Op, WireError>,
 }
 
-/// What is asked.
+/// What is asked. An objective is kept as it was sent: it lies over the one configured at the moment of
+/// answering.
 #[derive(Clone, Debug)]
 pub enum Op {
     /// The best candidate.
     Suggest {
-        /// What the vehicle knows.
-        observation: Observation,
-        /// The objective, request fields over the configured ones.
-        objective: Objective,
+        /// What the vehicle says about its state.
+        inputs: Inputs,
+        /// Fields over the configured objective.
+        objective: Option<Value>,
     },
     /// The best candidate, with the statistics taken from an image.
     SuggestImage {
-        /// Depth, distance and lamp level; the statistics are still to be measured.
-        state: State,
+        /// What the vehicle says about its state, without image statistics.
+        inputs: Inputs,
         /// The image.
         image: ImageSource,
-        /// The objective.
-        objective: Objective,
+        /// Fields over the configured objective.
+        objective: Option<Value>,
     },
     /// Contrast and score of given candidates.
     Predict {
-        /// What the vehicle knows.
-        observation: Observation,
+        /// What the vehicle says about its state.
+        inputs: Inputs,
         /// The candidates.
         candidates: Vec<Candidate>,
-        /// The objective.
-        objective: Objective,
+        /// Fields over the configured objective.
+        objective: Option<Value>,
     },
+    /// News of the vehicle's state, for all connections.
+    State(Inputs),
+    /// Suggestions from the latest state, from now on.
+    Subscribe {
+        /// How often, Hz.
+        rate_hz: f64,
+        /// Fields over the configured objective.
+        objective: Option<Value>,
+        /// Fields over the configured steering.
+        steering: Option<Value>,
+    },
+    /// The end of the subscription.
+    Unsubscribe,
     /// Another profile for this connection.
     SetProfile(Box<Profile>),
     /// Model, profile and objective in use.
     Info,
     /// Whether and how long the daemon runs.
     Health,
+    /// The token that opens a guarded daemon.
+    Auth(String),
 }
 
-/// Depth, distance and lamp level without image statistics.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct State {
-    /// Depth, m.
-    pub depth_m: f64,
-    /// Distance, m.
-    pub distance_m: f64,
-    /// Lamp level, percent.
-    pub light_pct: f64,
+impl Op {
+    /// Its name on the wire.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Suggest { .. } => "suggest",
+            Self::SuggestImage { .. } => "suggest_image",
+            Self::Predict { .. } => "predict",
+            Self::State(_) => "state",
+            Self::Subscribe { .. } => "subscribe",
+            Self::Unsubscribe => "unsubscribe",
+            Self::SetProfile(_) => "set_profile",
+            Self::Info => "info",
+            Self::Health => "health",
+            Self::Auth(_) => "auth",
+        }
+    }
 }
 
 /// Where the image of `suggest_image` is.
@@ -89,8 +117,8 @@ pub enum ImageSource {
 }
 
 impl Request {
-    /// Reads a line; `objective` holds where the request does not say otherwise.
-    pub fn parse(line: &[u8], objective: &Objective) -> Self {
+    /// Reads a line.
+    pub fn parse(line: &[u8]) -> Self {
         let failed = |error| Self {
             id: Value::Null,
             op: Err(error),
@@ -119,7 +147,7 @@ impl Request {
         match read_id(&object) {
             Ok(id) => Self {
                 id,
-                op: read_op(&object, objective),
+                op: read_op(&object),
             },
             Err(error) => failed(error.into()),
         }
@@ -134,47 +162,68 @@ fn read_id(object: &Object) -> Result<Value, FieldError> {
     }
 }
 
-fn read_op(object: &Object, default: &Objective) -> Result<Op, WireError> {
+fn read_op(object: &Object) -> Result<Op, WireError> {
     let op = object.text("op")?;
     let only = |fields: &[&str]| {
         let known: Vec<&str> = ["op", "id"].iter().chain(fields).copied().collect();
         object.only(&known)
     };
+    let state_and = |more: &[&'static str]| [&inputs::FIELDS[..], more].concat();
     match op {
         "suggest" => {
-            only(&[&STATE[..], &["mean", "std", "objective"]].concat())?;
-            let observation = read_observation(object)?;
+            only(&state_and(&["objective"]))?;
             Ok(Op::Suggest {
-                observation,
-                objective: read_objective(object, default)?,
+                inputs: Inputs::read(object)?,
+                objective: overrides(object, "objective")?,
             })
         }
         "suggest_image" => {
-            only(&[&STATE[..], &["image", "objective"]].concat())?;
-            let (state, image) = (read_state(object)?, read_image(object)?);
+            let mut known = state_and(&["image", "objective"]);
+            known.retain(|&name| name != "mean" && name != "std");
+            only(&known)?;
             Ok(Op::SuggestImage {
-                state,
-                image,
-                objective: read_objective(object, default)?,
+                inputs: Inputs::read(object)?,
+                image: read_image(object)?,
+                objective: overrides(object, "objective")?,
             })
         }
         "predict" => {
-            only(&[&STATE[..], &["mean", "std", "candidates", "objective"]].concat())?;
-            let observation = read_observation(object)?;
-            let candidates = read_candidates(object)?;
-            let objective = read_objective(object, default)?;
+            only(&state_and(&["candidates", "objective"]))?;
             Ok(Op::Predict {
-                observation,
-                candidates,
-                objective,
+                inputs: Inputs::read(object)?,
+                candidates: read_candidates(object)?,
+                objective: overrides(object, "objective")?,
             })
         }
+        "state" => {
+            only(&inputs::FIELDS)?;
+            let inputs = Inputs::read(object)?;
+            if inputs.is_empty() {
+                let what =
+                    "state: one of depth_m, distance_m, distances_m, light_pct, mean and std";
+                return Err(FieldError::missing(what).into());
+            }
+            Ok(Op::State(inputs))
+        }
+        "subscribe" => {
+            only(&["rate_hz", "objective", "steering"])?;
+            Ok(Op::Subscribe {
+                rate_hz: read_rate(object)?,
+                objective: overrides(object, "objective")?,
+                steering: overrides(object, "steering")?,
+            })
+        }
+        "unsubscribe" => Ok(only(&[]).map(|()| Op::Unsubscribe)?),
         "set_profile" => {
             only(&["profile"])?;
             Ok(Op::SetProfile(Box::new(read_profile(object)?)))
         }
-        "info" => only(&[]).map(|()| Op::Info).map_err(WireError::from),
-        "health" => only(&[]).map(|()| Op::Health).map_err(WireError::from),
+        "info" => Ok(only(&[]).map(|()| Op::Info)?),
+        "health" => Ok(only(&[]).map(|()| Op::Health)?),
+        "auth" => {
+            only(&["token"])?;
+            Ok(Op::Auth(object.text("token")?.to_owned()))
+        }
         other => {
             let op: String = other.chars().take(40).collect();
             let message = format!("op must be one of {}, got {op:?}", OPS.join(", "));
@@ -183,34 +232,22 @@ fn read_op(object: &Object, default: &Objective) -> Result<Op, WireError> {
     }
 }
 
-fn read_state(object: &Object) -> Result<State, FieldError> {
-    Ok(State {
-        depth_m: object.number("depth_m")?,
-        distance_m: object.number("distance_m")?,
-        light_pct: object.number("light_pct")?,
-    })
-}
-
-fn read_observation(object: &Object) -> Result<Observation, FieldError> {
-    let State {
-        depth_m,
-        distance_m,
-        light_pct,
-    } = read_state(object)?;
-    Ok(Observation {
-        depth_m,
-        distance_m,
-        light_pct,
-        mean: object.numbers("mean")?,
-        std: object.numbers("std")?,
-    })
-}
-
-fn read_objective(object: &Object, default: &Objective) -> Result<Objective, FieldError> {
-    match object.get("objective") {
-        None => Ok(*default),
-        Some(_) => default.with(&object.object("objective")?),
+/// An object of fields over configured ones; what they mean is checked when they are used.
+fn overrides(object: &Object, name: &str) -> Result<Option<Value>, FieldError> {
+    match object.get(name) {
+        None => Ok(None),
+        Some(value) => object.object(name).map(|_| Some(value.clone())),
     }
+}
+
+fn read_rate(object: &Object) -> Result<f64, FieldError> {
+    let rate_hz = object.number("rate_hz")?;
+    let [slowest, fastest] = SUBSCRIPTION_RATES_HZ;
+    if (slowest..=fastest).contains(&rate_hz) {
+        return Ok(rate_hz);
+    }
+    let expected = format!("from {slowest} to {fastest} Hz");
+    Err(FieldError::out_of_range("rate_hz", expected, rate_hz))
 }
 
 fn read_image(object: &Object) -> Result<ImageSource, FieldError> {

@@ -1,78 +1,15 @@
 //! The daemon over real sockets on port 0, spoken to in raw bytes.
 
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::Read;
 use std::net::{Shutdown, TcpStream};
 use std::time::{Duration, Instant};
 
-use crate::support::{Numbers, profile};
 use base64::Engine as _;
 use serde_json::{Value, json};
-use uw_guidance::{Limits, Model, Objective, Running, Service, spawn};
+use uw_guidance::Limits;
 
-const PATIENCE: Duration = Duration::from_secs(20);
-
-fn start(limits: Limits) -> Running {
-    let model = Model::read(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/mlp_a.json").as_ref());
-    let profile = profile(&mut Numbers::new(3));
-    let service = Service::new(model.unwrap(), "mlp_a", profile, Objective::default());
-    spawn("127.0.0.1:0", service, limits).unwrap()
-}
-
-struct Client {
-    stream: TcpStream,
-    reader: BufReader<TcpStream>,
-}
-
-impl Client {
-    fn connect(daemon: &Running) -> Self {
-        let stream = TcpStream::connect(daemon.local_addr()).unwrap();
-        stream.set_read_timeout(Some(PATIENCE)).unwrap();
-        stream.set_nodelay(true).unwrap();
-        Self {
-            reader: BufReader::new(stream.try_clone().unwrap()),
-            stream,
-        }
-    }
-
-    fn send(&mut self, bytes: &[u8]) {
-        self.stream.write_all(bytes).unwrap();
-    }
-
-    fn receive(&mut self) -> Value {
-        let mut line = String::new();
-        assert_ne!(
-            self.reader.read_line(&mut line).unwrap(),
-            0,
-            "the connection was closed"
-        );
-        serde_json::from_str(&line).unwrap()
-    }
-
-    fn ask(&mut self, request: &Value) -> Value {
-        self.send(format!("{request}\n").as_bytes());
-        self.receive()
-    }
-
-    /// The error object of the reply, which has to be one.
-    fn refused(&mut self, request: &Value) -> Value {
-        let reply = self.ask(request);
-        assert_eq!(reply["ok"], false, "{request} -> {reply}");
-        reply["error"].clone()
-    }
-}
-
-fn suggest() -> Value {
-    json!({"op": "suggest", "id": 7, "depth_m": 3.0, "distance_m": 1.0, "light_pct": 20.0,
-           "mean": [41.0, 88.0, 79.0], "std": [4.1, 7.7, 6.2]})
-}
-
-fn with(fields: Value) -> Value {
-    let mut request = suggest();
-    for (name, value) in fields.as_object().unwrap() {
-        request[name] = value.clone();
-    }
-    request
-}
+use crate::client::{Client, PATIENCE, start, suggest, with};
+use crate::support::{Numbers, profile};
 
 #[test]
 fn a_suggestion_holds_what_the_protocol_says_and_beats_staying() {
@@ -346,6 +283,7 @@ fn connections_are_limited_and_idle_ones_closed() {
     let limits = Limits {
         max_connections: 2,
         idle_time: Duration::from_millis(700),
+        ..Limits::default()
     };
     let daemon = start(limits);
     let (mut one, mut two) = (Client::connect(&daemon), Client::connect(&daemon));

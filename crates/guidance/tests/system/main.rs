@@ -1,7 +1,15 @@
 //! Tests of the whole crate, in one binary so that they link once.
 
+mod answers;
 mod binary;
+mod client;
 mod daemon;
+mod faults;
+mod links;
 mod model;
+#[cfg(unix)]
+mod operations;
 mod optimum;
+mod protocol;
+mod rugged;
 mod support;

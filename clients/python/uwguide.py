@@ -1,0 +1,121 @@
+"""Client of the guidance daemon `uwguide`; Python 3.9 or newer, no dependencies.
+
+Units are in the names: depth_m and distance_m in m, light_pct in percent of full intensity, mean and std
+per channel (R, G, B) in 8-bit counts.
+"""
+
+import json
+import socket
+import ssl as _ssl
+from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple
+
+__all__ = ["Client", "Refused"]
+
+MAX_LINE_BYTES = 1 << 20
+
+
+class Refused(Exception):
+    """The daemon refused a request; `code`, `field` and `reason` are those of the reply."""
+
+    def __init__(self, reply: Dict[str, Any]):
+        error = reply.get("error") or {}
+        super().__init__(error.get("message", "no message"))
+        self.code: Optional[str] = error.get("code")
+        self.field: Optional[str] = error.get("field")
+        self.reason: Optional[str] = reply.get("reason")
+
+
+class Client:
+    """One connection; use it in a `with` statement, from one thread."""
+
+    def __init__(
+        self,
+        address: str = "127.0.0.1:7475",
+        token: Optional[str] = None,
+        timeout_s: float = 5.0,
+        ssl: Optional[_ssl.SSLContext] = None,
+    ):
+        """Connects to HOST:PORT or unix:PATH; `timeout_s` bounds every wait for the daemon."""
+        if address.startswith("unix:"):
+            self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+            self._socket.settimeout(timeout_s)
+            self._socket.connect(address[len("unix:"):])
+        else:
+            host, _, port = address.rpartition(":")
+            host = host.strip("[]")
+            self._socket = socket.create_connection((host, int(port)), timeout=timeout_s)
+            self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            if ssl is not None:
+                self._socket = ssl.wrap_socket(self._socket, server_hostname=host)
+        self._lines = self._socket.makefile("rb")
+        self._last_id = 0
+        self._pushed: List[Dict[str, Any]] = []
+        if token is not None:
+            self.request("auth", token=token)
+
+    def __enter__(self) -> "Client":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Closes the connection."""
+        self._lines.close()
+        self._socket.close()
+
+    def request(self, op: str, **fields: Any) -> Dict[str, Any]:
+        """Sends a request of the protocol and waits for its reply; `Refused` when it is an error."""
+        self._last_id += 1
+        number = self._last_id
+        line = json.dumps({"op": op, "id": number, **fields}, allow_nan=False).encode() + b"\n"
+        if len(line) > MAX_LINE_BYTES:
+            raise ValueError(f"a request must be at most {MAX_LINE_BYTES} bytes long, got {len(line)}")
+        self._socket.sendall(line)
+        while True:
+            reply = self._receive()
+            if reply.get("push"):
+                self._pushed.append(reply)
+            elif reply.get("ok") is not True:
+                raise Refused(reply)
+            elif reply.get("id") == number:
+                return reply
+
+    def _receive(self) -> Dict[str, Any]:
+        line = self._lines.readline()
+        if not line.endswith(b"\n"):
+            raise ConnectionError("the daemon closed the connection")
+        return json.loads(line)
+
+    def suggest(self, **state: Any) -> Dict[str, Any]:
+        """The best distance and lamp level. What is not given comes from the latest state; act only when
+        `valid` is true and `action` is "move"."""
+        return self.request("suggest", **state)
+
+    def suggest_image(self, path: str, **state: Any) -> Dict[str, Any]:
+        """The same with the statistics measured from an image file on the daemon's machine."""
+        return self.request("suggest_image", image={"path": path}, **state)
+
+    def predict(self, candidates: Sequence[Tuple[float, float]], **state: Any) -> Dict[str, Any]:
+        """Contrast and score of pairs (distance_m, light_pct)."""
+        return self.request("predict", candidates=[list(pair) for pair in candidates], **state)
+
+    def state(self, **state: Any) -> Dict[str, Any]:
+        """Feeds any part of the vehicle's state, for all connections."""
+        return self.request("state", **state)
+
+    def subscribe(self, rate_hz: float, **fields: Any) -> Iterator[Dict[str, Any]]:
+        """Suggestions from the latest state at a rate, with hysteresis and rate limits, for ever."""
+        self.request("subscribe", rate_hz=rate_hz, **fields)
+        while True:
+            reply = self._pushed.pop(0) if self._pushed else self._receive()
+            if reply.get("push"):
+                yield reply
+
+    def info(self) -> Dict[str, Any]:
+        """Model, profile and objective in use."""
+        return self.request("info")
+
+    def health(self) -> Dict[str, Any]:
+        """Whether and how long the daemon runs."""
+        return self.request("health")

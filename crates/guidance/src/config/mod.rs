@@ -1,0 +1,149 @@
+//! The daemon's configuration file, TOML; `default.toml` beside this file shows all of it.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+use thiserror::Error;
+use uw_calib::json::{FieldError, Object};
+
+use crate::daemon::{Limits, TlsFiles};
+use crate::links::dvl::DvlConfig;
+use crate::links::mavlink::MavlinkConfig;
+use crate::links::rosbridge::RosbridgeConfig;
+use crate::operations::log::LogConfig;
+use crate::service::{ImagePolicy, Settings};
+
+mod links;
+mod sections;
+
+/// Format name and version of a configuration file.
+pub const CONFIG_FORMAT: &str = "uwguide-config/1";
+/// The text of a configuration file with every default and an explanation.
+pub const DEFAULT_CONFIG: &str = include_str!("default.toml");
+/// Longest token, bytes.
+const MAX_TOKEN_BYTES: usize = 4096;
+/// Shortest token, bytes: 16 are 96 bits in base64.
+const MIN_TOKEN_BYTES: usize = 16;
+
+/// Why a configuration cannot be used.
+#[derive(Debug, Error)]
+pub enum ConfigError {
+    /// The file cannot be read.
+    #[error("{file}: cannot be read: {source}")]
+    Read {
+        /// File name.
+        file: String,
+        /// The system's answer.
+        source: std::io::Error,
+    },
+    /// The file is not TOML.
+    #[error("{file}: not valid TOML: {source}")]
+    Toml {
+        /// File name.
+        file: String,
+        /// What the parser found, with line and column.
+        source: Box<toml::de::Error>,
+    },
+    /// A field is wrong.
+    #[error("{file}: {source}")]
+    Field {
+        /// File name.
+        file: String,
+        /// The field and what is wrong with it.
+        source: FieldError,
+    },
+}
+
+/// What the daemon can be told in a file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Config {
+    /// What answers are made with; the token is read by [`Config::read_token`].
+    pub settings: Settings,
+    /// What connections may take.
+    pub limits: Limits,
+    /// File whose first line clients have to show.
+    pub token_file: Option<PathBuf>,
+    /// Files of TLS.
+    pub tls: Option<TlsFiles>,
+    /// Loopback address of metrics and health checks.
+    pub metrics: Option<String>,
+    /// Logs.
+    pub log: LogConfig,
+    /// File that requests and replies are recorded in.
+    pub record: Option<PathBuf>,
+    /// A Doppler log.
+    pub dvl: Option<DvlConfig>,
+    /// An autopilot.
+    pub mavlink: Option<MavlinkConfig>,
+    /// ROS.
+    pub rosbridge: Option<RosbridgeConfig>,
+}
+
+impl Config {
+    /// Reads and checks a configuration file.
+    pub fn read(path: &Path) -> Result<Self, ConfigError> {
+        let file = path.display().to_string();
+        let text = fs::read_to_string(path).map_err(|source| ConfigError::Read {
+            file: file.clone(),
+            source,
+        })?;
+        Self::parse(&text, &file)
+    }
+
+    /// Checks the text of a configuration file; `file` is for messages.
+    pub fn parse(text: &str, file: &str) -> Result<Self, ConfigError> {
+        let file = file.to_owned();
+        let value: Value = toml::from_str(text).map_err(|source| ConfigError::Toml {
+            file: file.clone(),
+            source: Box::new(source),
+        })?;
+        sections::config(&value).map_err(|source| ConfigError::Field { file, source })
+    }
+
+    /// Puts the token of the token file into the settings, and forbids image files to clients that may be
+    /// elsewhere where no directory is configured.
+    pub fn read_token(&mut self) -> Result<(), ConfigError> {
+        let Some(path) = &self.token_file else {
+            return Ok(());
+        };
+        let file = path.display().to_string();
+        let text = fs::read_to_string(path).map_err(|source| ConfigError::Read {
+            file: file.clone(),
+            source,
+        })?;
+        let token = text.lines().next().unwrap_or_default().trim().to_owned();
+        if !(MIN_TOKEN_BYTES..=MAX_TOKEN_BYTES).contains(&token.len()) {
+            let expected = format!("{MIN_TOKEN_BYTES} to {MAX_TOKEN_BYTES} bytes long");
+            let got = format!("{} bytes", token.len());
+            let source = FieldError::out_of_range("the token in the first line", expected, got);
+            return Err(ConfigError::Field { file, source });
+        }
+        self.settings.token = Some(token);
+        Ok(())
+    }
+
+    /// Whether clients on other machines are told from strangers.
+    pub fn is_guarded(&self) -> bool {
+        let certificates = self.tls.as_ref().is_some_and(|tls| tls.client_ca.is_some());
+        certificates || self.token_file.is_some()
+    }
+
+    /// For clients that may be on other machines: image files only where a directory is configured.
+    pub fn close_files(&mut self) {
+        if self.settings.images == ImagePolicy::AnyFile {
+            self.settings.images = ImagePolicy::NoFile;
+        }
+    }
+}
+
+/// The object of a section, if the file has it.
+fn section<'a>(document: &Object<'a>, name: &str) -> Result<Option<Object<'a>>, FieldError> {
+    match document.get(name) {
+        None => Ok(None),
+        Some(_) => document.object(name).map(Some),
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,224 @@
+//! Where the daemon listens, and who may be there.
+
+use std::io;
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use thiserror::Error;
+use tokio::net::{TcpListener, TcpStream};
+#[cfg(unix)]
+use tokio::net::{UnixListener, UnixStream};
+
+/// An address to listen on.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Address {
+    /// Host and port.
+    Tcp(String),
+    /// A Unix socket; written `unix:/run/uwguide/uwguide.sock`.
+    Unix(PathBuf),
+}
+
+impl FromStr for Address {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.strip_prefix("unix:") {
+            Some("") => Err("the address must be unix:PATH, got unix: without a path".to_owned()),
+            Some(path) => Ok(Self::Unix(path.into())),
+            None => match text.rsplit_once(':') {
+                Some((host, port)) if !host.is_empty() && port.parse::<u16>().is_ok() => {
+                    Ok(Self::Tcp(text.to_owned()))
+                }
+                _ => Err(format!(
+                    "the address must be HOST:PORT or unix:PATH, got {text:?}"
+                )),
+            },
+        }
+    }
+}
+
+impl std::fmt::Display for Address {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match self {
+            Self::Tcp(address) => f.write_str(address),
+            Self::Unix(path) => write!(f, "unix:{}", path.display()),
+        }
+    }
+}
+
+/// Why the daemon does not listen.
+#[derive(Debug, Error)]
+pub enum ListenError {
+    /// The address cannot be had.
+    #[error("cannot listen on {address}: {source}")]
+    Bind {
+        /// The address.
+        address: String,
+        /// The system's answer.
+        source: io::Error,
+    },
+    /// Others than this machine could connect, and nothing tells friend from foe.
+    #[error(
+        "{address} is reachable from other machines; configure security.token_file, or tls with client_ca, or listen on 127.0.0.1"
+    )]
+    Unguarded {
+        /// The address bound.
+        address: SocketAddr,
+    },
+}
+
+/// A bound socket.
+#[derive(Debug)]
+pub(super) enum Listener {
+    Tcp(TcpListener),
+    #[cfg(unix)]
+    Unix(UnixListener, Option<SocketFile>),
+}
+
+/// Takes the socket's file away with the listener.
+#[derive(Debug)]
+pub(super) struct SocketFile(PathBuf);
+
+impl Drop for SocketFile {
+    fn drop(&mut self) {
+        // It may be gone already.
+        let _ = std::fs::remove_file(&self.0);
+    }
+}
+
+/// A connection accepted.
+pub(super) enum Stream {
+    Tcp(TcpStream),
+    #[cfg(unix)]
+    Unix(UnixStream),
+}
+
+impl Listener {
+    /// Binds; port 0 takes a free one. TCP beyond this machine needs a guard: a token, or client
+    /// certificates.
+    pub async fn bind(address: &Address, guarded: bool) -> Result<Self, ListenError> {
+        let failed = |source| ListenError::Bind {
+            address: address.to_string(),
+            source,
+        };
+        match address {
+            Address::Tcp(text) => {
+                let listener = TcpListener::bind(text).await.map_err(failed)?;
+                Self::tcp(listener, guarded, address)
+            }
+            #[cfg(unix)]
+            Address::Unix(path) => bind_unix(path).map_err(failed),
+            #[cfg(not(unix))]
+            Address::Unix(_) => Err(failed(io::Error::from(io::ErrorKind::Unsupported))),
+        }
+    }
+
+    fn tcp(listener: TcpListener, guarded: bool, address: &Address) -> Result<Self, ListenError> {
+        let bound = listener.local_addr().map_err(|source| ListenError::Bind {
+            address: address.to_string(),
+            source,
+        })?;
+        if bound.ip().is_loopback() || guarded {
+            Ok(Self::Tcp(listener))
+        } else {
+            Err(ListenError::Unguarded { address: bound })
+        }
+    }
+
+    /// Sockets that the service manager hands over (socket activation); none without one.
+    pub fn activated(guarded: bool) -> Result<Vec<Self>, ListenError> {
+        let mut handed = listenfd::ListenFd::from_env();
+        let mut listeners = Vec::new();
+        for k in 0..handed.len() {
+            let name = Address::Tcp(format!("activated socket {k}"));
+            let failed = |source| ListenError::Bind {
+                address: name.to_string(),
+                source,
+            };
+            #[cfg(unix)]
+            if let Ok(Some(unix)) = handed.take_unix_listener(k) {
+                unix.set_nonblocking(true).map_err(failed)?;
+                let listener = UnixListener::from_std(unix).map_err(failed)?;
+                listeners.push(Self::Unix(listener, None));
+                continue;
+            }
+            if let Some(tcp) = handed.take_tcp_listener(k).map_err(failed)? {
+                tcp.set_nonblocking(true).map_err(failed)?;
+                let listener = TcpListener::from_std(tcp).map_err(failed)?;
+                listeners.push(Self::tcp(listener, guarded, &name)?);
+            }
+        }
+        Ok(listeners)
+    }
+
+    pub async fn accept(&self) -> io::Result<Stream> {
+        match self {
+            Self::Tcp(listener) => {
+                let (stream, _) = listener.accept().await?;
+                // Without this a small reply may wait for the acknowledgement of the one before.
+                let _ = stream.set_nodelay(true);
+                Ok(Stream::Tcp(stream))
+            }
+            #[cfg(unix)]
+            Self::Unix(listener, _) => Ok(Stream::Unix(listener.accept().await?.0)),
+        }
+    }
+
+    /// The address bound, for TCP.
+    pub fn local_addr(&self) -> Option<SocketAddr> {
+        match self {
+            Self::Tcp(listener) => listener.local_addr().ok(),
+            #[cfg(unix)]
+            Self::Unix(..) => None,
+        }
+    }
+}
+
+impl std::fmt::Display for Listener {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match self {
+            Self::Tcp(listener) => match listener.local_addr() {
+                Ok(address) => address.fmt(f),
+                Err(_) => f.write_str("a TCP socket"),
+            },
+            #[cfg(unix)]
+            Self::Unix(_, Some(SocketFile(path))) => write!(f, "unix:{}", path.display()),
+            #[cfg(unix)]
+            Self::Unix(_, None) => f.write_str("an activated Unix socket"),
+        }
+    }
+}
+
+/// A socket file left by a daemon that was killed is replaced; one that answers is not. Only the daemon's
+/// own user may connect.
+#[cfg(unix)]
+fn bind_unix(path: &std::path::Path) -> io::Result<Listener> {
+    use std::os::unix::fs::{FileTypeExt, PermissionsExt};
+    let left = std::fs::symlink_metadata(path).is_ok_and(|meta| meta.file_type().is_socket());
+    if left {
+        if std::os::unix::net::UnixStream::connect(path).is_ok() {
+            return Err(io::Error::from(io::ErrorKind::AddrInUse));
+        }
+        std::fs::remove_file(path)?;
+    }
+    let listener = UnixListener::bind(path)?;
+    std::fs::set_permissions(path, std::fs::Permissions::from_mode(0o600))?;
+    Ok(Listener::Unix(listener, Some(SocketFile(path.into()))))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn addresses_are_read_or_refused() {
+        let tcp = |text: &str| Ok(Address::Tcp(text.to_owned()));
+        assert_eq!("127.0.0.1:7475".parse(), tcp("127.0.0.1:7475"));
+        assert_eq!("[::1]:0".parse(), tcp("[::1]:0"));
+        assert_eq!("unix:/run/x".parse(), Ok(Address::Unix("/run/x".into())));
+        for text in ["7475", "localhost", ":7475", "host:99999", "unix:"] {
+            assert!(text.parse::<Address>().is_err(), "{text}");
+        }
+    }
+}

@@ -1,0 +1,355 @@
+//! The service on sockets: accepting, limits, shutting down.
+
+use std::io;
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use tokio::io::{AsyncRead, AsyncWrite, AsyncWriteExt};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, oneshot, watch};
+use tokio::task::JoinSet;
+use tokio::time::{sleep, timeout};
+use tokio_rustls::TlsAcceptor;
+
+mod connection;
+mod limits;
+mod listen;
+mod tls;
+
+use crate::record::Recorder;
+use crate::service::{Service, Session};
+use crate::wire::reply::Code;
+use connection::{Context, farewell, serve};
+pub use limits::Limits;
+pub use listen::{Address, ListenError};
+use listen::{Listener, Stream};
+pub use tls::{TlsError, TlsFiles, acceptor};
+
+/// How long requests under way may take to end after a shutdown was asked for.
+const GRACE: Duration = Duration::from_secs(5);
+/// Pause after a failed accept (such as too many open files), so that it does not spin.
+const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
+/// How long a TLS handshake may take.
+const HANDSHAKE_TIME: Duration = Duration::from_secs(10);
+/// How long a refused client is given to read why.
+const REFUSAL_TIME: Duration = Duration::from_secs(1);
+/// Clients that are told why they are refused at one time; more are closed without a word.
+const MAX_REFUSALS: usize = 32;
+/// Images decoded at one time; each may take 512 MiB.
+const MAX_IMAGES: usize = 2;
+
+/// Bound sockets, ready to serve.
+#[derive(Debug)]
+pub struct Daemon {
+    listeners: Vec<Listener>,
+    server: Server,
+}
+
+/// What all listeners share.
+#[derive(Clone)]
+struct Server {
+    service: Arc<Service>,
+    limits: Limits,
+    tls: Option<TlsAcceptor>,
+    client_certificates: bool,
+    recorder: Option<Recorder>,
+    places: Arc<Semaphore>,
+    refusals: Arc<Semaphore>,
+    slow: Arc<Semaphore>,
+    numbers: Arc<AtomicU64>,
+}
+
+impl std::fmt::Debug for Server {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.debug_struct("Server")
+            .field("limits", &self.limits)
+            .field("tls", &self.tls.is_some())
+            .finish_non_exhaustive()
+    }
+}
+
+impl Daemon {
+    /// Binds an address such as `127.0.0.1:7475`; port 0 takes a free one.
+    pub async fn bind(address: &str, service: Service, limits: Limits) -> io::Result<Self> {
+        let address: Address = address
+            .parse()
+            .map_err(|message| io::Error::new(io::ErrorKind::InvalidInput, message))?;
+        let mut daemon = Self::new(Arc::new(service), limits);
+        daemon.listen(&address).await.map_err(|error| match error {
+            ListenError::Bind { source, .. } => source,
+            other => io::Error::new(io::ErrorKind::PermissionDenied, other),
+        })?;
+        Ok(daemon)
+    }
+
+    /// A daemon that listens nowhere yet.
+    pub fn new(service: Arc<Service>, limits: Limits) -> Self {
+        let server = Server {
+            service,
+            places: Arc::new(Semaphore::new(limits.max_connections)),
+            limits,
+            tls: None,
+            client_certificates: false,
+            recorder: None,
+            refusals: Arc::new(Semaphore::new(MAX_REFUSALS)),
+            slow: Arc::new(Semaphore::new(MAX_IMAGES)),
+            numbers: Arc::new(AtomicU64::new(0)),
+        };
+        Self {
+            listeners: Vec::new(),
+            server,
+        }
+    }
+
+    /// Encrypts TCP connections; `client_certificates` tells whether the acceptor asks clients for theirs.
+    pub fn with_tls(mut self, tls: TlsAcceptor, client_certificates: bool) -> Self {
+        self.server.tls = Some(tls);
+        self.server.client_certificates = client_certificates;
+        self
+    }
+
+    /// Records requests and replies.
+    pub fn with_recorder(mut self, recorder: Recorder) -> Self {
+        self.server.recorder = Some(recorder);
+        self
+    }
+
+    /// Listens on one more address. Beyond this machine a token is needed, or TLS with client certificates.
+    pub async fn listen(&mut self, address: &Address) -> Result<(), ListenError> {
+        let listener = Listener::bind(address, self.guarded()).await?;
+        self.listeners.push(listener);
+        Ok(())
+    }
+
+    /// Listens on the sockets that the service manager hands over; how many there are.
+    pub fn listen_activated(&mut self) -> Result<usize, ListenError> {
+        let handed = Listener::activated(self.guarded())?;
+        let count = handed.len();
+        self.listeners.extend(handed);
+        Ok(count)
+    }
+
+    fn guarded(&self) -> bool {
+        self.server.client_certificates || self.server.service.settings().token.is_some()
+    }
+
+    /// The first TCP address bound.
+    pub fn local_addr(&self) -> io::Result<SocketAddr> {
+        self.listeners
+            .iter()
+            .find_map(Listener::local_addr)
+            .ok_or_else(|| io::Error::from(io::ErrorKind::AddrNotAvailable))
+    }
+
+    /// Where it listens, for people.
+    pub fn addresses(&self) -> Vec<String> {
+        self.listeners.iter().map(Listener::to_string).collect()
+    }
+
+    /// Serves until `shutdown` is done; then requests under way are answered and connections closed.
+    pub async fn run(self, shutdown: impl Future<Output = ()>) {
+        let (stop, stopping) = watch::channel(false);
+        let mut accepting = JoinSet::new();
+        for listener in self.listeners {
+            accepting.spawn(self.server.clone().accept(listener, stopping.clone()));
+        }
+        shutdown.await;
+        stop.send_replace(true);
+        while accepting.join_next().await.is_some() {}
+    }
+
+    /// Serves one peer on streams such as standard input and output, until it ends or `shutdown` is done.
+    pub async fn serve_streams<R, W>(self, reader: R, writer: W, shutdown: impl Future<Output = ()>)
+    where
+        R: AsyncRead + Unpin,
+        W: AsyncWrite + Unpin,
+    {
+        let (stop, stopping) = watch::channel(false);
+        let session = Session::trusted(Arc::clone(&self.server.service));
+        let context = self.server.context(stopping);
+        let served = serve(reader, writer, session, context);
+        tokio::pin!(served);
+        tokio::select! {
+            () = &mut served => {}
+            () = shutdown => {
+                stop.send_replace(true);
+                // A read that never ends keeps nobody waiting.
+                let _ = timeout(GRACE, served).await;
+            }
+        }
+    }
+}
+
+impl Server {
+    fn context(&self, stopping: watch::Receiver<bool>) -> Context {
+        Context {
+            limits: self.limits,
+            stopping,
+            slow: Arc::clone(&self.slow),
+            recorder: self.recorder.clone(),
+            number: self.numbers.fetch_add(1, Ordering::Relaxed) + 1,
+        }
+    }
+
+    async fn accept(self, listener: Listener, mut stopping: watch::Receiver<bool>) {
+        let mut connections = JoinSet::new();
+        let for_connections = stopping.clone();
+        loop {
+            tokio::select! {
+                () = stopped(&mut stopping) => break,
+                Some(_) = connections.join_next() => {}
+                accepted = listener.accept() => match accepted {
+                    Ok(stream) => match Arc::clone(&self.places).try_acquire_owned() {
+                        Ok(place) => {
+                            let context = self.context(for_connections.clone());
+                            connections.spawn(self.clone().connection(stream, place, context));
+                        }
+                        Err(_) => self.turn_away(stream),
+                    },
+                    Err(error) => {
+                        tracing::warn!(%error, "accepting failed");
+                        sleep(ACCEPT_PAUSE).await;
+                    }
+                },
+            }
+        }
+        drop(listener);
+        let all_ended = async { while connections.join_next().await.is_some() {} };
+        if timeout(GRACE, all_ended).await.is_err() {
+            tracing::warn!("connections did not end in time and are cut");
+            connections.abort_all();
+        }
+    }
+
+    async fn connection(self, stream: Stream, _place: OwnedSemaphorePermit, context: Context) {
+        tracing::debug!(connection = context.number, "accepted");
+        let service = Arc::clone(&self.service);
+        match (stream, &self.tls) {
+            (Stream::Tcp(stream), None) => {
+                let (reader, writer) = stream.into_split();
+                serve(reader, writer, Session::new(service), context).await;
+            }
+            (Stream::Tcp(stream), Some(tls)) => {
+                match timeout(HANDSHAKE_TIME, tls.accept(stream)).await {
+                    Ok(Ok(stream)) => {
+                        let (reader, writer) = tokio::io::split(stream);
+                        serve(reader, writer, Session::new(service), context).await;
+                    }
+                    Ok(Err(error)) => tracing::info!(%error, "TLS handshake failed"),
+                    Err(_) => tracing::info!("TLS handshake took too long"),
+                }
+            }
+            #[cfg(unix)]
+            (Stream::Unix(stream), _) => {
+                let (reader, writer) = stream.into_split();
+                serve(reader, writer, Session::trusted(service), context).await;
+            }
+        }
+    }
+
+    fn turn_away(&self, stream: Stream) {
+        self.service.metrics().refused.count();
+        let Ok(place) = Arc::clone(&self.refusals).try_acquire_owned() else {
+            return;
+        };
+        let max_connections = self.limits.max_connections;
+        // Whoever speaks TLS would not understand a plain line.
+        if self.tls.is_some() {
+            return;
+        }
+        tokio::spawn(async move {
+            let _place = place;
+            match stream {
+                Stream::Tcp(stream) => {
+                    let (reader, writer) = stream.into_split();
+                    refuse(reader, writer, max_connections).await;
+                }
+                #[cfg(unix)]
+                Stream::Unix(stream) => {
+                    let (reader, writer) = stream.into_split();
+                    refuse(reader, writer, max_connections).await;
+                }
+            }
+        });
+    }
+}
+
+/// Done when the daemon is to stop.
+async fn stopped(stopping: &mut watch::Receiver<bool>) {
+    // An error means that the sender is gone, which is a stop as well.
+    let _ = stopping.wait_for(|stop| *stop).await;
+}
+
+async fn refuse<R, W>(mut reader: R, mut writer: W, max_connections: usize)
+where
+    R: AsyncRead + Unpin,
+    W: AsyncWrite + Unpin,
+{
+    let message = format!("all {max_connections} connections are taken; closing");
+    let mut line = farewell(Code::Busy, message);
+    line.push('\n');
+    let told = async {
+        writer.write_all(line.as_bytes()).await?;
+        writer.shutdown().await?;
+        // Closing with bytes unread would reset the connection and could lose the message on its way.
+        tokio::io::copy(&mut reader, &mut tokio::io::sink()).await
+    };
+    let _ = timeout(REFUSAL_TIME, told).await;
+}
+
+/// A daemon that runs on threads of its own.
+#[derive(Debug)]
+pub struct Running {
+    local_addr: SocketAddr,
+    stop: Option<oneshot::Sender<()>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Running {
+    /// The address bound.
+    pub fn local_addr(&self) -> SocketAddr {
+        self.local_addr
+    }
+
+    /// Stops serving and waits until the daemon has ended; dropping does the same.
+    pub fn shutdown(self) {}
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        if let Some(stop) = self.stop.take() {
+            // An error means that the daemon has ended already.
+            let _ = stop.send(());
+        }
+        if let Some(thread) = self.thread.take() {
+            // A panic in the thread has been printed by then.
+            let _ = thread.join();
+        }
+    }
+}
+
+/// Starts a daemon on a thread of its own, for programs without an asynchronous runtime.
+pub fn spawn(address: &str, service: Service, limits: Limits) -> io::Result<Running> {
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .worker_threads(2)
+        .enable_all()
+        .build()?;
+    let daemon = runtime.block_on(Daemon::bind(address, service, limits))?;
+    let local_addr = daemon.local_addr()?;
+    let (stop, stopped) = oneshot::channel::<()>();
+    let thread = std::thread::Builder::new()
+        .name("uwguide".to_owned())
+        .spawn(move || {
+            runtime.block_on(daemon.run(async {
+                // A dropped handle stops the daemon as well.
+                let _ = stopped.await;
+            }));
+        })?;
+    Ok(Running {
+        local_addr,
+        stop: Some(stop),
+        thread: Some(thread),
+    })
+}

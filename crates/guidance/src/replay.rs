@@ -1,0 +1,282 @@
+//! Answers a recorded session again, without sockets and clocks, and compares bit for bit.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use base64::Engine as _;
+use serde_json::Value;
+use thiserror::Error;
+use uw_calib::json::{FieldError, Object};
+use uw_calib::{Profile, ProfileError};
+
+use crate::feed::Picture;
+use crate::mlp::Model;
+use crate::record::RECORD_FORMAT;
+use crate::service::{Loaded, Moment, Service, Session, Settings};
+
+/// Operations whose replies tell of the process rather than of the vehicle.
+const NOT_COMPARED: [&str; 2] = ["health", "auth"];
+
+/// Why a recording cannot be answered again.
+#[derive(Debug, Error)]
+pub enum ReplayError {
+    /// A line of the recording is no record.
+    #[error("line {line}: {problem}")]
+    Line {
+        /// Line, from 1.
+        line: usize,
+        /// What is wrong.
+        problem: String,
+    },
+    /// Model, objective or settings are not those of the recording.
+    #[error("line {line}: {what} must be that of the recording ({recorded}), got {given}")]
+    Other {
+        /// Line, from 1.
+        line: usize,
+        /// What differs.
+        what: &'static str,
+        /// In the recording.
+        recorded: String,
+        /// Now.
+        given: String,
+    },
+}
+
+/// What came of a replay.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Outcome {
+    /// Replies that are the same bit for bit.
+    pub same: usize,
+    /// Replies that are not compared.
+    pub skipped: usize,
+    /// Replies that differ: line of the recording, the recorded and the new reply.
+    pub different: Vec<(usize, String, String)>,
+}
+
+/// A line of a recording.
+enum Record {
+    Loaded(Value),
+    Answer(Box<Answer>),
+}
+
+/// Lines of the recording with their place among all uses of the shared state.
+type Run = Vec<(usize, u64, Record)>;
+
+struct Answer {
+    connection: u64,
+    now: Moment,
+    elapsed_us: u64,
+    /// `None` for a pushed message.
+    line: Option<Vec<u8>>,
+    reply: String,
+}
+
+/// Answers the lines of a recording again with this model and these settings.
+///
+/// A recording holds one start of the daemon at least; each further start begins anew.
+pub fn replay(
+    text: &str,
+    model: &Model,
+    digest: &str,
+    settings: &Settings,
+) -> Result<Outcome, ReplayError> {
+    let settings = Settings {
+        token: None,
+        ..settings.clone()
+    };
+    let mut outcome = Outcome::default();
+    for run in runs(text)? {
+        replay_run(run, model, digest, &settings, &mut outcome)?;
+    }
+    Ok(outcome)
+}
+
+/// Numbered records of each start of the daemon, in the order in which they used the shared state.
+fn runs(text: &str) -> Result<Vec<Run>, ReplayError> {
+    let mut runs: Vec<Run> = Vec::new();
+    for (index, line) in text.lines().enumerate() {
+        let number = index + 1;
+        let problem = |problem: String| ReplayError::Line {
+            line: number,
+            problem,
+        };
+        let value: Value =
+            serde_json::from_str(line).map_err(|error| problem(error.to_string()))?;
+        let (kind, sequence, record) = read(&value).map_err(|error| problem(error.to_string()))?;
+        if kind == "start" {
+            runs.push(Vec::new());
+        }
+        match runs.last_mut() {
+            Some(run) => run.push((number, sequence, record)),
+            None => return Err(problem("a recording must begin with its start".to_owned())),
+        }
+    }
+    for run in &mut runs {
+        run.sort_by_key(|&(_, sequence, _)| sequence);
+    }
+    Ok(runs)
+}
+
+fn read(value: &Value) -> Result<(String, u64, Record), FieldError> {
+    let object = Object::new(value, "")?;
+    let whole = |name: &str| -> Result<u64, FieldError> {
+        let value = object.required(name)?;
+        value
+            .as_u64()
+            .ok_or_else(|| FieldError::wrong_type(name, "a whole number", value))
+    };
+    let kind = object.text("kind")?.to_owned();
+    let record = match kind.as_str() {
+        "start" | "reload" => {
+            let format = object.text("format")?;
+            if format != RECORD_FORMAT {
+                let expected = format!("{RECORD_FORMAT:?}");
+                return Err(FieldError::invalid("format", expected, format));
+            }
+            Record::Loaded(value.clone())
+        }
+        "request" | "push" => Record::Answer(Box::new(Answer {
+            connection: whole("connection")?,
+            now: Moment {
+                since_start_s: object.number("since_start_s")?,
+                unix_s: object.number("unix_s")?,
+            },
+            elapsed_us: whole("elapsed_us")?,
+            line: read_line(&object)?,
+            reply: object.text("reply")?.to_owned(),
+        })),
+        other => {
+            let expected = "start, reload, request or push";
+            return Err(FieldError::invalid("kind", expected, format!("{other:?}")));
+        }
+    };
+    Ok((kind, whole("sequence")?, record))
+}
+
+fn read_line(object: &Object) -> Result<Option<Vec<u8>>, FieldError> {
+    if object.get("line").is_some() {
+        return Ok(Some(object.text("line")?.as_bytes().to_vec()));
+    }
+    if object.get("line_base64").is_none() {
+        return Ok(None);
+    }
+    base64::engine::general_purpose::STANDARD
+        .decode(object.text("line_base64")?)
+        .map(Some)
+        .map_err(|error| FieldError::invalid("line_base64", "base64", error))
+}
+
+fn replay_run(
+    run: Run,
+    model: &Model,
+    digest: &str,
+    settings: &Settings,
+    outcome: &mut Outcome,
+) -> Result<(), ReplayError> {
+    let mut service: Option<Arc<Service>> = None;
+    let mut sessions: HashMap<u64, Session> = HashMap::new();
+    for (line, _, record) in run {
+        match (record, &service) {
+            (Record::Loaded(value), None) => {
+                let loaded = load(line, &value, model, digest)?;
+                let begun = Service::with_settings(loaded, settings.clone());
+                same_settings(line, &value, &begun)?;
+                service = Some(Arc::new(begun));
+            }
+            (Record::Loaded(value), Some(service)) => {
+                service.replace(load(line, &value, model, digest)?);
+            }
+            (Record::Answer(answer), Some(service)) => {
+                let session = sessions
+                    .entry(answer.connection)
+                    .or_insert_with(|| Session::new(Arc::clone(service)));
+                compare(line, session, &answer, outcome);
+            }
+            (Record::Answer(_), None) => {
+                let problem = "an answer before the start".to_owned();
+                return Err(ReplayError::Line { line, problem });
+            }
+        }
+    }
+    Ok(())
+}
+
+fn compare(line: usize, session: &mut Session, answer: &Answer, outcome: &mut Outcome) {
+    let reply: Value = serde_json::from_str(&answer.reply).unwrap_or(Value::Null);
+    if reply["error"]["code"] == "unauthorised" {
+        outcome.skipped += 1;
+        return;
+    }
+    let answered = match &answer.line {
+        None => session.push(answer.now),
+        Some(request) => {
+            let mut pending = session.read(request);
+            if NOT_COMPARED.contains(&pending.op()) {
+                outcome.skipped += 1;
+                return;
+            }
+            if let ("suggest_image", Some(picture)) = (pending.op(), picture(&reply)) {
+                pending = pending.with_picture(picture);
+            }
+            Some(session.answer(pending, answer.now))
+        }
+    };
+    let new = answered.map_or_else(String::new, |answered| answered.line(answer.elapsed_us));
+    if new == answer.reply {
+        outcome.same += 1;
+    } else {
+        outcome.different.push((line, answer.reply.clone(), new));
+    }
+}
+
+/// The statistics that the daemon measured then.
+fn picture(reply: &Value) -> Option<Picture> {
+    let reply = Object::new(reply, "").ok()?;
+    Some(Picture {
+        mean: reply.numbers("mean").ok()?,
+        std: reply.numbers("std").ok()?,
+    })
+}
+
+fn load(line: usize, value: &Value, model: &Model, digest: &str) -> Result<Loaded, ReplayError> {
+    let recorded = value["model_digest"].as_str().unwrap_or_default();
+    if recorded != digest {
+        return Err(ReplayError::Other {
+            line,
+            what: "the model file",
+            recorded: format!("{} {recorded}", value["model"]),
+            given: digest.to_owned(),
+        });
+    }
+    let profile =
+        match &value["profile"] {
+            Value::Null => None,
+            profile => Some(Profile::from_json(profile).map_err(|error: ProfileError| {
+                ReplayError::Line {
+                    line,
+                    problem: error.to_string(),
+                }
+            })?),
+        };
+    Ok(Loaded {
+        model: model.clone(),
+        model_name: value["model"].as_str().unwrap_or_default().to_owned(),
+        model_digest: digest.to_owned(),
+        profile: profile.map(Arc::new),
+    })
+}
+
+fn same_settings(line: usize, value: &Value, service: &Service) -> Result<(), ReplayError> {
+    let given = service.describe(&service.loaded());
+    for what in ["objective", "settings"] {
+        if value[what] != given[what] {
+            return Err(ReplayError::Other {
+                line,
+                what,
+                recorded: value[what].to_string(),
+                given: given[what].to_string(),
+            });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,61 @@
+//! Model, profile and settings as JSON.
+
+use serde_json::{Value, json};
+use uw_calib::Profile;
+
+use crate::mlp::Model;
+use crate::objective::{ContrastTerm, DepthTerm, Objective};
+use crate::service::Settings;
+
+pub(super) fn model(model: &Model, name: &str) -> Value {
+    let inputs: Vec<&str> = model.inputs().iter().map(|input| input.name).collect();
+    json!({"name": name, "inputs": inputs, "layer_widths": model.layer_widths()})
+}
+
+pub(super) fn profile(profile: &Profile) -> Value {
+    json!({
+        "depth_m": profile.depth_range_m(),
+        "distance_m": profile.distance_range_m(),
+        "source": profile.source(),
+    })
+}
+
+pub(super) fn objective(objective: &Objective) -> Value {
+    json!({
+        "lambda_c": objective.lambda_c,
+        "lambda_d": objective.lambda_d,
+        "kappa_b": objective.kappa_b,
+        "kappa_c": objective.kappa_c,
+        "contrast": match objective.contrast {
+            ContrastTerm::Sum => "sum",
+            ContrastTerm::Mean => "mean",
+        },
+        "contrast_scale": objective.contrast_scale,
+        "depth_term": match objective.depth_term {
+            DepthTerm::Z => "z",
+            DepthTerm::OnePlusHalfZ => "1+z/2",
+        },
+        "distance_m": objective.distance_m,
+        "light_pct": objective.light_pct,
+    })
+}
+
+pub(super) fn settings(settings: &Settings) -> Value {
+    let (age, steering, beams) = (&settings.max_age, &settings.steering, &settings.beams);
+    json!({
+        "max_age": {
+            "depth_s": age.depth_s,
+            "distance_s": age.distance_s,
+            "light_s": age.light_s,
+            "image_s": age.image_s,
+        },
+        "steering": {
+            "min_gain": steering.min_gain,
+            "distance_rate_m_per_s": steering.distance_rate_m_per_s,
+            "light_rate_pct_per_s": steering.light_rate_pct_per_s,
+            "distance_deadband_m": steering.distance_deadband_m,
+            "light_deadband_pct": steering.light_deadband_pct,
+        },
+        "beams": {"tilt_deg": beams.tilt_deg, "azimuths_deg": beams.azimuths_deg},
+    })
+}

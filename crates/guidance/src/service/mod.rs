@@ -1,0 +1,253 @@
+//! From a line to a line: what the daemon answers, without any socket.
+//!
+//! [`Service`] is what all connections share, [`Session`] one connection's view of it. Answers depend on
+//! the request, the moment and the shared state alone, so a recorded session can be answered again.
+
+use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
+
+use serde_json::{Value, json};
+use thiserror::Error;
+use uw_calib::{Profile, ProfileError};
+
+use crate::beams::BeamGeometry;
+use crate::feed::{Feed, MaxAge};
+use crate::metrics::Metrics;
+use crate::mlp::Model;
+use crate::model_file::ModelError;
+use crate::objective::Objective;
+use crate::steering::Steering;
+
+mod describe;
+mod image;
+mod resolve;
+mod session;
+mod subscription;
+mod suggestion;
+
+pub use image::ImagePolicy;
+pub use session::{Answered, Pending, Session};
+pub(crate) use subscription::steering_with;
+
+/// What the daemon answers with, where a request does not say otherwise.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Settings {
+    /// The objective.
+    pub objective: Objective,
+    /// How old inputs may be.
+    pub max_age: MaxAge,
+    /// Hysteresis and rate limits of subscriptions.
+    pub steering: Steering,
+    /// Directions of the beams of `distances_m`.
+    pub beams: BeamGeometry,
+    /// Which image files may be read.
+    pub images: ImagePolicy,
+    /// The token that each connection has to show first.
+    pub token: Option<String>,
+}
+
+/// What can be replaced while the daemon runs.
+#[derive(Debug)]
+pub struct Loaded {
+    /// The network.
+    pub model: Model,
+    /// What `info` calls the model.
+    pub model_name: String,
+    /// Tells one model file from another in recordings; empty for a model that is no file.
+    pub model_digest: String,
+    /// The calibration; connections may bring their own.
+    pub profile: Option<Arc<Profile>>,
+}
+
+/// Why files cannot be loaded.
+#[derive(Debug, Error)]
+pub enum LoadError {
+    /// The model.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// The profile.
+    #[error(transparent)]
+    Profile(#[from] ProfileError),
+}
+
+/// A moment on the two clocks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moment {
+    /// Since the start of the daemon, s, on a clock that never jumps.
+    pub since_start_s: f64,
+    /// Since 1970 (UTC), s, on a clock that may be set.
+    pub unix_s: f64,
+}
+
+/// What all connections share: model, profile, settings, the vehicle's state and counters.
+#[derive(Debug)]
+pub struct Service {
+    settings: Settings,
+    shared: Mutex<Shared>,
+    started: Instant,
+    metrics: Metrics,
+    reloads: AtomicU64,
+    reload_error: Mutex<Option<String>>,
+}
+
+#[derive(Debug)]
+struct Shared {
+    feed: Feed,
+    loaded: Arc<Loaded>,
+    /// Number of the next use of this state; a recording is put in order by it.
+    sequence: u64,
+}
+
+/// The shared state at one moment.
+#[derive(Debug)]
+struct Snapshot {
+    sequence: u64,
+    feed: Feed,
+    loaded: Arc<Loaded>,
+}
+
+impl Loaded {
+    /// Reads a model file and, where there is one, a profile file.
+    pub fn read(model: &Path, profile: Option<&Path>) -> Result<Self, LoadError> {
+        let profile = profile.map(Profile::read).transpose()?;
+        let (read, digest) = Model::read_with_digest(model)?;
+        Ok(Self {
+            model: read,
+            model_name: model.display().to_string(),
+            model_digest: digest,
+            profile: profile.map(Arc::new),
+        })
+    }
+}
+
+impl Service {
+    /// A service with an objective and defaults otherwise; `model_name` is what `info` calls the model.
+    pub fn new(
+        model: Model,
+        model_name: impl Into<String>,
+        profile: Profile,
+        objective: Objective,
+    ) -> Self {
+        let loaded = Loaded {
+            model,
+            model_name: model_name.into(),
+            model_digest: String::new(),
+            profile: Some(Arc::new(profile)),
+        };
+        let settings = Settings {
+            objective,
+            ..Settings::default()
+        };
+        Self::with_settings(loaded, settings)
+    }
+
+    /// A service with all settings.
+    pub fn with_settings(loaded: Loaded, settings: Settings) -> Self {
+        Self {
+            settings,
+            shared: Mutex::new(Shared {
+                feed: Feed::default(),
+                loaded: Arc::new(loaded),
+                sequence: 0,
+            }),
+            started: Instant::now(),
+            metrics: Metrics::default(),
+            reloads: AtomicU64::new(0),
+            reload_error: Mutex::new(None),
+        }
+    }
+
+    /// What it was told.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Counters of what it does.
+    pub fn metrics(&self) -> &Metrics {
+        &self.metrics
+    }
+
+    /// Now, on both clocks.
+    pub fn now(&self) -> Moment {
+        let unix = SystemTime::now().duration_since(UNIX_EPOCH);
+        Moment {
+            since_start_s: self.started.elapsed().as_secs_f64(),
+            unix_s: unix.map_or(0.0, |since| since.as_secs_f64()),
+        }
+    }
+
+    /// Takes another model and profile; requests under way end with the old ones. What is in use now is
+    /// returned with its place among the answers.
+    pub fn replace(&self, loaded: Loaded) -> (u64, Arc<Loaded>) {
+        self.reloads.fetch_add(1, Ordering::Relaxed);
+        *self.reload_error() = None;
+        let mut shared = self.lock();
+        shared.loaded = Arc::new(loaded);
+        (shared.next(), Arc::clone(&shared.loaded))
+    }
+
+    /// Settings, and model and profile with their names, as a recording keeps them.
+    pub fn describe(&self, loaded: &Loaded) -> Value {
+        json!({
+            "model": loaded.model_name,
+            "model_digest": loaded.model_digest,
+            "profile": loaded.profile.as_ref().and_then(|profile| {
+                serde_json::from_str::<Value>(&profile.to_json()).ok()
+            }),
+            "objective": describe::objective(&self.settings.objective),
+            "settings": describe::settings(&self.settings),
+        })
+    }
+
+    /// Notes that a reload was refused; what is loaded stays.
+    pub fn reload_failed(&self, message: String) {
+        self.metrics.reload_failures.count();
+        *self.reload_error() = Some(message);
+    }
+
+    /// The model and profile in use.
+    pub fn loaded(&self) -> Arc<Loaded> {
+        Arc::clone(&self.lock().loaded)
+    }
+
+    /// The vehicle's latest state.
+    pub fn feed(&self) -> Feed {
+        self.lock().feed
+    }
+
+    /// The state at this moment, after a change of the feed.
+    fn snapshot<T>(&self, change: impl FnOnce(&mut Feed) -> T) -> (Snapshot, T) {
+        let mut shared = self.lock();
+        let told = change(&mut shared.feed);
+        let snapshot = Snapshot {
+            sequence: shared.next(),
+            feed: shared.feed,
+            loaded: Arc::clone(&shared.loaded),
+        };
+        (snapshot, told)
+    }
+
+    // Nothing panics while holding these locks; should it, the values are whole all the same.
+    fn lock(&self) -> std::sync::MutexGuard<'_, Shared> {
+        self.shared.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn reloads(&self) -> u64 {
+        self.reloads.load(Ordering::Relaxed)
+    }
+
+    fn reload_error(&self) -> std::sync::MutexGuard<'_, Option<String>> {
+        self.reload_error
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Shared {
+    fn next(&mut self) -> u64 {
+        self.sequence += 1;
+        self.sequence
+    }
+}

@@ -1,0 +1,238 @@
+//! Suggestions at a chosen rate from the latest state, steered so that the vehicle does not hunt.
+
+use serde_json::{Value, json};
+use uw_calib::Profile;
+use uw_calib::json::{FieldError, Object};
+
+use crate::advice::{Advice, Prediction, advise, predict};
+use crate::features::Candidate;
+use crate::mlp::Model;
+use crate::objective::Objective;
+use crate::service::resolve::{Known, resolve};
+use crate::service::suggestion::{self, Hold, usable};
+use crate::service::{Moment, Settings, Snapshot};
+use crate::steering::{Command, Course, Steering};
+use crate::wire::inputs::Inputs;
+use crate::wire::reply::{self, Code, Fields, WireError};
+
+/// One connection's subscription.
+#[derive(Clone, Debug)]
+pub(super) struct Subscription {
+    /// Id of the request that began it, repeated in every message.
+    pub id: Value,
+    period_s: f64,
+    objective: Objective,
+    steering: Steering,
+    course: Course,
+    next_s: f64,
+    sent: u64,
+}
+
+impl Subscription {
+    pub fn new(
+        id: Value,
+        rate_hz: f64,
+        objective: Objective,
+        steering: Steering,
+        now: Moment,
+    ) -> Self {
+        let period_s = 1.0 / rate_hz;
+        Self {
+            id,
+            period_s,
+            objective,
+            steering,
+            course: Course::default(),
+            next_s: now.since_start_s + period_s,
+            sent: 0,
+        }
+    }
+
+    /// When the next message is due, s since the start.
+    pub fn next_s(&self) -> f64 {
+        self.next_s
+    }
+
+    /// The message that is due; the time of the next keeps the rhythm, and those missed are left out.
+    pub fn push(
+        &mut self,
+        snapshot: &Snapshot,
+        own: Option<&Profile>,
+        settings: &Settings,
+        now: Moment,
+    ) -> Result<Fields, WireError> {
+        let missed = ((now.since_start_s - self.next_s) / self.period_s).floor();
+        self.next_s += self.period_s * (missed.max(0.0) + 1.0);
+        self.sent += 1;
+        let answer = self.suggestion(snapshot, own, settings, now);
+        let mut fields = match answer {
+            Ok(fields) => fields,
+            Err(error) => {
+                self.course.reset();
+                return Err(error);
+            }
+        };
+        if fields.get("valid") == Some(&Value::Bool(false)) {
+            self.course.reset();
+        }
+        fields.insert("push".to_owned(), true.into());
+        fields.insert("sequence".to_owned(), self.sent.into());
+        Ok(fields)
+    }
+
+    fn suggestion(
+        &mut self,
+        snapshot: &Snapshot,
+        own: Option<&Profile>,
+        settings: &Settings,
+        now: Moment,
+    ) -> Result<Fields, WireError> {
+        let known = match resolve(&Inputs::default(), &snapshot.feed, now, &settings.beams) {
+            Ok(known) => known,
+            Err(super::resolve::Unknown::Missing(name)) => {
+                return Ok(Hold::Missing(name).fields(None));
+            }
+            Err(other) => return suggestion::unknown(other),
+        };
+        let profile = own.or(snapshot.loaded.profile.as_deref());
+        let profile = match usable(&known, profile, &settings.max_age) {
+            Ok(profile) => profile,
+            Err(hold) => return Ok(hold.fields(Some(&known))),
+        };
+        let model = &snapshot.loaded.model;
+        let advice = advise(&known.observation, profile, model, &self.objective);
+        let mut fields = suggestion::of_advice(&advice, &known)?;
+        if let (Some(score), Some(score_here)) = (advice.score, advice.score_here) {
+            let steered = self.steer(&known, profile, model, (&advice, score), now)?;
+            fields.extend(steered.fields(&known, score_here));
+        }
+        Ok(fields)
+    }
+
+    fn steer(
+        &mut self,
+        known: &Known,
+        profile: &Profile,
+        model: &Model,
+        (advice, score): (&Advice, f64),
+        now: Moment,
+    ) -> Result<Steered, WireError> {
+        let predict = |candidate: Candidate, objective: &Objective| {
+            predict(&known.observation, &[candidate], profile, model, objective)
+        };
+        let best = Candidate {
+            distance_m: advice.distance_m,
+            light_pct: advice.light_pct,
+        };
+        let current = Candidate {
+            distance_m: known.observation.distance_m,
+            light_pct: known.observation.light_pct,
+        };
+        let target_score = self
+            .course
+            .target()
+            .and_then(|target| predict(target, &self.objective).ok())
+            .map(|prediction| prediction.scores[0]);
+        let command = self.course.step(
+            &self.steering,
+            now.since_start_s,
+            current,
+            (best, score),
+            target_score,
+        );
+        let prediction = predict(command.command, &self.objective)?;
+        Ok(Steered {
+            command,
+            prediction,
+        })
+    }
+}
+
+/// A command and what is predicted for it.
+struct Steered {
+    command: Command,
+    prediction: Prediction,
+}
+
+impl Steered {
+    fn fields(&self, known: &Known, score_here: f64) -> Fields {
+        let Command {
+            command,
+            target,
+            clamped,
+            hold,
+        } = self.command;
+        let score = self.prediction.scores[0];
+        let mut fields = reply::fields(json!({
+            "action": if hold { "hold" } else { "move" },
+            "distance_m": command.distance_m,
+            "light_pct": command.light_pct,
+            "delta_distance_m": command.distance_m - known.observation.distance_m,
+            "delta_light_pct": command.light_pct - known.observation.light_pct,
+            "predicted_contrast": self.prediction.contrast[0],
+            "score": score,
+            "gain": score - score_here,
+            "target": {"distance_m": target.distance_m, "light_pct": target.light_pct},
+        }));
+        if clamped {
+            fields.insert("reason".to_owned(), "clamped".into());
+            let message = "a rate limit keeps the command short of the target";
+            fields.insert("message".to_owned(), message.into());
+        }
+        fields
+    }
+}
+
+/// Steering with the fields of a request over it.
+pub(crate) fn steering_with(
+    configured: &Steering,
+    overrides: &Object,
+) -> Result<Steering, FieldError> {
+    let mut steering = *configured;
+    let fields: [(&str, &mut f64, bool); 5] = [
+        ("min_gain", &mut steering.min_gain, true),
+        (
+            "distance_rate_m_per_s",
+            &mut steering.distance_rate_m_per_s,
+            false,
+        ),
+        (
+            "light_rate_pct_per_s",
+            &mut steering.light_rate_pct_per_s,
+            false,
+        ),
+        (
+            "distance_deadband_m",
+            &mut steering.distance_deadband_m,
+            true,
+        ),
+        ("light_deadband_pct", &mut steering.light_deadband_pct, true),
+    ];
+    let names: Vec<&str> = fields.iter().map(|field| field.0).collect();
+    overrides.only(&names)?;
+    for (name, field, zero_allowed) in fields {
+        if overrides.get(name).is_none() {
+            continue;
+        }
+        let value = overrides.number(name)?;
+        if value < 0.0 || (value == 0.0 && !zero_allowed) {
+            let expected = if zero_allowed { ">= 0" } else { "> 0" };
+            return Err(FieldError::out_of_range(
+                overrides.path_of(name),
+                expected,
+                value,
+            ));
+        }
+        *field = value;
+    }
+    Ok(steering)
+}
+
+/// The error of a subscription that does not exist.
+pub(super) fn none() -> WireError {
+    WireError::new(
+        Code::InvalidValue,
+        "there is no subscription on this connection to end",
+    )
+    .at("op")
+}

@@ -1,0 +1,9 @@
+//! Configuration files.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use uw_guidance::Config;
+
+fuzz_target!(|text: &str| {
+    let _ = Config::parse(text, "fuzz.toml");
+});

@@ -1,0 +1,29 @@
+//! Splitting bytes into lines gives the same lines whatever pieces they come in.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use tokio::io::BufReader;
+use uw_guidance::wire::frame::{Frame, Lines};
+
+fn lines(bytes: &[u8], piece: usize) -> Vec<Frame> {
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .build()
+        .expect("a runtime");
+    runtime.block_on(async {
+        let mut lines = Lines::new(BufReader::with_capacity(piece, bytes));
+        let mut frames = Vec::new();
+        loop {
+            match lines.next().await.expect("memory does not fail") {
+                Frame::End => return frames,
+                frame => frames.push(frame),
+            }
+        }
+    })
+}
+
+fuzz_target!(|bytes: &[u8]| {
+    let Some((&piece, bytes)) = bytes.split_first() else {
+        return;
+    };
+    assert_eq!(lines(bytes, usize::from(piece).max(1)), lines(bytes, 8192));
+});
