@@ -45,6 +45,7 @@ pub fn render(
     let setup = Instant::now();
     let cpu_start = ProcessTime::now();
     let selection = select(scene, plan);
+    gpu.check()?;
     let tables = Tables::build(scene, &selection.lamps)?;
     let loaded = Loaded::new(gpu, scene, &tables)?;
     let mut kernels = Vec::new();
