@@ -1,6 +1,7 @@
 //! Harness of the system tests: renders of corpus scenes and their comparison with references.
 
 pub mod discrete_ordinates;
+pub mod gpu;
 pub mod reference;
 pub mod single_ray;
 pub mod tails;

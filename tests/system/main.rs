@@ -8,6 +8,9 @@
 mod closed_form;
 mod convergence;
 mod furnace;
+mod gpu;
+mod gpu_features;
+mod gpu_shaders;
 mod irradiance_sensors;
 mod layers;
 mod near_lamps;

@@ -179,6 +179,26 @@ impl BatchMean {
         }
     }
 
+    /// From the means of layers, W/(m² sr): ambient, direct, backscatter, then each lamp at 100 %, of `levels`
+    /// (fractions).
+    pub(crate) fn of_layers(layers: &[[f64; 3]], levels: &[f64]) -> Self {
+        let lamps = layers[3..].to_vec();
+        let total = std::array::from_fn(|k| {
+            let lit = lamps
+                .iter()
+                .zip(levels)
+                .map(|(lamp, level)| level * lamp[k]);
+            layers[0][k] + lit.sum::<f64>()
+        });
+        Self {
+            total,
+            ambient: layers[0],
+            direct: layers[1],
+            backscatter: layers[2],
+            lamps,
+        }
+    }
+
     /// Sets everything to zero.
     pub fn clear(&mut self) {
         let lamps = std::mem::take(&mut self.lamps);

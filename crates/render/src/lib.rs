@@ -1,5 +1,6 @@
 //! Scene file -> scene -> prepared -> integrator -> film -> sensor -> image.
 pub mod film;
+pub mod gpu;
 pub mod image;
 pub mod integrator;
 pub mod irradiance;

@@ -16,7 +16,7 @@ mod solve;
 mod tabulated;
 
 pub use draine::Draine;
-pub use fast::{PhaseTable, X_MIN};
+pub use fast::{CellParts, PhaseTable, X_MIN};
 pub use fournier_forand::{FournierForand, backscatter_from_mu, mu_from_backscatter};
 pub use henyey_greenstein::HenyeyGreenstein;
 pub use mixture::Mixture;

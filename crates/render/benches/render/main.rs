@@ -4,6 +4,7 @@
 //! `cargo bench -p uw-render -- WORDS` runs those whose name contains WORDS.
 
 mod features;
+mod gpu;
 mod paths;
 mod picture;
 mod scaling;
@@ -26,6 +27,7 @@ fn main() -> Result<(), SceneError> {
     features::bench(&mut criterion)?;
     scaling::bench(&mut criterion)?;
     picture::bench(&mut criterion)?;
+    gpu::bench(&mut criterion)?;
     criterion.final_summary();
     Ok(())
 }

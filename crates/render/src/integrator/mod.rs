@@ -15,6 +15,7 @@ use serde::Serialize;
 
 use crate::{
     film::{BatchMean, Film, Row},
+    gpu::GpuError,
     prepare::{Needs, Prepared},
 };
 use cpu::{Selection, Worker};
@@ -45,6 +46,40 @@ pub struct Plan {
     pub dark_lamps: bool,
 }
 
+impl Plan {
+    /// Number of samples per pixel of the next batch; `None` when all are done.
+    pub(crate) fn next_batch(&self, batch: u32, done: u32) -> Option<u32> {
+        match self.samples_per_pixel {
+            Some(all) => {
+                let size = (all / FEWEST_BATCHES).clamp(1, LARGEST_BATCH);
+                (done < all).then(|| size.min(all - done))
+            }
+            // Small batches first, for an early picture and an early estimate of its error.
+            None => Some(if batch < TRUSTED_BATCHES {
+                4
+            } else {
+                LARGEST_BATCH
+            }),
+        }
+    }
+
+    /// Rows of pixels over all batches, where the number of samples is known.
+    pub(crate) fn rows_total(&self, height: u32) -> Option<u64> {
+        let all = self.samples_per_pixel?;
+        let size = (all / FEWEST_BATCHES).clamp(1, LARGEST_BATCH);
+        Some(u64::from(all.div_ceil(size)) * u64::from(height))
+    }
+
+    /// Whether `film` is as accurate as asked for.
+    pub(crate) fn is_met_by(&self, film: &Film) -> bool {
+        let enough = |target: f64| {
+            film.rows.iter().all(|r| r.batches >= TRUSTED_BATCHES)
+                && film.relative_error().is_some_and(|e| e <= target)
+        };
+        self.target_error.is_some_and(enough)
+    }
+}
+
 /// How far a render is.
 #[derive(Clone, Copy, Debug)]
 pub struct Progress {
@@ -61,7 +96,7 @@ pub struct Progress {
 pub struct RenderStats {
     /// Seed.
     pub seed: u64,
-    /// "cpu".
+    /// "cpu" or "gpu".
     pub backend: &'static str,
     /// Name of the graphics adapter; none on the CPU.
     pub adapter: Option<String>,
@@ -73,6 +108,8 @@ pub struct RenderStats {
     pub paths: u64,
     /// Vertices of walks and bridges.
     pub path_vertices: u64,
+    /// Paths that were ended by a limit of the backend, where there is no such limit in the algorithm; 0 on the CPU.
+    pub cut_paths: u32,
     /// Preparation, s.
     pub setup_s: f64,
     /// Rendering, s of wall time.
@@ -103,6 +140,9 @@ pub enum RenderError {
         /// Rows in all.
         total: usize,
     },
+    /// The GPU cannot be used.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
 }
 
 /// The worker threads could not be started.
@@ -165,6 +205,7 @@ pub fn render(
         samples_per_pixel: film.samples(),
         paths: job.paths.into_inner(),
         path_vertices: job.vertices.into_inner(),
+        cut_paths: 0,
         setup_s: 0.0,
         render_s: start.elapsed().as_secs_f64(),
         cpu_s: cpu_start.elapsed().as_secs_f64(),
@@ -177,7 +218,7 @@ pub fn render(
 }
 
 /// The lamps and paths a plan needs.
-fn select(scene: &Prepared, plan: &Plan) -> Selection {
+pub(crate) fn select(scene: &Prepared, plan: &Plan) -> Selection {
     let shines = |i: &usize| {
         let lamp = &scene.lamps[*i];
         (plan.dark_lamps || lamp.level > 0.0) && lamp.intensity.iter().any(|&x| x > 0.0)
@@ -210,7 +251,7 @@ impl Job<'_> {
         let lamps = film.lamps();
         let mut batch = 0;
         let mut done = 0;
-        while let Some(samples) = self.next_batch(batch, done) {
+        while let Some(samples) = self.plan.next_batch(batch, done) {
             film.rows.par_iter_mut().enumerate().for_each_init(
                 || {
                     (
@@ -228,32 +269,10 @@ impl Job<'_> {
             );
             batch += 1;
             done += samples;
-            if self.cancelled() || self.out_of_time() || self.accurate_enough(film) {
+            if self.cancelled() || self.out_of_time() || self.plan.is_met_by(film) {
                 return;
             }
         }
-    }
-
-    /// Number of samples per pixel of the next batch; `None` when all are done.
-    fn next_batch(&self, batch: u32, done: u32) -> Option<u32> {
-        match self.plan.samples_per_pixel {
-            Some(all) => {
-                let size = (all / FEWEST_BATCHES).clamp(1, LARGEST_BATCH);
-                (done < all).then(|| size.min(all - done))
-            }
-            // Small batches first, for an early picture and an early estimate of its error.
-            None => Some(if batch < TRUSTED_BATCHES {
-                4
-            } else {
-                LARGEST_BATCH
-            }),
-        }
-    }
-
-    fn rows_total(&self) -> Option<u64> {
-        let all = self.plan.samples_per_pixel?;
-        let size = (all / FEWEST_BATCHES).clamp(1, LARGEST_BATCH);
-        Some(u64::from(all.div_ceil(size)) * u64::from(self.scene.camera.height))
     }
 
     fn render_row(
@@ -282,7 +301,7 @@ impl Job<'_> {
         let rows_done = self.rows_done.fetch_add(1, Ordering::Relaxed) + 1;
         (self.observe)(&Progress {
             rows_done,
-            rows_total: self.rows_total(),
+            rows_total: self.plan.rows_total(self.scene.camera.height),
             elapsed: self.start.elapsed(),
         });
     }
@@ -295,13 +314,5 @@ impl Job<'_> {
         self.plan
             .time_limit
             .is_some_and(|limit| self.start.elapsed() >= limit)
-    }
-
-    fn accurate_enough(&self, film: &Film) -> bool {
-        let enough = |target: f64| {
-            film.rows.iter().all(|r| r.batches >= TRUSTED_BATCHES)
-                && film.relative_error().is_some_and(|e| e <= target)
-        };
-        self.plan.target_error.is_some_and(enough)
     }
 }

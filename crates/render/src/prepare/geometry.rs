@@ -41,27 +41,27 @@ pub struct SurfacePoint {
 }
 
 #[derive(Clone, Debug)]
-struct PreparedQuad {
-    quad: Quad,
-    dual_u: DVec3,
-    dual_v: DVec3,
+pub(crate) struct PreparedQuad {
+    pub(crate) quad: Quad,
+    pub(crate) dual_u: DVec3,
+    pub(crate) dual_v: DVec3,
 }
 
 #[derive(Clone, Debug)]
-struct TriangleShading {
-    material: u32,
-    normals: Option<[DVec3; 3]>,
-    uvs: Option<[DVec2; 3]>,
+pub(crate) struct TriangleShading {
+    pub(crate) material: u32,
+    pub(crate) normals: Option<[DVec3; 3]>,
+    pub(crate) uvs: Option<[DVec2; 3]>,
 }
 
 /// All surfaces of a scene.
 #[derive(Clone, Debug)]
 pub struct Geometry {
-    quads: Vec<PreparedQuad>,
-    tree: Option<TriangleTree>,
-    shading: Vec<TriangleShading>,
-    materials: Vec<Material>,
-    textures: Vec<Texture>,
+    pub(crate) quads: Vec<PreparedQuad>,
+    pub(crate) tree: Option<TriangleTree>,
+    pub(crate) shading: Vec<TriangleShading>,
+    pub(crate) materials: Vec<Material>,
+    pub(crate) textures: Vec<Texture>,
     bounds: Option<(DVec3, DVec3)>,
     /// Largest coordinate of the camera, m.
     camera_reach: f64,

@@ -22,9 +22,9 @@ pub struct PreparedLamp {
     pub level: f64,
     /// Radius of the disk, m; 0 for a point.
     pub radius: f64,
-    cos_half_angle: f64,
-    tangent: (DVec3, DVec3),
-    falloff: Option<Vec<f64>>,
+    pub(crate) cos_half_angle: f64,
+    pub(crate) tangent: (DVec3, DVec3),
+    pub(crate) falloff: Option<Vec<f64>>,
 }
 
 impl PreparedLamp {

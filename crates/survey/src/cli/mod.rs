@@ -4,6 +4,7 @@
 //! [`error`] makes them, [`output`] writes results (whole or not at all), [`interrupt`] and [`progress`] serve
 //! the commands that take long, [`numbers`] reads and prints columns of numbers.
 
+mod adapters;
 mod assets;
 mod calibrate;
 mod dataset;
@@ -44,6 +45,8 @@ struct Arguments {
 enum Command {
     /// Render a scene file to an EXR, PNG or TIFF picture.
     Render(render::RenderArguments),
+    /// List the graphics adapters, best first.
+    Adapters,
     /// Plane and scalar irradiances at depths below the water surface.
     Irradiance(irradiance::IrradianceArguments),
     /// Error against time on a set of scenes, with plots; or the references it needs.
@@ -72,6 +75,7 @@ impl Command {
     fn run(&self, json: bool) -> Result<(), CliError> {
         match self {
             Self::Render(arguments) => arguments.run(json),
+            Self::Adapters => adapters::run(json),
             Self::Irradiance(arguments) => arguments.run(json),
             Self::ErrorTime(arguments) => arguments.run(json),
             Self::Phase(arguments) => arguments.run(),

@@ -1,10 +1,12 @@
 //! `uw render`: scene file -> picture, with layers, statistics and a way to stop early.
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use clap::{Args, ValueEnum, value_parser};
 use uw_render::film::Film;
+use uw_render::gpu::{self, Gpu};
 use uw_render::image::{ImageFormat, write_frame};
 use uw_render::integrator::{self, Plan, Progress, RenderError, RenderStats};
 use uw_render::layers::{RenderLayer, exr_image, picture};
@@ -38,6 +40,9 @@ pub(super) struct RenderArguments {
     /// Where to render.
     #[arg(long, value_enum, default_value_t = Backend::Auto)]
     backend: Backend,
+    /// Graphics adapter: any part of its name, in any case (see `uw adapters`).
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
     /// Worker threads. Default: one per core.
     #[arg(long, value_parser = value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
@@ -58,12 +63,22 @@ pub(super) struct RenderArguments {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Backend {
-    /// The best there is.
+    /// A GPU where there is one, else the processor.
     Auto,
     /// All cores of the processor.
     Cpu,
-    /// A graphics processor.
+    /// A graphics adapter, also one that is only a program.
     Gpu,
+}
+
+impl From<Backend> for gpu::Backend {
+    fn from(backend: Backend) -> Self {
+        match backend {
+            Backend::Auto => Self::Auto,
+            Backend::Cpu => Self::Cpu,
+            Backend::Gpu => Self::Gpu,
+        }
+    }
 }
 
 fn positive(text: &str) -> Result<f64, String> {
@@ -78,6 +93,9 @@ impl RenderArguments {
     /// error object.
     pub(super) fn run(&self, json: bool) -> Result<(), CliError> {
         let format = self.check()?;
+        let device = gpu::Backend::from(self.backend)
+            .open(self.adapter.as_deref())
+            .map_err(CliError::input)?;
         let cancel = interrupt::cancel_flag()?;
         let start = Instant::now();
         let scene = Scene::read(&self.scene).map_err(CliError::input)?;
@@ -98,10 +116,17 @@ impl RenderArguments {
             plan.samples_per_pixel.is_some() || plan.time_limit.is_some(),
         );
         let observe = |progress: &Progress| show(&display, &plan, scene.camera.height, progress);
-        let rendered = integrator::render(&prepared, &plan, &cancel, &observe);
+        let rendered = self.render(device.as_ref(), &prepared, &plan, &cancel, &observe);
         display.finish();
         let (film, mut stats) = rendered.map_err(no_picture)?;
-        stats.setup_s = setup_s;
+        stats.setup_s += setup_s;
+        if stats.cut_paths > 0 && !json {
+            let cut = stats.cut_paths;
+            note(format_args!(
+                "uw: warning: {cut} of {} paths were cut by limits of the graphics adapter, the picture is too dark",
+                stats.paths
+            ));
+        }
         let result = Rendered {
             scene: &scene,
             prepared: &prepared,
@@ -111,12 +136,31 @@ impl RenderArguments {
         self.write(format, &layers, &result)
     }
 
-    /// What needs no scene: the backend, the names and places of the output files.
-    fn check(&self) -> Result<ImageFormat, CliError> {
-        if self.backend == Backend::Gpu {
-            let message = "--backend gpu: this build has no GPU backend yet; use auto or cpu";
-            return Err(CliError::input(message));
+    /// Renders on `device`, or on the processor: without one, or when it fails and nothing demands it.
+    fn render(
+        &self,
+        device: Option<&Gpu>,
+        prepared: &Prepared,
+        plan: &Plan,
+        cancel: &AtomicBool,
+        observe: &(dyn Fn(&Progress) + Sync),
+    ) -> Result<(Film, RenderStats), RenderError> {
+        let Some(device) = device else {
+            return integrator::render(prepared, plan, cancel, observe);
+        };
+        match gpu::render(device, prepared, plan, cancel, observe) {
+            Err(RenderError::Gpu(error)) if self.backend == Backend::Auto => {
+                note(format_args!(
+                    "uw: warning: {error}; going on with the processor"
+                ));
+                integrator::render(prepared, plan, cancel, observe)
+            }
+            result => result,
         }
+    }
+
+    /// What needs no scene: the names and places of the output files.
+    fn check(&self) -> Result<ImageFormat, CliError> {
         let format = ImageFormat::of(&self.output).map_err(CliError::input)?;
         if format != ImageFormat::Exr && !self.layers.is_empty() {
             let file = self.output.display();
@@ -225,7 +269,7 @@ fn no_picture(error: RenderError) -> CliError {
         RenderError::Incomplete { .. } => {
             CliError::Interrupted(format!("interrupted: {error}; nothing has been written"))
         }
-        RenderError::Threads { .. } => CliError::failed(error),
+        RenderError::Threads { .. } | RenderError::Gpu(_) => CliError::failed(error),
     }
 }
 

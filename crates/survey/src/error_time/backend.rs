@@ -11,12 +11,15 @@ use serde::{Deserialize, Serialize};
 pub enum Backend {
     /// The native path tracer on the cores of the processor.
     Cpu,
+    /// The graphics adapter, hardware before software.
+    Gpu,
 }
 
 impl fmt::Display for Backend {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Cpu => f.pad("cpu"),
+            Self::Gpu => f.pad("gpu"),
         }
     }
 }

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
 use uw_render::film::FilmLayer;
-use uw_render::integrator::{self, Plan, Progress};
+use uw_render::gpu::{self, AdapterChoice, Gpu};
+use uw_render::integrator::{self, Plan, Progress, RenderError};
 
 use super::backend::Backend;
 use super::curve::Curve;
@@ -303,6 +304,10 @@ fn render(
     };
     let (film, stats) = match wanted.backend {
         Backend::Cpu => integrator::render(scene.prepared(), &plan, observer.cancel, &observe)?,
+        Backend::Gpu => {
+            let device = Gpu::open(AdapterChoice::Best).map_err(RenderError::from)?;
+            gpu::render(&device, scene.prepared(), &plan, observer.cancel, &observe)?
+        }
     };
     if stats.interrupted {
         return Err(ErrorTimeError::Stopped);

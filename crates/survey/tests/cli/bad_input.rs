@@ -103,7 +103,10 @@ fn arguments_of_a_render_are_checked_before_it() {
             &["no/such", "does not exist"],
         ),
         ("-o out.exr --stats ./out.exr", &["--stats", "different"]),
-        ("-o out.exr --backend gpu", &["GPU", "cpu"]),
+        (
+            "-o out.exr --backend gpu --adapter nosuch",
+            &["graphics adapter"],
+        ),
         ("-o out.exr --backend abacus", &["abacus", "cpu"]),
         (
             "-o out.png --layers depth",

@@ -34,6 +34,17 @@ pub(super) struct CellTable {
     ends: [End; 2],
 }
 
+/// A table laid open, for lookups elsewhere.
+#[derive(Clone, Copy, Debug)]
+pub struct CellParts<'a> {
+    /// Per block `first cell << 4 | split`, the block being cut into 2^split cells.
+    pub blocks: &'a [u32],
+    /// Coefficients of 1, t, t², t³ with t in [0, 1) along the key.
+    pub cells: &'a [[f64; 4]],
+    /// Smallest key and first block of the low and the high end; each octave from there on has eight blocks.
+    pub ends: [(f64, u32); 2],
+}
+
 /// Where the blocks of one end lie.
 #[derive(Clone, Copy, Debug)]
 struct End {
@@ -113,6 +124,18 @@ impl CellTable {
         let t = f64::from_bits(ONE_BITS | (place << BLOCK_BITS)) - 1.0;
         let [c0, c1, c2, c3] = self.cells[cell];
         (c0 + t * c1) + t * t * (c2 + t * c3)
+    }
+
+    pub(super) fn parts(&self) -> CellParts<'_> {
+        let of_end = |end: &End| {
+            let first = (end.smallest >> INNER_BITS) as i64 + end.shift;
+            (f64::from_bits(end.smallest), first as u32)
+        };
+        CellParts {
+            blocks: &self.blocks,
+            cells: &self.cells,
+            ends: [of_end(&self.ends[0]), of_end(&self.ends[1])],
+        }
     }
 
     pub(super) fn bytes(&self) -> usize {

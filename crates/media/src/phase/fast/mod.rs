@@ -3,6 +3,7 @@
 mod cells;
 
 use super::{Phase, PhaseFunction};
+pub use cells::CellParts;
 use cells::{CellTable, Ends};
 
 /// Smallest `x = sin²(θ/2)` of a [`PhaseTable`], 2^-120 (θ = 1.7e-18 rad): smaller angles are sampled
@@ -75,6 +76,11 @@ impl PhaseTable {
     #[inline]
     pub fn sample_x(&self, u: f64) -> f64 {
         self.sample.at(u).clamp(X_MIN, 1.0)
+    }
+
+    /// The tables of value and of inverse CDF, for lookups on another processor.
+    pub fn parts(&self) -> [CellParts<'_>; 2] {
+        [self.value.parts(), self.sample.parts()]
     }
 
     /// Memory of the tables, bytes.

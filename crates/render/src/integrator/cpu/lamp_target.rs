@@ -138,7 +138,7 @@ fn aim(scene: &Prepared, lamp: usize, weight: f64, draws: &mut Draws) -> Target 
 }
 
 /// Probability of aiming at the mirror image: smaller the deeper the lamp.
-fn mirror_share(scene: &Prepared, lamp: &PreparedLamp) -> f64 {
+pub(crate) fn mirror_share(scene: &Prepared, lamp: &PreparedLamp) -> f64 {
     match scene.boundary {
         Some(b) if b.index != 1.0 => {
             let detour = 2.0 * (b.height - lamp.position.z);

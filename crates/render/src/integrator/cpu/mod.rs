@@ -4,18 +4,19 @@ mod ambient_flight;
 mod ambient_path;
 mod ambient_surface;
 mod ambient_window;
-mod bridge;
+pub(crate) mod bridge;
 mod camera_ray;
 mod direct_lamps;
 mod equiangular;
 mod lamp_join;
+mod lamp_landing;
 mod lamp_path;
 mod lamp_pixels;
-mod lamp_target;
+pub(crate) mod lamp_target;
 mod lamp_walk;
-mod order;
+pub(crate) mod order;
 mod score;
-mod spectral;
+pub(crate) mod spectral;
 mod sun_line;
 mod unfold;
 mod unscattered;
@@ -208,7 +209,7 @@ impl<'a> Worker<'a> {
     fn is_clear(&self, ray: &CameraRay) -> bool {
         match (&self.scene.medium, ray.in_water) {
             (Some(medium), Some(segment)) if medium.scatters() => {
-                medium.b.iter().sum::<f64>() / 3.0 * segment.length < SPLIT_BELOW
+                medium.b_mean() * segment.length < SPLIT_BELOW
             }
             _ => true,
         }

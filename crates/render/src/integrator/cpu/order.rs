@@ -35,6 +35,11 @@ impl OrderLaw {
         }
     }
 
+    /// Ratio of the geometric part.
+    pub(crate) fn ratio(&self) -> f64 {
+        self.ratio
+    }
+
     /// Draws k for optical depth `depth` = σD from `u` in (0, 1); `None` beyond [`MAX_ORDER`].
     #[inline]
     pub fn sample(&self, depth: f64, u: f64) -> Option<usize> {

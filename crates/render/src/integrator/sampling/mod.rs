@@ -3,7 +3,7 @@
 pub mod directions;
 mod draws;
 mod rng;
-mod sobol;
+pub(crate) mod sobol;
 
 pub use draws::{Draws, LEADING, MAX_BATCH};
 pub use rng::Rng;

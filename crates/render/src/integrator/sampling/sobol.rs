@@ -14,7 +14,7 @@ const POLYNOMIALS: [(usize, u32, [u32; 4]); DIMENSIONS - 1] = [
 ];
 
 /// Direction numbers, by bits of the index from the lowest.
-const DIRECTIONS: [[u32; 32]; DIMENSIONS] = directions();
+pub(crate) const DIRECTIONS: [[u32; 32]; DIMENSIONS] = directions();
 
 const fn directions() -> [[u32; 32]; DIMENSIONS] {
     let mut v = [[0u32; 32]; DIMENSIONS];

@@ -41,12 +41,12 @@ const MAX_NARROW: f64 = 30.0;
 /// Plane-parallel daylight in homogeneous water: radiance per direction and depth, irradiances.
 #[derive(Clone, Debug)]
 pub struct DaylightField {
-    table: Table,
+    pub(crate) table: Table,
     /// Per channel, the share of the light that scatters narrowly per metre of depth, 1/m.
-    narrow_rate: [f64; 3],
+    pub(crate) narrow_rate: [f64; 3],
     /// Asymptotic −d ln L/dτ per channel.
     decay: [f64; 3],
-    sun_azimuth: Option<(f64, f64)>,
+    pub(crate) sun_azimuth: Option<(f64, f64)>,
 }
 
 impl DaylightField {

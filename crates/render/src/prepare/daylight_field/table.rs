@@ -9,14 +9,14 @@ const LARGEST_RATIO: f64 = 30.0;
 const BELOW: f64 = 8.0;
 
 /// Values per channel and padding, which makes a row one vector.
-type Entry = [f32; 4];
+pub(crate) type Entry = [f32; 4];
 
 /// Logarithms of radiances (so that steep decays are interpolated well) and irradiances, and shares.
 #[derive(Clone, Debug)]
-pub(super) struct Table {
-    max_depth_m: f64,
+pub(crate) struct Table {
+    pub(crate) max_depth_m: f64,
     /// −d ln L/dz beyond the grid, 1/m.
-    decay_per_m: Entry,
+    pub(crate) decay_per_m: Entry,
     /// Nodes in azimuth, 1 where nothing depends on it.
     azimuths: usize,
     ln_scattered: Vec<Entry>,
@@ -98,6 +98,18 @@ impl Table {
             table.decay_per_m[k] = (channels[k].solution.decay * channels[k].c) as f32;
         }
         table
+    }
+
+    /// Nodes in azimuth, and the tables as they lie: logarithms of radiances ([depth][cosine][azimuth]), of downward and of
+    /// upward irradiances ([depth]), and shares of the sun (like radiances, empty without a sun).
+    pub(crate) fn parts(&self) -> (usize, [&[Entry]; 4]) {
+        let tables = [
+            &self.ln_scattered,
+            &self.ln_down,
+            &self.ln_up,
+            &self.sun_share,
+        ];
+        (self.azimuths, tables.map(Vec::as_slice))
     }
 
     /// Where `depth_m` lies in the table.

@@ -1,0 +1,220 @@
+//! Adapters and the device.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use serde::Serialize;
+
+use super::GpuError;
+
+/// Storage buffers that the kernels bind.
+const STORAGE_BUFFERS: u32 = 12;
+
+/// A graphics adapter.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct AdapterInfo {
+    /// Name, as `--adapter` takes it (any part of it, in any case).
+    pub name: String,
+    /// Kind: "discrete GPU", "integrated GPU", "virtual GPU", "CPU" or "other".
+    pub kind: &'static str,
+    /// Interface: "vulkan", "metal", "dx12".
+    pub backend: String,
+    /// Driver and its version.
+    pub driver: String,
+    /// Largest buffer a kernel can read, bytes.
+    pub largest_buffer_bytes: u64,
+}
+
+impl AdapterInfo {
+    /// Whether it is hardware and not a program that stands in for it.
+    pub fn is_hardware(&self) -> bool {
+        self.kind != "CPU"
+    }
+}
+
+/// Which adapter to take.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AdapterChoice<'a> {
+    /// The first whose name holds this text, in any case.
+    Named(&'a str),
+    /// Hardware before software.
+    Best,
+}
+
+/// A device with its queue and the faults it has reported.
+#[derive(Clone, Debug)]
+pub struct Gpu {
+    pub(super) device: wgpu::Device,
+    pub(super) queue: wgpu::Queue,
+    pub(super) limits: wgpu::Limits,
+    info: AdapterInfo,
+    fault: Arc<Mutex<Option<GpuError>>>,
+}
+
+/// All adapters, hardware first.
+pub fn adapters() -> Vec<AdapterInfo> {
+    found().iter().map(|(info, _)| info.clone()).collect()
+}
+
+fn found() -> Vec<(AdapterInfo, wgpu::Adapter)> {
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    descriptor.backends = wgpu::Backends::PRIMARY;
+    let instance = wgpu::Instance::new(descriptor);
+    let all = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
+    let mut all: Vec<_> = all.into_iter().map(|a| (describe(&a), a)).collect();
+    all.sort_by_key(|(info, _)| match info.kind {
+        "discrete GPU" => 0,
+        "integrated GPU" | "virtual GPU" => 1,
+        "other" => 2,
+        _ => 3,
+    });
+    all
+}
+
+fn describe(adapter: &wgpu::Adapter) -> AdapterInfo {
+    let info = adapter.get_info();
+    let limits = adapter.limits();
+    AdapterInfo {
+        name: info.name,
+        kind: match info.device_type {
+            wgpu::DeviceType::DiscreteGpu => "discrete GPU",
+            wgpu::DeviceType::IntegratedGpu => "integrated GPU",
+            wgpu::DeviceType::VirtualGpu => "virtual GPU",
+            wgpu::DeviceType::Cpu => "CPU",
+            wgpu::DeviceType::Other => "other",
+        },
+        backend: info.backend.to_string(),
+        driver: format!("{} {}", info.driver, info.driver_info),
+        largest_buffer_bytes: limits.max_storage_buffer_binding_size,
+    }
+}
+
+impl Gpu {
+    /// Opens the adapter of `choice`.
+    ///
+    /// # Errors
+    /// No adapter at all, none of that name, or one that cannot do what the kernels need.
+    pub fn open(choice: AdapterChoice<'_>) -> Result<Self, GpuError> {
+        let all = found();
+        if all.is_empty() {
+            return Err(GpuError::no_adapter());
+        }
+        let matches = |info: &AdapterInfo| match choice {
+            AdapterChoice::Best => true,
+            AdapterChoice::Named(part) => info.name.to_lowercase().contains(&part.to_lowercase()),
+        };
+        let Some((info, adapter)) = all.iter().find(|(info, _)| matches(info)) else {
+            let names: Vec<_> = all.iter().map(|(info, _)| info.name.clone()).collect();
+            let got = match choice {
+                AdapterChoice::Named(part) => part.to_owned(),
+                AdapterChoice::Best => String::new(),
+            };
+            return Err(GpuError::UnknownAdapter {
+                got,
+                known: names.join(", "),
+            });
+        };
+        Self::start(info.clone(), adapter)
+    }
+
+    fn start(info: AdapterInfo, adapter: &wgpu::Adapter) -> Result<Self, GpuError> {
+        let limits = adapter.limits();
+        if limits.max_storage_buffers_per_shader_stage < STORAGE_BUFFERS {
+            return Err(GpuError::Limit {
+                what: "buffers of a kernel".to_owned(),
+                limit: "max_storage_buffers_per_shader_stage",
+                needed: u64::from(STORAGE_BUFFERS),
+                available: u64::from(limits.max_storage_buffers_per_shader_stage),
+            });
+        }
+        let request = adapter.request_device(&wgpu::DeviceDescriptor {
+            label: Some("renderer"),
+            required_limits: limits.clone(),
+            ..Default::default()
+        });
+        let (device, queue) = pollster::block_on(request).map_err(|e| GpuError::Device {
+            adapter: info.name.clone(),
+            reason: e.to_string(),
+        })?;
+        let fault = Arc::new(Mutex::new(None));
+        let keep = |fault: &Arc<Mutex<Option<GpuError>>>, error: GpuError| {
+            // The first fault is the cause, later ones follow from it.
+            fault
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner)
+                .get_or_insert(error);
+        };
+        let for_errors = Arc::clone(&fault);
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            keep(&for_errors, of_device(&error));
+        }));
+        let for_loss = Arc::clone(&fault);
+        device.set_device_lost_callback(move |_, message| {
+            keep(&for_loss, GpuError::Lost { reason: message });
+        });
+        Ok(Self {
+            device,
+            queue,
+            limits,
+            info,
+            fault,
+        })
+    }
+
+    /// What the adapter says of itself.
+    pub fn info(&self) -> &AdapterInfo {
+        &self.info
+    }
+
+    /// The first fault that the device has reported.
+    ///
+    /// # Errors
+    /// That fault.
+    pub(super) fn check(&self) -> Result<(), GpuError> {
+        let fault = self.fault.lock().unwrap_or_else(PoisonError::into_inner);
+        fault.clone().map_or(Ok(()), Err)
+    }
+
+    /// Waits until everything submitted has run.
+    ///
+    /// # Errors
+    /// A fault of the device.
+    pub(super) fn wait(&self) -> Result<(), GpuError> {
+        let waited = self.device.poll(wgpu::PollType::wait_indefinitely());
+        self.check()?;
+        waited.map(|_| ()).map_err(|e| GpuError::Lost {
+            reason: e.to_string(),
+        })
+    }
+
+    /// The contents of `staging`, a buffer that can be mapped, after everything submitted has run.
+    ///
+    /// # Errors
+    /// A fault of the device.
+    pub(super) fn read<T: bytemuck::Pod>(
+        &self,
+        staging: &wgpu::Buffer,
+    ) -> Result<Vec<T>, GpuError> {
+        let lost = |reason: String| GpuError::Lost { reason };
+        staging.map_async(wgpu::MapMode::Read, .., |_| {});
+        self.wait()?;
+        let values = {
+            let view = staging
+                .get_mapped_range(..)
+                .map_err(|e| lost(e.to_string()))?;
+            bytemuck::pod_collect_to_vec(&view)
+        };
+        staging.unmap();
+        Ok(values)
+    }
+}
+
+fn of_device(error: &wgpu::Error) -> GpuError {
+    match error {
+        wgpu::Error::OutOfMemory { .. } => GpuError::OutOfMemory,
+        wgpu::Error::Validation { description, .. } | wgpu::Error::Internal { description, .. } => {
+            GpuError::Refused {
+                reason: description.clone(),
+            }
+        }
+    }
+}

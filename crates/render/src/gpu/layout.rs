@@ -1,0 +1,173 @@
+//! Records that host and kernels share. Twin: `shaders/common/layout.wgsl`. Lengths in metres relative to the camera.
+
+use bytemuck::{Pod, Zeroable};
+
+/// A missing index.
+pub const NONE: u32 = u32::MAX;
+/// Stands for an infinite length, m.
+pub const INFINITE: f32 = 1e30;
+/// Stands for the logarithm of zero.
+pub const LN_ZERO: f32 = -1e30;
+
+macro_rules! records {
+    ($($(#[$note:meta])* $name:ident { $($field:ident: $type:ty),+ $(,)? })+) => {
+        $(
+            $(#[$note])*
+            #[repr(C)]
+            #[derive(Clone, Copy, Debug, Pod, Zeroable)]
+            #[allow(missing_docs, reason = "the fields are those of the shader's record, explained there and in the host's types")]
+            pub struct $name { $(pub $field: $type),+ }
+        )+
+
+        /// Every record: its name in the shaders, its size, and its fields with their offsets in bytes.
+        pub fn record_layouts() -> Vec<(&'static str, usize, Vec<(&'static str, usize)>)> {
+            vec![$((
+                stringify!($name),
+                size_of::<$name>(),
+                vec![$((stringify!($field), std::mem::offset_of!($name, $field))),+],
+            )),+]
+        }
+    };
+}
+
+records! {
+    /// What a kernel knows of a scene besides its tables.
+    Scene {
+        camera_forward: [f32; 3],
+        focal_x_px: f32,
+        camera_right: [f32; 3],
+        focal_y_px: f32,
+        camera_down: [f32; 3],
+        centre_x_px: f32,
+        distortion: [f32; 4],
+        distortion_k3: f32,
+        centre_y_px: f32,
+        width: u32,
+        height: u32,
+        b: [f32; 3],
+        c_min: f32,
+        c: [f32; 3],
+        c_max: f32,
+        ln_b: [f32; 3],
+        surface_height_m: f32,
+        lamp_sigma: [f32; 3],
+        refractive_index: f32,
+        lamp_ln_sigma: [f32; 3],
+        lamp_strategies: u32,
+        ambient_sigma: [f32; 3],
+        ambient_strategies: u32,
+        stretch: [f32; 3],
+        lamp_count: u32,
+        sun_towards: [f32; 3],
+        quad_count: u32,
+        sun_irradiance: [f32; 3],
+        node_count: u32,
+        sun_towards_in_air: [f32; 3],
+        spot_count: u32,
+        sun_irradiance_in_air: [f32; 3],
+        order_ratio: f32,
+        sky: [f32; 3],
+        largest_order: u32,
+        bounds_lower: [f32; 3],
+        value_table: u32,
+        bounds_upper: [f32; 3],
+        sample_table: u32,
+        largest_emission: [f32; 3],
+        order_table: u32,
+        ambient_scale: [f32; 3],
+        sobol_table: u32,
+        spot_table: u32,
+        texture_table: u32,
+        field_table: u32,
+        film_layers: u32,
+    }
+    /// What one dispatch does.
+    Dispatch {
+        seed_low: u32,
+        seed_high: u32,
+        batch: u32,
+        batch_samples: u32,
+        first_pixel: u32,
+        pixel_count: u32,
+        samples: u32,
+        forced: u32,
+        max_events: u32,
+        slots: u32,
+        lanes: u32,
+        loop_probe: u32,
+    }
+    /// A lamp at 100 %.
+    Lamp {
+        position: [f32; 3],
+        radius: f32,
+        forward: [f32; 3],
+        cos_half_angle: f32,
+        intensity: [f32; 3],
+        level: f32,
+        tangent_u: [f32; 3],
+        falloff: u32,
+        tangent_v: [f32; 3],
+        film_layer: u32,
+        mirror_share: f32,
+        padding_1: u32,
+        padding_2: u32,
+        padding_3: u32,
+    }
+    /// A parallelogram.
+    Quad {
+        centre: [f32; 3],
+        material: u32,
+        normal: [f32; 3],
+        tiles_u: f32,
+        dual_u: [f32; 3],
+        tiles_v: f32,
+        dual_v: [f32; 3],
+        padding: u32,
+    }
+    /// A triangle with its shading.
+    Triangle {
+        corner: [f32; 3],
+        material: u32,
+        edge_1: [f32; 3],
+        smooth_shaded: u32,
+        edge_2: [f32; 3],
+        textured: u32,
+        normal_0: [f32; 3],
+        u_0: f32,
+        normal_1: [f32; 3],
+        v_0: f32,
+        normal_2: [f32; 3],
+        u_1: f32,
+        v_1: f32,
+        u_2: f32,
+        v_2: f32,
+        padding: u32,
+    }
+    /// A box of the tree of triangles.
+    Node {
+        lower: [f32; 3],
+        skip: u32,
+        upper: [f32; 3],
+        first: u32,
+        count: u32,
+        padding_1: u32,
+        padding_2: u32,
+        padding_3: u32,
+    }
+    /// A Lambertian surface.
+    Material {
+        reflectance: [f32; 3],
+        texture: u32,
+        emission: [f32; 3],
+        padding: u32,
+    }
+    /// What the lanes of a dispatch count.
+    Counters {
+        unfinished: u32,
+        exhausted: u32,
+        cut_paths: u32,
+        paths: u32,
+        vertices: u32,
+        not_finite: u32,
+    }
+}

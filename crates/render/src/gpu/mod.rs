@@ -1,0 +1,24 @@
+//! The GPU backend: the estimators of the CPU in f32, as compute kernels.
+//!
+//! Kernels run a batch in dispatches that are short enough for display drivers. A lane makes some samples of one pixel
+//! and moves their mean to the film; the host adds the batch to the same film as the CPU.
+
+mod choice;
+mod device;
+mod error;
+#[cfg(test)]
+mod faults;
+pub mod layout;
+mod pipeline;
+mod render;
+pub mod shaders;
+mod tables;
+mod tree;
+#[cfg(test)]
+mod twins;
+mod upload;
+
+pub use choice::Backend;
+pub use device::{AdapterChoice, AdapterInfo, Gpu, adapters};
+pub use error::GpuError;
+pub use render::render;

@@ -1,0 +1,329 @@
+//! Buffers, bindings and pipelines of one scene.
+
+use super::{
+    Gpu, GpuError,
+    layout::{Counters, Dispatch},
+    shaders::compose,
+    upload::Tables,
+};
+use crate::prepare::{Needs, Prepared};
+
+/// Bindings that kernels write; the others are read.
+const FIRST_WRITTEN: u32 = 9;
+const BINDINGS: u32 = 14;
+const UNIFORMS: u32 = 2;
+/// Bytes of a place of the scratch buffer: three vectors of four.
+const SLOT_BYTES: u64 = 48;
+/// Places that the stack of walks that look for daylight needs: 96 walks.
+const AMBIENT_SLOTS: u32 = 128;
+/// Most bytes of scratch memory.
+const SCRATCH_BYTES: u64 = 96 << 20;
+/// Most lanes of a dispatch.
+const MOST_LANES: u64 = 1 << 16;
+/// Lanes of a workgroup.
+pub(super) const WORKGROUP: u32 = 64;
+
+/// A scene on the device.
+pub(super) struct Loaded<'a> {
+    pub(super) gpu: &'a Gpu,
+    pub(super) film_layers: u32,
+    pub(super) pixels: u32,
+    /// Lanes that scratch memory has room for.
+    pub(super) lanes: u32,
+    /// Vertices of a bridge or of a walk that scratch memory has room for.
+    pub(super) slots: u32,
+    film: wgpu::Buffer,
+    /// Where probes take their inputs from.
+    #[cfg(test)]
+    pub(super) scratch: wgpu::Buffer,
+    dispatch: wgpu::Buffer,
+    completed: wgpu::Buffer,
+    counters: wgpu::Buffer,
+    counters_read: wgpu::Buffer,
+    film_read: wgpu::Buffer,
+    bind_group: wgpu::BindGroup,
+    layout: wgpu::PipelineLayout,
+    constants: Vec<(&'static str, f64)>,
+}
+
+impl<'a> Loaded<'a> {
+    /// Uploads `tables` of `scene`.
+    ///
+    /// # Errors
+    /// [`GpuError::Limit`] when something does not fit, or a fault of the device.
+    pub(super) fn new(gpu: &'a Gpu, scene: &Prepared, tables: &Tables) -> Result<Self, GpuError> {
+        let record = &tables.scene;
+        let pixels = record.width * record.height;
+        let least = if scene.needs.ambient() {
+            AMBIENT_SLOTS
+        } else {
+            3
+        };
+        let slots = (record.largest_order + 2).max(least);
+        let lane_bytes = u64::from(slots) * SLOT_BYTES;
+        let budget = SCRATCH_BYTES.min(gpu.limits.max_storage_buffer_binding_size);
+        let lanes = (budget / lane_bytes).min(MOST_LANES) / 64 * 64;
+        let lanes = lanes.min(u64::from(pixels).next_multiple_of(64)) as u32;
+        let film_bytes = u64::from(pixels) * u64::from(record.film_layers) * 12;
+        let sums_bytes = u64::from(lanes) * u64::from(record.film_layers) * 12;
+        let maker = Maker { gpu };
+        let film = maker.empty("film", film_bytes)?;
+        let scratch = maker.empty("scratch", u64::from(lanes) * lane_bytes)?;
+        let sums = maker.empty("sums", sums_bytes)?;
+        let completed = maker.empty("completed samples", 4 * u64::from(pixels))?;
+        let counters = maker.empty("counters", size_of::<Counters>() as u64)?;
+        let dispatch = maker.uniform(&[0; size_of::<Dispatch>()]);
+        let buffers = [
+            maker.uniform(bytemuck::bytes_of(record)),
+            dispatch.clone(),
+            maker.filled("tables", &tables.words)?,
+            maker.filled("lamps", &tables.lamps)?,
+            maker.filled("parallelograms", &tables.quads)?,
+            maker.filled("triangles", &tables.triangles)?,
+            maker.filled("nodes of the tree", &tables.nodes)?,
+            maker.filled("materials", &tables.materials)?,
+            maker.filled("texels", &tables.texels)?,
+            scratch.clone(),
+            sums,
+            film.clone(),
+            completed.clone(),
+            counters.clone(),
+        ];
+        let (bind_group, layout) = maker.bind(&buffers);
+        let loaded = Self {
+            gpu,
+            film_layers: record.film_layers,
+            pixels,
+            lanes,
+            slots,
+            film_read: maker.readable(film_bytes),
+            counters_read: maker.readable(size_of::<Counters>() as u64),
+            film,
+            #[cfg(test)]
+            scratch,
+            dispatch,
+            completed,
+            counters,
+            bind_group,
+            layout,
+            constants: constants(&scene.needs, tables, scene),
+        };
+        gpu.check()?;
+        Ok(loaded)
+    }
+
+    /// The pipeline of a shader, specialised to what the scene needs.
+    ///
+    /// # Errors
+    /// A fault of the shader or of the device.
+    pub(super) fn pipeline(&self, name: &str) -> Result<wgpu::ComputePipeline, GpuError> {
+        let text = compose(name)?;
+        let module = self
+            .gpu
+            .device
+            .create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: Some(name),
+                source: wgpu::ShaderSource::Wgsl(text.as_str().into()),
+            });
+        // A constant that the shader does not have would be refused.
+        let declared: Vec<_> = self
+            .constants
+            .iter()
+            .filter(|(constant, _)| text.contains(&format!("override {constant}:")))
+            .copied()
+            .collect();
+        let pipeline = self
+            .gpu
+            .device
+            .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(name),
+                layout: Some(&self.layout),
+                module: &module,
+                entry_point: Some("main"),
+                compilation_options: wgpu::PipelineCompilationOptions {
+                    constants: &declared,
+                    ..Default::default()
+                },
+                cache: None,
+            });
+        self.gpu.check()?;
+        Ok(pipeline)
+    }
+
+    /// Sets the film, and with `only_completed` nothing but the counts of completed samples, to zero.
+    pub(super) fn clear(&self, only_completed: bool) {
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        encoder.clear_buffer(&self.completed, 0, None);
+        if !only_completed {
+            encoder.clear_buffer(&self.film, 0, None);
+        }
+        self.gpu.queue.submit([encoder.finish()]);
+    }
+
+    /// Runs one dispatch to its end and returns what it counted.
+    ///
+    /// # Errors
+    /// A fault of the device.
+    pub(super) fn run(
+        &self,
+        pipeline: &wgpu::ComputePipeline,
+        dispatch: &Dispatch,
+    ) -> Result<Counters, GpuError> {
+        let queue = &self.gpu.queue;
+        queue.write_buffer(&self.dispatch, 0, bytemuck::bytes_of(dispatch));
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        encoder.clear_buffer(&self.counters, 0, None);
+        {
+            let mut pass = encoder.begin_compute_pass(&Default::default());
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(0, &self.bind_group, &[]);
+            pass.dispatch_workgroups(dispatch.pixel_count.div_ceil(WORKGROUP), 1, 1);
+        }
+        let bytes = size_of::<Counters>() as u64;
+        encoder.copy_buffer_to_buffer(&self.counters, 0, &self.counters_read, 0, bytes);
+        queue.submit([encoder.finish()]);
+        let counters: Vec<Counters> = self.gpu.read(&self.counters_read)?;
+        counters.first().copied().ok_or_else(|| GpuError::Lost {
+            reason: "no counters came back".to_owned(),
+        })
+    }
+
+    /// The film: per pixel its layers, three channels each.
+    ///
+    /// # Errors
+    /// A fault of the device.
+    pub(super) fn read_film(&self) -> Result<Vec<f32>, GpuError> {
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        encoder.copy_buffer_to_buffer(&self.film, 0, &self.film_read, 0, self.film.size());
+        self.gpu.queue.submit([encoder.finish()]);
+        self.gpu.read(&self.film_read)
+    }
+}
+
+/// Override constants: what the scene can reach.
+fn constants(needs: &Needs, tables: &Tables, scene: &Prepared) -> Vec<(&'static str, f64)> {
+    [
+        ("HAS_MEDIUM", needs.medium),
+        ("HAS_SCATTERING", needs.scattering),
+        ("HAS_SURFACE", needs.boundary),
+        ("HAS_REFRACTION", needs.refraction),
+        ("HAS_QUADS", !tables.quads.is_empty()),
+        ("HAS_TRIANGLES", !tables.nodes.is_empty()),
+        ("HAS_TEXTURES", needs.textures),
+        ("HAS_GEOMETRY_IN_AIR", needs.geometry_in_air),
+        ("HAS_SUN", needs.sun),
+        ("HAS_SKY", needs.sky),
+        ("HAS_DAYLIGHT_FIELD", scene.daylight.is_some()),
+    ]
+    .into_iter()
+    .map(|(name, needed)| (name, f64::from(u8::from(needed))))
+    .collect()
+}
+
+struct Maker<'a> {
+    gpu: &'a Gpu,
+}
+
+impl Maker<'_> {
+    fn fits(&self, what: &str, bytes: u64) -> Result<(), GpuError> {
+        let available = self.gpu.limits.max_storage_buffer_binding_size;
+        if bytes > available {
+            return Err(GpuError::Limit {
+                what: format!("the buffer of the {what}"),
+                limit: "max_storage_buffer_binding_size",
+                needed: bytes,
+                available,
+            });
+        }
+        Ok(())
+    }
+
+    fn empty(&self, what: &str, bytes: u64) -> Result<wgpu::Buffer, GpuError> {
+        self.fits(what, bytes)?;
+        Ok(self.gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(what),
+            size: bytes.max(16),
+            usage: wgpu::BufferUsages::STORAGE
+                | wgpu::BufferUsages::COPY_SRC
+                | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        }))
+    }
+
+    /// A buffer with `values`, or with one zero record where there are none, because bindings cannot be empty.
+    fn filled<T: bytemuck::Pod>(&self, what: &str, values: &[T]) -> Result<wgpu::Buffer, GpuError> {
+        self.fits(what, size_of_val(values) as u64)?;
+        let none = [T::zeroed()];
+        let values = if values.is_empty() { &none } else { values };
+        let contents = bytemuck::cast_slice(values);
+        Ok(self.init(what, contents, wgpu::BufferUsages::STORAGE))
+    }
+
+    fn uniform(&self, contents: &[u8]) -> wgpu::Buffer {
+        self.init("uniform", contents, wgpu::BufferUsages::UNIFORM)
+    }
+
+    /// A buffer with `contents`; not one mapped for them, because mapping panics where a device is lost or full.
+    fn init(&self, what: &str, contents: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {
+        let buffer = self.gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(what),
+            size: contents.len() as u64,
+            usage: usage | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        self.gpu.queue.write_buffer(&buffer, 0, contents);
+        buffer
+    }
+
+    fn readable(&self, bytes: u64) -> wgpu::Buffer {
+        self.gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("to read"),
+            size: bytes.max(16),
+            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        })
+    }
+
+    fn bind(&self, buffers: &[wgpu::Buffer]) -> (wgpu::BindGroup, wgpu::PipelineLayout) {
+        let device = &self.gpu.device;
+        let entry = |binding: u32| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::COMPUTE,
+            ty: wgpu::BindingType::Buffer {
+                ty: if binding < UNIFORMS {
+                    wgpu::BufferBindingType::Uniform
+                } else {
+                    wgpu::BufferBindingType::Storage {
+                        read_only: binding < FIRST_WRITTEN,
+                    }
+                },
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+            count: None,
+        };
+        let entries: Vec<_> = (0..BINDINGS).map(entry).collect();
+        let group_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("scene"),
+            entries: &entries,
+        });
+        let bound: Vec<_> = (0..)
+            .zip(buffers)
+            .map(|(binding, buffer)| wgpu::BindGroupEntry {
+                binding,
+                resource: buffer.as_entire_binding(),
+            })
+            .collect();
+        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("scene"),
+            layout: &group_layout,
+            entries: &bound,
+        });
+        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("scene"),
+            bind_group_layouts: &[Some(&group_layout)],
+            immediate_size: 0,
+        });
+        (group, layout)
+    }
+}

@@ -1,0 +1,293 @@
+//! A render as batches of dispatches.
+
+use std::{
+    sync::atomic::{AtomicBool, Ordering},
+    time::{Duration, Instant},
+};
+
+use cpu_time::ProcessTime;
+
+use super::{
+    Gpu, GpuError,
+    layout::{Counters, Dispatch},
+    pipeline::{Loaded, WORKGROUP},
+    upload::Tables,
+};
+use crate::{
+    film::{BatchMean, Film},
+    integrator::{Plan, Progress, RenderError, RenderStats, cpu::Selection, select},
+    prepare::Prepared,
+};
+
+/// How long a dispatch should take: display drivers end those of some seconds.
+const DISPATCH: Duration = Duration::from_millis(50);
+/// Most samples of a pixel in a dispatch.
+const MOST_SAMPLES: u32 = 16;
+/// Fewest samples of a dispatch: fewer leave most lanes idle, and a slow moment must not lead there.
+const LEAST_WORK: f64 = 1024.0;
+/// Work of the first dispatch, samples.
+const FIRST_WORK: f64 = 2048.0;
+/// Rounds of the loop at the end of a lane that tells whether its loops were cut.
+const LOOP_PROBE: u32 = 3;
+
+/// Renders `scene` on `gpu`. `cancel` stops it; `observe` is called after each dispatch that finishes rows.
+///
+/// # Errors
+/// [`RenderError::Gpu`] when the device fails or the scene does not fit, [`RenderError::Incomplete`] when it is
+/// stopped before every pixel has a sample.
+pub fn render(
+    gpu: &Gpu,
+    scene: &Prepared,
+    plan: &Plan,
+    cancel: &AtomicBool,
+    observe: &(dyn Fn(&Progress) + Sync),
+) -> Result<(Film, RenderStats), RenderError> {
+    let setup = Instant::now();
+    let cpu_start = ProcessTime::now();
+    let selection = select(scene, plan);
+    gpu.check()?;
+    let tables = Tables::build(scene, &selection.lamps)?;
+    let loaded = Loaded::new(gpu, scene, &tables)?;
+    let mut kernels = Vec::new();
+    if !selection.lamps.is_empty() {
+        kernels.push(Kernel::new(&loaded, "kernels/lamps")?);
+    }
+    if selection.ambient {
+        kernels.push(Kernel::new(&loaded, "kernels/ambient")?);
+    }
+    let setup_s = setup.elapsed().as_secs_f64();
+    let mut job = Job {
+        loaded,
+        scene,
+        plan,
+        selection,
+        cancel,
+        observe,
+        start: Instant::now(),
+        kernels,
+        work: Work::default(),
+        rows_before: 0,
+    };
+    let mut film = Film::new(scene.camera.width, scene.camera.height, scene.lamps.len());
+    job.run(&mut film)?;
+    if film.samples() == 0 {
+        return Err(RenderError::Incomplete {
+            rows: 0,
+            total: film.rows.len(),
+        });
+    }
+    let stats = RenderStats {
+        seed: plan.seed,
+        backend: "gpu",
+        adapter: Some(gpu.info().name.clone()),
+        threads: 1,
+        samples_per_pixel: film.samples(),
+        paths: job.work.paths,
+        path_vertices: job.work.vertices,
+        cut_paths: u32::try_from(job.work.cut_paths).unwrap_or(u32::MAX),
+        setup_s,
+        render_s: job.start.elapsed().as_secs_f64(),
+        cpu_s: cpu_start.elapsed().as_secs_f64(),
+        relative_error: film.relative_error(),
+        interrupted: cancel.load(Ordering::Relaxed),
+        needs: scene.needs,
+        skipped: scene.needs.skipped(),
+    };
+    Ok((film, stats))
+}
+
+/// A kernel and how fast it is.
+struct Kernel {
+    pipeline: wgpu::ComputePipeline,
+    /// Samples that a dispatch of the wanted length makes.
+    work: f64,
+}
+
+impl Kernel {
+    fn new(loaded: &Loaded<'_>, name: &str) -> Result<Self, GpuError> {
+        Ok(Self {
+            pipeline: loaded.pipeline(name)?,
+            work: FIRST_WORK,
+        })
+    }
+
+    /// Learns from a dispatch that made `samples` samples in `elapsed`; by at most a factor of 4, because the first one
+    /// holds the driver's compilation.
+    fn learn(&mut self, samples: f64, elapsed: Duration) {
+        let ideal = samples * DISPATCH.as_secs_f64() / elapsed.as_secs_f64().max(1e-6);
+        self.work = ideal
+            .clamp(0.5 * self.work, 4.0 * self.work)
+            .max(LEAST_WORK);
+    }
+}
+
+/// What all dispatches counted.
+#[derive(Clone, Copy, Debug, Default)]
+struct Work {
+    paths: u64,
+    vertices: u64,
+    cut_paths: u64,
+}
+
+/// Why a batch came to no end.
+enum Stop {
+    Asked,
+    Fault(GpuError),
+}
+
+impl From<GpuError> for Stop {
+    fn from(error: GpuError) -> Self {
+        Self::Fault(error)
+    }
+}
+
+struct Job<'a> {
+    loaded: Loaded<'a>,
+    scene: &'a Prepared,
+    plan: &'a Plan,
+    selection: Selection,
+    cancel: &'a AtomicBool,
+    observe: &'a (dyn Fn(&Progress) + Sync),
+    start: Instant,
+    kernels: Vec<Kernel>,
+    work: Work,
+    /// Rows finished in earlier batches.
+    rows_before: u64,
+}
+
+impl Job<'_> {
+    fn run(&mut self, film: &mut Film) -> Result<(), GpuError> {
+        let (mut batch, mut done) = (0, 0);
+        while let Some(samples) = self.plan.next_batch(batch, done) {
+            match self.run_batch(batch, samples) {
+                Ok(()) => self.add_to(film, samples)?,
+                Err(Stop::Asked) => return Ok(()),
+                Err(Stop::Fault(error)) => return Err(error),
+            }
+            batch += 1;
+            done += samples;
+            if self.cancelled() || self.out_of_time() || self.plan.is_met_by(film) {
+                return Ok(());
+            }
+        }
+        Ok(())
+    }
+
+    /// All samples of one batch, of every kernel.
+    fn run_batch(&mut self, batch: u32, samples: u32) -> Result<(), Stop> {
+        self.loaded.clear(false);
+        for kernel in 0..self.kernels.len() {
+            self.loaded.clear(true);
+            let mut first_pixel = 0;
+            while first_pixel < self.loaded.pixels {
+                let count = self.block(kernel, first_pixel);
+                self.run_block(kernel, batch, samples, first_pixel, count)?;
+                first_pixel += count;
+                if kernel + 1 == self.kernels.len() {
+                    self.report(first_pixel / self.scene.camera.width);
+                }
+            }
+        }
+        self.rows_before += u64::from(self.scene.camera.height);
+        Ok(())
+    }
+
+    /// Number of pixels of the next dispatches: at least one sample each within the wanted time.
+    fn block(&self, kernel: usize, first_pixel: u32) -> u32 {
+        let rest = self.loaded.pixels - first_pixel;
+        let wanted = (self.kernels[kernel].work as u32).next_multiple_of(WORKGROUP);
+        wanted.min(self.loaded.lanes).min(rest)
+    }
+
+    /// All samples of a block of pixels.
+    fn run_block(
+        &mut self,
+        kernel: usize,
+        batch: u32,
+        batch_samples: u32,
+        first_pixel: u32,
+        pixel_count: u32,
+    ) -> Result<(), Stop> {
+        let mut most = MOST_SAMPLES;
+        let mut forced = false;
+        loop {
+            if self.cancelled() || (batch > 0 && self.out_of_time()) {
+                return Err(Stop::Asked);
+            }
+            let samples =
+                (self.kernels[kernel].work / f64::from(pixel_count)).clamp(1.0, f64::from(most));
+            let dispatch = Dispatch {
+                seed_low: self.plan.seed as u32,
+                seed_high: (self.plan.seed >> 32) as u32,
+                batch,
+                batch_samples,
+                first_pixel,
+                pixel_count,
+                samples: samples as u32,
+                forced: u32::from(forced),
+                max_events: u32::try_from(self.selection.max_events).unwrap_or(u32::MAX),
+                slots: self.loaded.slots,
+                lanes: self.loaded.lanes,
+                loop_probe: LOOP_PROBE,
+            };
+            let start = Instant::now();
+            let counters = self.loaded.run(&self.kernels[kernel].pipeline, &dispatch)?;
+            let made = f64::from(pixel_count) * f64::from(dispatch.samples.min(batch_samples));
+            self.kernels[kernel].learn(made, start.elapsed());
+            self.count(&counters);
+            if counters.unfinished == 0 {
+                return Ok(());
+            }
+            if counters.exhausted > 0 {
+                // A lane was cut off by a limit on loops: fewer samples at once, and in the end whatever one gives.
+                forced = dispatch.samples == 1;
+                most = (dispatch.samples / 2).max(1);
+            }
+        }
+    }
+
+    fn count(&mut self, counters: &Counters) {
+        self.work.paths += u64::from(counters.paths);
+        self.work.vertices += u64::from(counters.vertices);
+        // Light beyond the range of a float was left out: cut as well.
+        self.work.cut_paths += u64::from(counters.cut_paths) + u64::from(counters.not_finite);
+    }
+
+    /// Adds the batch on the device to `film`.
+    fn add_to(&self, film: &mut Film, samples: u32) -> Result<(), GpuError> {
+        let values = self.loaded.read_film()?;
+        let layers = self.loaded.film_layers as usize;
+        let lamps = self.scene.lamps.len();
+        let levels: Vec<f64> = self.scene.lamps.iter().map(|l| l.level).collect();
+        let width = film.width as usize;
+        for (row, values) in film.rows.iter_mut().zip(values.chunks(3 * layers * width)) {
+            for (column, pixel) in values.chunks_exact(3 * layers).enumerate() {
+                let means: Vec<[f64; 3]> = pixel
+                    .chunks_exact(3)
+                    .map(|c| [c[0], c[1], c[2]].map(f64::from))
+                    .collect();
+                let mean = BatchMean::of_layers(&means, &levels);
+                row.add(column, lamps, &mean, samples);
+            }
+            row.finish_batch(samples);
+        }
+        Ok(())
+    }
+
+    fn report(&self, rows: u32) {
+        (self.observe)(&Progress {
+            rows_done: self.rows_before + u64::from(rows),
+            rows_total: self.plan.rows_total(self.scene.camera.height),
+            elapsed: self.start.elapsed(),
+        });
+    }
+
+    fn cancelled(&self) -> bool {
+        self.cancel.load(Ordering::Relaxed)
+    }
+
+    fn out_of_time(&self) -> bool {
+        let limit = self.plan.time_limit;
+        limit.is_some_and(|limit| self.start.elapsed() >= limit)
+    }
+}

@@ -1,0 +1,73 @@
+//! The shaders, embedded and composed.
+
+use wesl::{ManglerKind, ModulePath, VirtualResolver, Wesl};
+
+use super::GpuError;
+
+macro_rules! sources {
+    ($($name:literal),+ $(,)?) => {
+        /// Every shader file: its path below `shaders/` and its text.
+        pub const SOURCES: &[(&str, &str)] = &[
+            $(($name, include_str!(concat!("../../../../shaders/", $name, ".wgsl")))),+
+        ];
+    };
+}
+
+sources![
+    "common/layout",
+    "common/math",
+    "common/rng",
+    "common/phase",
+    "common/medium",
+    "common/interface",
+    "common/bvh",
+    "common/light",
+    "common/film",
+    "common/camera",
+    "common/order",
+    "common/bridge",
+    "common/unfold",
+    "common/ways",
+    "common/lamp_walk",
+    "common/lamp_join",
+    "common/lamp_path",
+    "common/daylight",
+    "common/ambient_flight",
+    "common/ambient_walk",
+    "common/ambient_path",
+    "kernels/lamps",
+    "kernels/ambient",
+    "probe/functions",
+];
+
+/// Shaders with an entry point.
+pub const KERNELS: &[&str] = &["kernels/lamps", "kernels/ambient", "probe/functions"];
+
+/// The text of a shader with everything that it imports.
+///
+/// # Errors
+/// [`GpuError::Shader`] when it does not exist or an import fails: a fault of the shaders, not of their use.
+pub fn compose(name: &str) -> Result<String, GpuError> {
+    let fault = |reason: String| GpuError::Shader {
+        name: name.to_owned(),
+        reason,
+    };
+    let mut resolver = VirtualResolver::new();
+    for (path, text) in SOURCES {
+        resolver.add_module(module_path(path).map_err(&fault)?, (*text).into());
+    }
+    let mut compiler = Wesl::new_barebones().set_custom_resolver(resolver);
+    compiler
+        .use_imports(true)
+        .use_stripping(true)
+        .set_mangler(ManglerKind::None);
+    let root = module_path(name).map_err(&fault)?;
+    let composed = compiler.compile(&root).map_err(|e| fault(e.to_string()))?;
+    Ok(composed.to_string())
+}
+
+fn module_path(name: &str) -> Result<ModulePath, String> {
+    format!("package::{}", name.replace('/', "::"))
+        .parse()
+        .map_err(|e| format!("{e}"))
+}

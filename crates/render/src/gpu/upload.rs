@@ -1,0 +1,302 @@
+//! A prepared scene as records and tables.
+
+use glam::{DVec2, DVec3};
+
+use super::{
+    GpuError,
+    layout::{LN_ZERO, Lamp, Material, NONE, Node, Quad, Scene, Triangle},
+    tables::Words,
+    tree,
+};
+use crate::{
+    integrator::cpu::{
+        lamp_target::mirror_share,
+        order::{MAX_ORDER, OrderLaw},
+    },
+    prepare::{Medium, Prepared, PreparedLamp, Strategies},
+};
+
+/// Contribution of an order, relative to the first, below which bridges need not reach.
+const LEAST_ORDER_SHARE: f64 = 1e-9;
+/// Fewest scatterings that a bridge can have.
+const FEWEST_ORDERS: usize = 32;
+/// Layers of the film before those of the lamps.
+const FIXED_LAYERS: usize = 3;
+/// How far around a lamp image points are drawn, pixels, and the smallest distance that directions in f32 tell apart.
+const SPOT_REACH_PX: f64 = 1.5;
+const LEAST_SPOT_PX: f64 = 1e-3;
+
+/// Everything that the kernels read of a scene.
+#[derive(Clone, Debug)]
+pub(super) struct Tables {
+    pub(super) scene: Scene,
+    pub(super) words: Vec<u32>,
+    pub(super) lamps: Vec<Lamp>,
+    pub(super) quads: Vec<Quad>,
+    pub(super) triangles: Vec<Triangle>,
+    pub(super) nodes: Vec<Node>,
+    pub(super) materials: Vec<Material>,
+    pub(super) texels: Vec<f32>,
+}
+
+fn single(v: [f64; 3]) -> [f32; 3] {
+    v.map(|x| x as f32)
+}
+
+fn logarithms(v: [f64; 3]) -> [f32; 3] {
+    v.map(|x| (x as f32).max(LN_ZERO))
+}
+
+impl Tables {
+    /// The tables of `scene` for the lamps in `active`.
+    ///
+    /// # Errors
+    /// [`GpuError::Limit`] when the scene has more triangles than indices can name.
+    pub(super) fn build(scene: &Prepared, active: &[usize]) -> Result<Self, GpuError> {
+        let origin = scene.camera.position_m;
+        let mut words = Words::default();
+        let (texture_table, texels) = words.textures(&scene.geometry.textures);
+        let lamps: Vec<Lamp> = active
+            .iter()
+            .map(|&i| lamp(scene, i, origin, &mut words))
+            .collect();
+        let spots = spots(scene, active);
+        let mut record = camera(scene);
+        record.spot_count = spots.len() as u32;
+        record.spot_table = words.spots(&spots);
+        record.sobol_table = words.sobol();
+        record.texture_table = texture_table;
+        record.lamp_count = lamps.len() as u32;
+        record.film_layers = (FIXED_LAYERS + scene.lamps.len()) as u32;
+        if let Some(medium) = &scene.medium {
+            water(medium, &mut record, &mut words);
+        }
+        daylight(scene, origin, &mut record);
+        if let Some(field) = &scene.daylight {
+            record.field_table = words.field(field);
+        }
+        let quads: Vec<Quad> = quads(scene, origin);
+        let (triangles, nodes) = triangles(scene, origin)?;
+        record.quad_count = quads.len() as u32;
+        record.node_count = nodes.len() as u32;
+        Ok(Self {
+            scene: record,
+            words: words.0,
+            lamps,
+            quads,
+            triangles,
+            nodes,
+            materials: materials(scene),
+            texels,
+        })
+    }
+}
+
+/// Highest order of bridges in water whose largest single scattering albedo is `albedo`.
+pub(super) fn largest_order(albedo: f64) -> usize {
+    if albedo <= 0.0 {
+        return 0;
+    }
+    let needed = (LEAST_ORDER_SHARE.ln() / albedo.min(1.0 - 1e-12).ln()).ceil();
+    (needed as usize).clamp(FEWEST_ORDERS, MAX_ORDER)
+}
+
+fn camera(scene: &Prepared) -> Scene {
+    let camera = &scene.camera;
+    let [k1, k2, p1, p2, k3] = camera.distortion.map(|k| k as f32);
+    Scene {
+        camera_forward: camera.forward.as_vec3().to_array(),
+        focal_x_px: camera.focal_px.x as f32,
+        camera_right: camera.right.as_vec3().to_array(),
+        focal_y_px: camera.focal_px.y as f32,
+        camera_down: camera.down.as_vec3().to_array(),
+        centre_x_px: camera.centre_px.x as f32,
+        distortion: [k1, k2, p1, p2],
+        distortion_k3: k3,
+        centre_y_px: camera.centre_px.y as f32,
+        width: camera.width,
+        height: camera.height,
+        refractive_index: 1.0,
+        ..bytemuck::Zeroable::zeroed()
+    }
+}
+
+fn water(medium: &Medium, record: &mut Scene, words: &mut Words) {
+    record.b = single(medium.b);
+    record.c = single(medium.c);
+    record.c_min = medium.c_min as f32;
+    record.c_max = medium.c_max as f32;
+    record.ln_b = logarithms(medium.ln_b);
+    let strategies = |s: &Strategies| {
+        (
+            single(s.sigma),
+            logarithms(s.sigma.map(f64::ln)),
+            s.count as u32,
+        )
+    };
+    (
+        record.lamp_sigma,
+        record.lamp_ln_sigma,
+        record.lamp_strategies,
+    ) = strategies(&medium.by_scattering);
+    (record.ambient_sigma, _, record.ambient_strategies) = strategies(&medium.by_attenuation);
+    (record.value_table, record.sample_table) = words.phase(&medium.phase);
+    let albedo = medium.largest_albedo();
+    let largest = largest_order(albedo);
+    record.largest_order = largest as u32;
+    record.order_ratio = OrderLaw::new(albedo).ratio() as f32;
+    record.order_table = words.orders(&OrderLaw::new(albedo), largest);
+}
+
+fn daylight(scene: &Prepared, origin: DVec3, record: &mut Scene) {
+    if let Some(boundary) = &scene.boundary {
+        record.surface_height_m = (boundary.height - origin.z) as f32;
+        record.refractive_index = boundary.index as f32;
+    }
+    if let Some(sun) = &scene.sun {
+        record.sun_towards = sun.towards.as_vec3().to_array();
+        record.sun_towards_in_air = sun.towards_in_air.as_vec3().to_array();
+        record.sun_irradiance = single(sun.irradiance);
+        record.sun_irradiance_in_air = single(sun.irradiance_in_air);
+    }
+    record.sky = single(scene.sky);
+    record.stretch = single(scene.stretch);
+    record.largest_emission = single(scene.largest_emission);
+    record.ambient_scale = single(scene.ambient_scale);
+    if let Some((lower, upper)) = scene.geometry.bounds() {
+        record.bounds_lower = (lower - origin).as_vec3().to_array();
+        record.bounds_upper = (upper - origin).as_vec3().to_array();
+    }
+}
+
+fn lamp(scene: &Prepared, index: usize, origin: DVec3, words: &mut Words) -> Lamp {
+    let lamp = &scene.lamps[index];
+    let falloff = lamp.falloff.as_ref();
+    Lamp {
+        position: (lamp.position - origin).as_vec3().to_array(),
+        radius: lamp.radius as f32,
+        forward: lamp.forward.as_vec3().to_array(),
+        cos_half_angle: lamp.cos_half_angle as f32,
+        intensity: single(lamp.intensity),
+        level: lamp.level as f32,
+        tangent_u: lamp.tangent.0.as_vec3().to_array(),
+        falloff: falloff.map_or(NONE, |table| words.falloff(table)),
+        tangent_v: lamp.tangent.1.as_vec3().to_array(),
+        film_layer: (FIXED_LAYERS + index) as u32,
+        mirror_share: mirror_share(scene, lamp) as f32,
+        padding_1: 0,
+        padding_2: 0,
+        padding_3: 0,
+    }
+}
+
+fn quads(scene: &Prepared, origin: DVec3) -> Vec<Quad> {
+    let quads = scene.geometry.quads.iter().map(|prepared| {
+        let quad = &prepared.quad;
+        // Tiles per half edge: texture coordinates are (1 ± local) times these.
+        let tiles = DVec2::new(quad.half_u.length(), quad.half_v.length()) / quad.tile_m;
+        Quad {
+            centre: (quad.centre_m - origin).as_vec3().to_array(),
+            material: quad.material as u32,
+            normal: quad.normal.as_vec3().to_array(),
+            tiles_u: tiles.x as f32,
+            dual_u: prepared.dual_u.as_vec3().to_array(),
+            tiles_v: tiles.y as f32,
+            dual_v: prepared.dual_v.as_vec3().to_array(),
+            padding: 0,
+        }
+    });
+    quads.collect()
+}
+
+fn triangles(scene: &Prepared, origin: DVec3) -> Result<(Vec<Triangle>, Vec<Node>), GpuError> {
+    /// Indices of triangles have this many values; one bit tells them from quads.
+    const MOST_TRIANGLES: u64 = 1 << 31;
+    let geometry = &scene.geometry;
+    let Some(tree) = &geometry.tree else {
+        return Ok((Vec::new(), Vec::new()));
+    };
+    if tree.triangles().len() as u64 >= MOST_TRIANGLES {
+        return Err(GpuError::Limit {
+            what: "the number of triangles".to_owned(),
+            limit: "indices of triangles",
+            needed: tree.triangles().len() as u64,
+            available: MOST_TRIANGLES,
+        });
+    }
+    let corner = |p: DVec3| (p - origin).as_vec3();
+    let boxes: Vec<_> = tree
+        .triangles()
+        .iter()
+        .map(|t| {
+            let (a, b, c) = (
+                corner(t.corner),
+                corner(t.corner + t.edge_1),
+                corner(t.corner + t.edge_2),
+            );
+            (a.min(b).min(c).to_array(), a.max(b).max(c).to_array())
+        })
+        .collect();
+    let (nodes, order) = tree::build(&boxes);
+    let records = order.iter().map(|&i| {
+        let (t, shading) = (&tree.triangles()[i as usize], &geometry.shading[i as usize]);
+        let normals = shading.normals.unwrap_or_default().map(|n| n.as_vec3());
+        let uvs = shading.uvs.unwrap_or_default().map(|uv| uv.as_vec2());
+        Triangle {
+            corner: corner(t.corner).to_array(),
+            material: shading.material,
+            edge_1: t.edge_1.as_vec3().to_array(),
+            smooth_shaded: u32::from(shading.normals.is_some()),
+            edge_2: t.edge_2.as_vec3().to_array(),
+            textured: u32::from(shading.uvs.is_some()),
+            normal_0: normals[0].to_array(),
+            u_0: uvs[0].x,
+            normal_1: normals[1].to_array(),
+            v_0: uvs[0].y,
+            normal_2: normals[2].to_array(),
+            u_1: uvs[1].x,
+            v_1: uvs[1].y,
+            u_2: uvs[2].x,
+            v_2: uvs[2].y,
+            padding: 0,
+        }
+    });
+    Ok((records.collect(), nodes))
+}
+
+fn materials(scene: &Prepared) -> Vec<Material> {
+    let materials = scene.geometry.materials.iter().map(|m| Material {
+        reflectance: single(m.reflectance),
+        texture: m.texture.map_or(NONE, |i| i as u32),
+        emission: single(m.emission),
+        padding: 0,
+    });
+    materials.collect()
+}
+
+/// Centres in the image of small lamps and of their mirror images, pixels, and ln of the range of distances about them.
+fn spots(scene: &Prepared, active: &[usize]) -> Vec<(DVec2, f64)> {
+    if scene.in_air(scene.camera.position_m) {
+        return Vec::new();
+    }
+    let seen_at = |lamp: &PreparedLamp, position: DVec3| {
+        let camera = &scene.camera;
+        let centre = camera.project(position)?;
+        let distance = position.distance(camera.position_m);
+        let radius_px = lamp.radius / distance * camera.focal_px.max_element();
+        let size = DVec2::new(f64::from(camera.width), f64::from(camera.height));
+        let seen = centre.cmpge(DVec2::splat(-SPOT_REACH_PX)).all()
+            && centre.cmplt(size + SPOT_REACH_PX).all();
+        let octaves = (SPOT_REACH_PX / radius_px.max(LEAST_SPOT_PX)).ln();
+        (seen && radius_px < 0.5).then_some((centre, octaves))
+    };
+    let mut spots = Vec::new();
+    for &i in active {
+        let lamp = &scene.lamps[i];
+        spots.extend(seen_at(lamp, lamp.position));
+        if scene.boundary.is_some() {
+            spots.extend(seen_at(lamp, scene.mirror(lamp.position)));
+        }
+    }
+    spots
+}

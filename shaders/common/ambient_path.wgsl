@@ -1,0 +1,272 @@
+// Daylight and emitting surfaces: a camera walk that scores sun and sky along every segment.
+// Twins: crates/render/src/integrator/cpu/{ambient_path,ambient_flight,ambient_surface}.rs.
+// Checked by: tests/system/gpu.rs.
+import package::common::ambient_flight::{draw_flight, scatter_ambient};
+import package::common::ambient_walk::{AmbientWalk, IN_AIR, LEADING, MET_SURFACE, SCATTERED_BEFORE, along, copies_made, copies_of, diffuse_irradiance, direction_numbers, has, has_reference, light_ahead, light_on_surface, pending, pop_walk, push_walk, relative_light, score, set_reference, sin2_half_to_sun, survival_of, turned_walk};
+import package::common::bvh::{SurfacePoint, closest, occluded, surface_point};
+import package::common::camera::{BOUNDARY, End, NOTHING, SCATTER, SURFACE, full_segment};
+import package::common::daylight::{scattered_sunlight, sun_reaches};
+import package::common::interface::{depth_of, external_reflectance, flip, internal_reflectance, is_above, refract_into_water};
+import package::common::layout::{HAS_GEOMETRY_IN_AIR, HAS_MEDIUM, HAS_SCATTERING, HAS_SKY, HAS_SUN, HAS_SURFACE, INFINITE, NONE, PI, counters, dispatch, scene};
+import package::common::math::cosine_hemisphere;
+import package::common::medium::{spectral_start, spectral_weight, transmittance};
+import package::common::phase::{phase_sample_x, phase_value};
+import package::common::rng::{leading, uniform_number, unit};
+
+/// Share of directions drawn around the sun at a surface.
+const SUN_SHARE_SURFACE: f32 = 0.3;
+/// Segments of all walks of a sample, after which those that are left are cut and counted.
+const MOST_SEGMENTS: u32 = 8192u;
+
+/// Traces the walks of one sample that looks along `direction`; returns the number of path vertices.
+fn ambient_trace(direction: vec3f) -> u32 {
+    pending = 0u;
+    has_reference = false;
+    copies_made = 0u;
+    let flags = LEADING | select(0u, IN_AIR, is_above(vec3f(0.0)));
+    let spectral = spectral_start(scene.ambient_strategies, uniform_number());
+    push_walk(AmbientWalk(vec3f(0.0), direction, direction - scene.sun_towards, NONE, flags, 0u, spectral));
+    var vertices = 0u;
+    while pending > 0u {
+        if vertices == MOST_SEGMENTS {
+            atomicAdd(&counters.cut_paths, pending);
+            break;
+        }
+        let w = pop_walk();
+        vertices += 1u;
+        if has(w, IN_AIR) {
+            air_segment(w);
+        } else {
+            water_segment(w, full_segment(w.origin, w.direction, w.start_primitive));
+        }
+    }
+    return vertices;
+}
+
+/// One segment in the water (or in space without water): scores it and goes on from it.
+fn water_segment(w: AmbientWalk, end: End) {
+    var line = vec3f(0.0);
+    if HAS_MEDIUM && w.events < dispatch.max_events {
+        line = scattered_sunlight(w.origin, w.direction, end.t, sin2_half_to_sun(w));
+        score(w, true, line);
+    }
+    let sky = sky_at_end(end, w.direction.z);
+    score(w, has(w, SCATTERED_BEFORE), sky);
+    let may_scatter = HAS_SCATTERING && w.events < dispatch.max_events;
+    var volume = vec3f(0.0);
+    if may_scatter || end.kind != SURFACE {
+        volume = light_ahead(w, end, line);
+    }
+    var surface = vec3f(0.0);
+    if end.kind == SURFACE {
+        surface = light_on_surface(w, end);
+    }
+    set_reference(spectral_weight(w.spectral), line + sky + volume + surface);
+    if end.kind == SURFACE {
+        go_to_surface(w, end, surface);
+    }
+    if may_scatter || end.kind != SURFACE {
+        follow(w, end, volume);
+    }
+}
+
+/// The sky at the end of the segment. Where something stands in the air, what leaves is followed instead.
+fn sky_at_end(end: End, up: f32) -> vec3f {
+    if !HAS_SKY {
+        return vec3f(0.0);
+    }
+    if HAS_SURFACE && end.kind == BOUNDARY && !HAS_GEOMETRY_IN_AIR {
+        let passed = (1.0 - internal_reflectance(up)) * scene.refractive_index * scene.refractive_index;
+        return scene.sky * transmittance(end.t) * passed;
+    }
+    if !HAS_SURFACE && end.kind == NOTHING {
+        return scene.sky * transmittance(INFINITE);
+    }
+    return vec3f(0.0);
+}
+
+/// Unscattered to the surface at the end of the segment.
+fn go_to_surface(walk: AmbientWalk, end: End, light: vec3f) {
+    var w = walk;
+    let survival = survival_of(relative_light(spectral_weight(w.spectral), light));
+    if survival < 1.0 {
+        if uniform_number() >= survival {
+            return;
+        }
+    }
+    w.spectral.value *= transmittance(end.t) / survival;
+    w.origin += end.t * w.direction;
+    w.start_primitive = end.primitive;
+    meet_surface_ambient(w, end.point);
+}
+
+/// As many copies of the walk as `light` is worth, each sent on: scattered before a surface, or as the water has it.
+fn follow(walk: AmbientWalk, end: End, light: vec3f) {
+    var w = walk;
+    let copies = copies_of(w, light);
+    w.spectral.value *= copies.factor;
+    // Flights are stretched towards the light.
+    let sigma = scene.ambient_sigma * max(1.0 - scene.stretch * w.direction.z, vec3f(0.05));
+    for (var i = 0u; i < copies.count; i++) {
+        var u: f32;
+        if has(w, LEADING) {
+            u = leading(2u);
+        } else {
+            u = uniform_number();
+        }
+        var copy = w;
+        let flight = draw_flight(w, end, sigma, u);
+        copy.spectral = flight.spectral;
+        if flight.kind == SCATTER {
+            if HAS_SCATTERING && w.events < dispatch.max_events {
+                scatter_ambient(copy, flight.t);
+            }
+        } else if flight.kind == BOUNDARY {
+            copy.origin += flight.t * w.direction;
+            leave_boundary(copy);
+        }
+        w.flags &= ~LEADING;
+    }
+}
+
+/// At the underside of the water surface: reflected, or into the air where there is something to see.
+fn leave_boundary(walk: AmbientWalk) {
+    var w = walk;
+    let reflectance = internal_reflectance(w.direction.z);
+    w.origin.z = scene.surface_height_m;
+    w.start_primitive = NONE;
+    w.flags &= ~LEADING;
+    var reflected = !HAS_GEOMETRY_IN_AIR || reflectance >= 1.0;
+    if !reflected {
+        reflected = uniform_number() < reflectance;
+    }
+    if reflected {
+        w = along(w, flip(w.direction));
+        if reflectance > 0.0 {
+            push_walk(w);
+        }
+        return;
+    }
+    let across = w.direction.xy * scene.refractive_index;
+    let vertical2 = 1.0 - dot(across, across);
+    if vertical2 <= 0.0 {
+        return;
+    }
+    w = along(w, vec3f(across, sqrt(vertical2)));
+    w.flags |= IN_AIR;
+    w.spectral.value *= scene.refractive_index * scene.refractive_index;
+    push_walk(w);
+}
+
+/// One segment in the air above the water.
+fn air_segment(walk: AmbientWalk) {
+    if !HAS_SURFACE {
+        return;
+    }
+    var w = walk;
+    let down = -w.direction.z;
+    let to_water = select(INFINITE, min(max(w.origin.z - scene.surface_height_m, 0.0) / down, INFINITE), down > 0.0);
+    let hit = closest(w.origin, w.direction, to_water, w.start_primitive);
+    if hit.primitive != NONE {
+        let point = surface_point(hit, w.direction);
+        w.origin += hit.t * w.direction;
+        w.start_primitive = hit.primitive;
+        w.flags &= ~LEADING;
+        meet_surface_ambient(w, point);
+        return;
+    }
+    if down <= 0.0 {
+        score(w, has(w, SCATTERED_BEFORE), scene.sky);
+        return;
+    }
+    w.origin = vec3f((w.origin + to_water * w.direction).xy, scene.surface_height_m);
+    w.start_primitive = NONE;
+    if uniform_number() < external_reflectance(down) {
+        w = along(w, flip(w.direction));
+    } else {
+        w = along(w, refract_into_water(w.direction));
+        w.flags &= ~IN_AIR;
+        w.spectral.value /= scene.refractive_index * scene.refractive_index;
+    }
+    push_walk(w);
+}
+
+/// On a surface in the water, in the air or in space: scores it and goes on from it.
+fn meet_surface_ambient(walk: AmbientWalk, point: SurfacePoint) {
+    var w = walk;
+    w.flags |= MET_SURFACE;
+    let scattered = has(w, SCATTERED_BEFORE);
+    if any(point.emission != vec3f(0.0)) {
+        score(w, scattered, point.emission);
+    }
+    if w.events >= dispatch.max_events || all(point.reflectance == vec3f(0.0)) {
+        return;
+    }
+    w.events += 1u;
+    w.spectral.value *= point.reflectance;
+    let sun = sunlight_on(w, point);
+    score(w, scattered, sun);
+    let diffuse = diffuse_irradiance(has(w, IN_AIR), depth_of(w.origin), point) / PI;
+    set_reference(spectral_weight(w.spectral), point.emission + sun + diffuse);
+    let copies = copies_of(w, diffuse);
+    w.spectral.value *= copies.factor;
+    for (var i = 0u; i < copies.count; i++) {
+        leave_surface(w, point);
+        w.flags &= ~LEADING;
+    }
+}
+
+/// Radiance that a surface of reflectance 1 sends on from the unscattered sun.
+fn sunlight_on(w: AmbientWalk, point: SurfacePoint) -> vec3f {
+    if !HAS_SUN {
+        return vec3f(0.0);
+    }
+    let wet = HAS_SURFACE && !has(w, IN_AIR);
+    let towards = select(scene.sun_towards_in_air, scene.sun_towards, wet);
+    let cosine = dot(point.shading_normal, towards);
+    if cosine <= 0.0 || dot(point.normal, towards) <= 0.0 {
+        return vec3f(0.0);
+    }
+    if !wet {
+        let blocked = occluded(w.origin, towards, INFINITE, w.start_primitive);
+        return select(scene.sun_irradiance_in_air * cosine / PI, vec3f(0.0), blocked);
+    }
+    if !sun_reaches(w.origin, w.start_primitive) {
+        return vec3f(0.0);
+    }
+    return scene.sun_irradiance * transmittance(depth_of(w.origin) / towards.z) * cosine / PI;
+}
+
+/// A direction from the cosine lobe or, in scattering sunlit water, around the sun.
+fn leave_surface(walk: AmbientWalk, point: SurfacePoint) {
+    var w = walk;
+    let numbers = direction_numbers(w);
+    let mixed = HAS_SUN && HAS_SCATTERING && !has(w, IN_AIR);
+    var x = -1.0;
+    var around_sun = false;
+    if mixed {
+        around_sun = uniform_number() < SUN_SHARE_SURFACE;
+    }
+    if around_sun {
+        x = phase_sample_x(numbers.bits);
+        w = turned_walk(w, true, x, numbers.v);
+    } else {
+        w = along(w, cosine_hemisphere(point.shading_normal, unit(numbers.bits), numbers.v));
+    }
+    if dot(w.direction, point.normal) <= 0.0 {
+        return;
+    }
+    if mixed {
+        let cosine = dot(point.shading_normal, w.direction);
+        if cosine <= 0.0 {
+            return;
+        }
+        if x < 0.0 {
+            x = sin2_half_to_sun(w);
+        }
+        let density = (1.0 - SUN_SHARE_SURFACE) * cosine / PI + SUN_SHARE_SURFACE * phase_value(x);
+        w.spectral.value *= cosine / PI / density;
+    }
+    w.flags &= ~LEADING;
+    push_walk(w);
+}

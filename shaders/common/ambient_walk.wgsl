@@ -1,0 +1,216 @@
+// Walks that look for daylight: their state, the stack of those that still have to go on, and how many go on.
+// Twins: crates/render/src/integrator/cpu/{ambient_path,ambient_window}.rs. Checked by: tests/system/gpu.rs.
+import package::common::bvh::SurfacePoint;
+import package::common::camera::{End, SURFACE};
+import package::common::daylight::{field_irradiance, field_scattered};
+import package::common::film::{AMBIENT, add_light, lane};
+import package::common::interface::depth_of;
+import package::common::layout::{HAS_DAYLIGHT_FIELD, HAS_MEDIUM, HAS_SUN, PI, counters, dispatch, scene, scratch};
+import package::common::math::{expm1, turn_change, turned};
+import package::common::medium::{Spectral, largest, spectral_weight, transmittance};
+import package::common::rng::{leading, leading_bits, next_bits, uniform_number, unit};
+
+const LOWEST: f32 = 0.5;
+const HIGHEST: f32 = 2.0;
+const MOST_COPIES: f32 = 16.0;
+const COPIES_PER_SAMPLE: u32 = 256u;
+const LEAST_SURVIVAL: f32 = 0.02;
+const EMISSION_AHEAD: f32 = 0.1;
+const SURE_EVENTS: u32 = 1000u;
+const LATE_SURVIVAL: f32 = 0.998;
+/// Vectors of a walk on the stack.
+const WALK_VECTORS: u32 = 5u;
+/// Places of the stack that copies leave free for walks that fork.
+const FORKS: u32 = 24u;
+
+const IN_AIR: u32 = 1u;
+const SCATTERED_BEFORE: u32 = 2u;
+const MET_SURFACE: u32 = 4u;
+const LEADING: u32 = 8u;
+
+struct AmbientWalk {
+    origin: vec3f,
+    direction: vec3f,
+    /// `direction` less that towards the sun, without cancellation: the phase function between them needs more than
+    /// their digits.
+    from_sun: vec3f,
+    start_primitive: u32,
+    /// IN_AIR, SCATTERED_BEFORE, MET_SURFACE, LEADING.
+    flags: u32,
+    events: u32,
+    spectral: Spectral,
+}
+
+var<private> pending: u32;
+var<private> has_reference: bool;
+var<private> reference: vec3f;
+var<private> copies_made: u32;
+
+fn stack_size() -> u32 {
+    return 3u * dispatch.slots / WALK_VECTORS;
+}
+
+fn stack_place(walk: u32, i: u32) -> u32 {
+    return (WALK_VECTORS * walk + i) * dispatch.lanes + lane;
+}
+
+fn push_walk(w: AmbientWalk) {
+    if pending >= stack_size() {
+        atomicAdd(&counters.cut_paths, 1u);
+        return;
+    }
+    let packed = (w.spectral.chosen << 8u) | (w.flags << 2u) | w.spectral.count;
+    // Whole numbers below 2^24 as floats: bit patterns that are no number might not survive.
+    scratch[stack_place(pending, 0u)] = vec4f(w.origin, f32(w.start_primitive & 0xffffu));
+    scratch[stack_place(pending, 1u)] = vec4f(w.direction, f32(w.start_primitive >> 16u));
+    scratch[stack_place(pending, 2u)] = vec4f(w.spectral.value, f32(min(w.events, 0xffffffu)));
+    scratch[stack_place(pending, 3u)] = vec4f(w.spectral.ln_density, f32(packed));
+    scratch[stack_place(pending, 4u)] = vec4f(w.from_sun, 0.0);
+    pending += 1u;
+}
+
+fn pop_walk() -> AmbientWalk {
+    pending -= 1u;
+    let a = scratch[stack_place(pending, 0u)];
+    let b = scratch[stack_place(pending, 1u)];
+    let c = scratch[stack_place(pending, 2u)];
+    let d = scratch[stack_place(pending, 3u)];
+    let packed = u32(d.w);
+    return AmbientWalk(
+        a.xyz,
+        b.xyz,
+        scratch[stack_place(pending, 4u)].xyz,
+        u32(a.w) | (u32(b.w) << 16u),
+        (packed >> 2u) & 0x3fu,
+        u32(c.w),
+        Spectral(c.xyz, d.xyz, packed & 3u, packed >> 8u),
+    );
+}
+
+/// The walk along a direction that was not found from the one towards the sun.
+fn along(walk: AmbientWalk, direction: vec3f) -> AmbientWalk {
+    var w = walk;
+    w.direction = direction;
+    w.from_sun = direction - scene.sun_towards;
+    return w;
+}
+
+/// The walk turned by the angle θ with sin²(θ/2) = `x`, at azimuth 2π·`u`, from its direction or from the sun's.
+fn turned_walk(walk: AmbientWalk, around_sun: bool, x: f32, u: f32) -> AmbientWalk {
+    var w = walk;
+    if around_sun {
+        w.from_sun = turn_change(scene.sun_towards, x, u);
+        w.direction = turned(scene.sun_towards, w.from_sun);
+    } else {
+        let change = turn_change(w.direction, x, u);
+        w.from_sun += change;
+        w.direction = turned(w.direction, change);
+    }
+    return w;
+}
+
+/// sin²(θ/2) of the angle between the walk's direction and the sun's.
+fn sin2_half_to_sun(w: AmbientWalk) -> f32 {
+    return min(0.25 * dot(w.from_sun, w.from_sun), 1.0);
+}
+
+fn has(w: AmbientWalk, flag: u32) -> bool {
+    return (w.flags & flag) != 0u;
+}
+
+fn score(w: AmbientWalk, scattered: bool, light: vec3f) {
+    add_light(AMBIENT, 1.0, has(w, MET_SURFACE), scattered, spectral_weight(w.spectral) * light);
+}
+
+/// Random bits and a number in (0, 1) for a direction.
+struct DirectionNumbers {
+    bits: u32,
+    v: f32,
+}
+
+fn direction_numbers(w: AmbientWalk) -> DirectionNumbers {
+    if has(w, LEADING) {
+        return DirectionNumbers(leading_bits(3u), leading(4u));
+    }
+    let bits = next_bits();
+    return DirectionNumbers(bits, uniform_number());
+}
+
+/// Sets what the sample is expected to bring. Only the first call counts.
+fn set_reference(weight: vec3f, expected: vec3f) {
+    if !has_reference {
+        reference = weight * expected;
+        has_reference = true;
+    }
+}
+
+/// Light ahead relative to the reference, in the channel that has most of it.
+fn relative_light(weight: vec3f, light: vec3f) -> f32 {
+    if !has_reference {
+        return 1.0;
+    }
+    return largest(select(vec3f(0.0), weight * light / reference, reference > vec3f(0.0)));
+}
+
+/// Roulette below the window; certain death only where nothing at all is ahead.
+fn survival_of(value: f32) -> f32 {
+    return select(0.0, clamp(value / LOWEST, LEAST_SURVIVAL, 1.0), value > 0.0);
+}
+
+/// Number of copies that go on, and the factor of the weight of each.
+struct Copies {
+    count: u32,
+    factor: f32,
+}
+
+fn copies_of(w: AmbientWalk, light: vec3f) -> Copies {
+    let value = relative_light(spectral_weight(w.spectral), light);
+    if value > HIGHEST && copies_made < COPIES_PER_SAMPLE && w.events <= SURE_EVENTS {
+        // Never more than the stack has room for: fewer copies weigh more each. A first scattering splits each copy.
+        let room = (f32(stack_size()) - f32(pending + FORKS)) / select(1.0, 3.0, w.events == 0u);
+        let copies = max(min(round(min(value, MOST_COPIES)), floor(room)), 1.0);
+        copies_made += u32(copies) - 1u;
+        return Copies(u32(copies), 1.0 / copies);
+    }
+    // Nothing else ends a path between lossless surfaces in lossless water.
+    let survival = survival_of(value) * select(1.0, LATE_SURVIVAL, w.events > SURE_EVENTS);
+    if survival >= 1.0 {
+        return Copies(1u, 1.0);
+    }
+    if !(survival > 0.0) || uniform_number() >= survival {
+        return Copies(0u, 0.0);
+    }
+    return Copies(1u, 1.0 / survival);
+}
+
+/// Light that has still to be found in the water along a segment, apart from a surface at its end.
+fn light_ahead(w: AmbientWalk, end: End, line: vec3f) -> vec3f {
+    if !HAS_DAYLIGHT_FIELD {
+        return scene.ambient_scale;
+    }
+    var light = field_scattered(depth_of(w.origin), w.direction, line) + EMISSION_AHEAD * scene.largest_emission;
+    if end.kind == SURFACE && HAS_MEDIUM {
+        let depth = scene.c * end.t;
+        light *= -vec3f(expm1(-depth.x), expm1(-depth.y), expm1(-depth.z));
+    }
+    return light;
+}
+
+/// Irradiance on a surface by everything but the sun's own beam.
+fn diffuse_irradiance(in_air: bool, depth_m: f32, point: SurfacePoint) -> vec3f {
+    if !HAS_DAYLIGHT_FIELD || in_air {
+        return PI * scene.ambient_scale;
+    }
+    return field_irradiance(depth_m, point.shading_normal.z) + PI * EMISSION_AHEAD * scene.largest_emission;
+}
+
+/// Light from the surface at the end of a segment, attenuated on the way: what it emits and what it reflects.
+fn light_on_surface(w: AmbientWalk, end: End) -> vec3f {
+    let depth = depth_of(w.origin + end.t * w.direction);
+    var irradiance = diffuse_irradiance(false, depth, end.point);
+    if HAS_SUN {
+        let cosine = max(dot(end.point.shading_normal, scene.sun_towards), 0.0);
+        irradiance += scene.sun_irradiance * cosine * transmittance(depth / scene.sun_towards.z);
+    }
+    return transmittance(end.t) * (end.point.emission + end.point.reflectance * irradiance / PI);
+}

@@ -1,0 +1,110 @@
+// Similarity bridges: a walk with k scatterings, scaled and turned so that it joins two given points.
+// Twin: crates/render/src/integrator/cpu/bridge.rs. Checked by: crates/render/src/gpu/twins.rs.
+//
+// Vertices live in the scratch buffer, one column per lane: bridge positions and segment lengths, then positions and
+// lengths of the walk's trail, then per place (sin²(θ/2), crossing) of the bridge and (lobe, reflected) of the trail.
+import package::common::film::lane;
+import package::common::layout::{dispatch, scene, scratch};
+import package::common::math::{circle, frame, minus_ln, turn};
+import package::common::phase::phase_sample_x;
+import package::common::rng::{next_bits, uniform_number};
+
+/// Walks longer than the straight way by this optical depth are dropped.
+const MAX_EXCESS_DEPTH: f32 = 60.0;
+
+struct Bridge {
+    order: u32,
+    distance: f32,
+    length: f32,
+    first: vec3f,
+    emission: vec3f,
+}
+
+var<private> bridge: Bridge;
+
+fn bridge_place(i: u32) -> u32 {
+    return i * dispatch.lanes + lane;
+}
+
+fn trail_place(i: u32) -> u32 {
+    return (dispatch.slots + i) * dispatch.lanes + lane;
+}
+
+fn extra_place(i: u32) -> u32 {
+    return (2u * dispatch.slots + i) * dispatch.lanes + lane;
+}
+
+/// The bridge without scattering; false where the points coincide.
+fn bridge_straight(start: vec3f, end: vec3f) -> bool {
+    let offset = end - start;
+    let distance = length(offset);
+    if !(distance > 0.0) {
+        return false;
+    }
+    let first = offset / distance;
+    bridge = Bridge(0u, distance, distance, first, -first);
+    scratch[bridge_place(0u)].w = distance;
+    return true;
+}
+
+/// Draws a bridge of `order` scatterings; false where it cannot be fitted or carries nothing.
+fn bridge_draw(start: vec3f, end: vec3f, order: u32) -> bool {
+    if !bridge_straight(start, end) || order == 0u {
+        return bridge.distance > 0.0 && order == 0u;
+    }
+    let distance = bridge.distance;
+    let axis = bridge.first;
+    var position = vec3f(0.0);
+    var direction = vec3f(0.0, 0.0, 1.0);
+    var total = 0.0;
+    for (var i = 0u; i <= order; i++) {
+        let step = minus_ln(uniform_number());
+        total += step;
+        position += step * direction;
+        scratch[bridge_place(i)] = vec4f(position, step);
+        if i < order {
+            let x = phase_sample_x(next_bits());
+            scratch[extra_place(i)].x = x;
+            // The first azimuth is given by the roll about the axis when the walk is fitted.
+            var azimuth = 0.0;
+            if i > 0u {
+                azimuth = uniform_number();
+            }
+            direction = turn(direction, x, azimuth);
+        }
+    }
+    let extent = length(position);
+    if !(extent > 1e-5 * total) {
+        return false;
+    }
+    let scale = distance / extent;
+    let walked = total * scale;
+    if (walked - distance) * scene.c_min > MAX_EXCESS_DEPTH {
+        return false;
+    }
+    bridge_fit(start, axis, position / extent, direction, scale, order);
+    bridge.order = order;
+    bridge.length = max(walked, distance);
+    return true;
+}
+
+/// Scales by `scale` and turns so that the shape's unit axis `reach` becomes `axis`, with a uniform roll.
+fn bridge_fit(start: vec3f, axis: vec3f, reach: vec3f, last: vec3f, scale: f32, order: u32) {
+    let old = frame(reach);
+    let new_frame = frame(axis);
+    let roll = circle(uniform_number());
+    let roll_u = roll.x * new_frame.u + roll.y * new_frame.v;
+    let roll_v = roll.x * new_frame.v - roll.y * new_frame.u;
+    let map = mat3x3f(
+        reach.x * axis + old.u.x * roll_u + old.v.x * roll_v,
+        reach.y * axis + old.u.y * roll_u + old.v.y * roll_v,
+        reach.z * axis + old.u.z * roll_u + old.v.z * roll_v,
+    );
+    bridge.first = map[2];
+    bridge.emission = -(map * last);
+    for (var i = 0u; i <= order; i++) {
+        let place = bridge_place(i);
+        let shape = scratch[place];
+        scratch[place] = vec4f(start + scale * (map * shape.xyz), scale * shape.w);
+    }
+}

@@ -1,0 +1,193 @@
+// Rays through image points, and image points around small lamps in view.
+// Twins: crates/render/src/scene/camera.rs and crates/render/src/integrator/cpu/{lamp_pixels,camera_ray}.rs.
+// Checked by: crates/render/src/gpu/twins.rs (directions), tests/system/gpu.rs (pictures).
+import package::common::bvh::{SurfacePoint, closest, surface_point};
+import package::common::interface::{distance_to_surface, external_reflectance, is_above, refract_into_water};
+import package::common::layout::{HAS_SCATTERING, HAS_SURFACE, INFINITE, NONE, scene, word_f32};
+import package::common::math::circle;
+
+/// Share of image points drawn around lamps, and how far around, pixels.
+const SPOT_SHARE: f32 = 0.5;
+const SPOT_REACH_PX: f32 = 1.5;
+/// Optical depth (scattering) of the camera ray below which unscattered light is sampled apart.
+const SPLIT_BELOW: f32 = 0.7;
+const UNDISTORT_STEPS: u32 = 12u;
+
+/// What ends a segment.
+const NOTHING: u32 = 0u;
+const SCATTER: u32 = 1u;
+const SURFACE: u32 = 2u;
+const BOUNDARY: u32 = 3u;
+
+struct End {
+    kind: u32,
+    t: f32,
+    primitive: u32,
+    point: SurfacePoint,
+}
+
+/// A camera ray to the first surface; `wet` tells whether a part runs through the water (or space without water),
+/// which starts at `origin`.
+struct CameraRay {
+    wet: bool,
+    origin: vec3f,
+    direction: vec3f,
+    length: f32,
+    entry_factor: f32,
+    in_air: bool,
+    end: End,
+}
+
+/// An image point of a pixel, from its upper left corner, and the factor of what is seen there (0: outside).
+struct Placed {
+    offset: vec2f,
+    factor: f32,
+}
+
+fn no_point() -> SurfacePoint {
+    return SurfacePoint(vec3f(0.0), vec3f(0.0), vec3f(0.0), vec3f(0.0));
+}
+
+fn distort(ideal: vec2f) -> vec2f {
+    let k = scene.distortion;
+    let r2 = dot(ideal, ideal);
+    let radial = 1.0 + r2 * (k.x + r2 * (k.y + r2 * scene.distortion_k3));
+    let tangential = vec2f(
+        2.0 * k.z * ideal.x * ideal.y + k.w * (r2 + 2.0 * ideal.x * ideal.x),
+        k.z * (r2 + 2.0 * ideal.y * ideal.y) + 2.0 * k.w * ideal.x * ideal.y,
+    );
+    return ideal * radial + tangential;
+}
+
+/// Inverse of `distort` by Newton's method.
+fn undistort(seen: vec2f) -> vec2f {
+    let k = scene.distortion;
+    var ideal = seen;
+    for (var i = 0u; i < UNDISTORT_STEPS; i++) {
+        let error = distort(ideal) - seen;
+        let x = ideal.x;
+        let y = ideal.y;
+        let r2 = x * x + y * y;
+        let radial = 1.0 + r2 * (k.x + r2 * (k.y + r2 * scene.distortion_k3));
+        let slope = 2.0 * (k.x + r2 * (2.0 * k.y + r2 * 3.0 * scene.distortion_k3));
+        let xx = radial + x * x * slope + 2.0 * k.z * y + 6.0 * k.w * x;
+        let xy = x * y * slope + 2.0 * k.z * x + 2.0 * k.w * y;
+        let yy = radial + y * y * slope + 6.0 * k.z * y + 2.0 * k.w * x;
+        let determinant = xx * yy - xy * xy;
+        if dot(error, error) < 1e-16 || determinant == 0.0 {
+            break;
+        }
+        ideal -= vec2f(yy * error.x - xy * error.y, xx * error.y - xy * error.x) / determinant;
+    }
+    return ideal;
+}
+
+/// Unit direction through the point `offset` of the pixel (`column`, `row`).
+fn camera_direction(column: u32, row: u32, offset: vec2f) -> vec3f {
+    let corner = vec2f(f32(column) - scene.centre_x_px, f32(row) - scene.centre_y_px);
+    var seen = (corner + offset) / vec2f(scene.focal_x_px, scene.focal_y_px);
+    if any(scene.distortion != vec4f(0.0)) || scene.distortion_k3 != 0.0 {
+        seen = undistort(seen);
+    }
+    return normalize(scene.camera_forward + scene.camera_right * seen.x + scene.camera_down * seen.y);
+}
+
+/// Follows the ray from the camera, the origin, to the first surface, through the water surface if it is in the air.
+fn camera_ray(direction: vec3f) -> CameraRay {
+    let nothing = End(NOTHING, INFINITE, NONE, no_point());
+    var ray = CameraRay(true, vec3f(0.0), direction, INFINITE, 1.0, is_above(vec3f(0.0)), nothing);
+    if ray.in_air {
+        let down = -direction.z;
+        let to_water = select(INFINITE, -scene.surface_height_m / down, down > 0.0);
+        if down <= 0.0 || closest(vec3f(0.0), direction, to_water, NONE).primitive != NONE {
+            ray.wet = false;
+            return ray;
+        }
+        ray.entry_factor = (1.0 - external_reflectance(down)) / (scene.refractive_index * scene.refractive_index);
+        ray.origin = vec3f((to_water * direction).xy, scene.surface_height_m);
+        ray.direction = refract_into_water(direction);
+    }
+    ray.end = full_segment(ray.origin, ray.direction, NONE);
+    ray.length = ray.end.t;
+    return ray;
+}
+
+/// The end of a segment in the water if nothing scatters on it.
+fn full_segment(origin: vec3f, direction: vec3f, start_primitive: u32) -> End {
+    let to_boundary = distance_to_surface(origin, direction);
+    let hit = closest(origin, direction, to_boundary, start_primitive);
+    if hit.primitive != NONE {
+        return End(SURFACE, hit.t, hit.primitive, surface_point(hit, direction));
+    }
+    if to_boundary < INFINITE {
+        return End(BOUNDARY, to_boundary, NONE, no_point());
+    }
+    return End(NOTHING, INFINITE, NONE, no_point());
+}
+
+/// Whether the water before the end of `ray` is so clear that scattered and unscattered light are sampled apart.
+fn is_clear(ray: CameraRay) -> bool {
+    if !HAS_SCATTERING || !ray.wet {
+        return true;
+    }
+    return (scene.b.x + scene.b.y + scene.b.z) / 3.0 * ray.length < SPLIT_BELOW;
+}
+
+/// Centre of a lamp's image relative to the corner of a pixel, and ln of the range of distances about it.
+fn spot(index: u32, column: u32, row: u32) -> vec3f {
+    let record = scene.spot_table + 5u * index;
+    // Whole pixels and the rest apart, so that the difference is exact.
+    let whole = vec2f(word_f32(record) - f32(column), word_f32(record + 1u) - f32(row));
+    return vec3f(whole + vec2f(word_f32(record + 2u), word_f32(record + 3u)), word_f32(record + 4u));
+}
+
+fn is_near(s: vec3f) -> bool {
+    return distance(s.xy, vec2f(0.5)) < SPOT_REACH_PX;
+}
+
+fn spot_density(s: vec3f, point: vec2f) -> f32 {
+    let d = point - s.xy;
+    let r2 = dot(d, d);
+    let least = SPOT_REACH_PX * exp(-s.z);
+    if r2 > SPOT_REACH_PX * SPOT_REACH_PX || r2 < least * least {
+        return 0.0;
+    }
+    return 1.0 / (6.2831853 * s.z * r2);
+}
+
+/// An image point of a pixel from two numbers in (0, 1).
+fn place(column: u32, row: u32, u: f32, v: f32) -> Placed {
+    var count = 0u;
+    for (var i = 0u; i < scene.spot_count; i++) {
+        count += select(0u, 1u, is_near(spot(i, column, row)));
+    }
+    if count == 0u {
+        return Placed(vec2f(u, v), 1.0);
+    }
+    var point = vec2f((u - SPOT_SHARE) / (1.0 - SPOT_SHARE), v);
+    let pick = u / SPOT_SHARE * f32(count);
+    if u < SPOT_SHARE {
+        var rest = u32(pick);
+        for (var i = 0u; i < scene.spot_count; i++) {
+            let s = spot(i, column, row);
+            if is_near(s) {
+                if rest == 0u {
+                    point = s.xy + SPOT_REACH_PX * exp(-fract(pick) * s.z) * circle(v);
+                    break;
+                }
+                rest -= 1u;
+            }
+        }
+    }
+    if min(point.x, point.y) < 0.0 || max(point.x, point.y) >= 1.0 {
+        return Placed(point, 0.0);
+    }
+    var around = 0.0;
+    for (var i = 0u; i < scene.spot_count; i++) {
+        let s = spot(i, column, row);
+        if is_near(s) {
+            around += spot_density(s, point);
+        }
+    }
+    return Placed(point, 1.0 / (1.0 - SPOT_SHARE + SPOT_SHARE * around / f32(count)));
+}

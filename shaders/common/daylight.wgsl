@@ -1,0 +1,252 @@
+// Daylight far from any object, which steers walks, and sunlight scattered once on a segment.
+// Twins: crates/render/src/prepare/daylight_field/mod.rs and crates/render/src/integrator/cpu/sun_line.rs.
+// Checked by: tests/system/gpu.rs (pictures).
+import package::common::bvh::occluded;
+import package::common::interface::depth_of;
+import package::common::layout::{HAS_GEOMETRY_IN_AIR, HAS_QUADS, HAS_SUN, HAS_SURFACE, HAS_TRIANGLES, INFINITE, NONE, scene, word_f32, words};
+import package::common::math::{expm1, ln_1p, minus_ln};
+import package::common::phase::phase_value;
+import package::common::rng::uniform_number;
+
+const COSINES: u32 = 40u;
+const DEPTHS: u32 = 97u;
+/// Largest exponent of the correction for narrowly scattered sunlight.
+const MAX_NARROW: f32 = 30.0;
+/// Words of the record before the places of the tables: greatest depth, decays, narrow rates, cosine and sine of the sun's
+/// azimuth, nodes in azimuth.
+const DECAYS: u32 = 1u;
+const NARROW_RATES: u32 = 4u;
+const SUN_AZIMUTH: u32 = 7u;
+const AZIMUTH_NODES: u32 = 9u;
+const SCATTERED: u32 = 10u;
+const DOWN: u32 = 11u;
+const UP: u32 = 12u;
+const SUN_SHARES: u32 = 13u;
+
+/// Node above a depth, fraction of the way to the next one, and how far it is beyond the last, m.
+struct Place {
+    node: u32,
+    fraction: f32,
+    beyond_m: f32,
+}
+
+fn place_of(depth_m: f32) -> Place {
+    let depth = max(depth_m, 0.0);
+    let greatest = word_f32(scene.field_table);
+    if depth >= greatest {
+        return Place(DEPTHS - 2u, 1.0, depth - greatest);
+    }
+    let place = sqrt(depth / greatest) * f32(DEPTHS - 1u);
+    let node = min(u32(place), DEPTHS - 2u);
+    return Place(node, place - f32(node), 0.0);
+}
+
+/// Three numbers from the word `first` of the record on, or an entry of a table.
+fn triple(first: u32) -> vec3f {
+    return vec3f(word_f32(first), word_f32(first + 1u), word_f32(first + 2u));
+}
+
+/// Entry `i` of the table whose place is the word `table` of the record.
+fn entry(table: u32, i: u32) -> vec3f {
+    return triple(words[scene.field_table + table] + 4u * i);
+}
+
+fn exponential(place: Place, ln: vec3f) -> vec3f {
+    return exp(clamp(ln - place.beyond_m * triple(scene.field_table + DECAYS), vec3f(-87.0), vec3f(87.0)));
+}
+
+/// Bin of the cosine below a direction and the weight of the next one; the same for azimuths.
+struct FieldDirection {
+    bin: u32,
+    weight: f32,
+    azimuth: u32,
+    azimuth_weight: f32,
+    azimuths: u32,
+}
+
+fn field_direction(view: vec3f) -> FieldDirection {
+    let place = clamp(0.5 * (view.z + 1.0) * f32(COSINES) - 0.5, 0.0, f32(COSINES - 1u));
+    let bin = min(u32(place), COSINES - 2u);
+    let azimuths = words[scene.field_table + AZIMUTH_NODES];
+    if azimuths == 1u {
+        return FieldDirection(bin, place - f32(bin), 0u, 0.0, 1u);
+    }
+    let across = max(length(view.xy), 1e-30);
+    let sun = scene.field_table + SUN_AZIMUTH;
+    let cosine = (view.x * word_f32(sun) + view.y * word_f32(sun + 1u)) / across;
+    let turn = sqrt(clamp(0.5 * (1.0 - cosine), 0.0, 1.0)) * f32(azimuths - 1u);
+    let low = min(u32(turn), azimuths - 2u);
+    return FieldDirection(bin, place - f32(bin), low, turn - f32(low), azimuths);
+}
+
+/// Logarithm of the radiance at a node and a bin.
+fn ln_scattered(d: FieldDirection, node: u32, bin: u32) -> vec3f {
+    let i = (node * COSINES + bin) * d.azimuths + d.azimuth;
+    if d.azimuths == 1u {
+        return entry(SCATTERED, i);
+    }
+    return mix(entry(SCATTERED, i), entry(SCATTERED, i + 1u), d.azimuth_weight);
+}
+
+/// Radiance at `depth_m` in direction `view` that scattered more than once, or that came from the sky and scattered.
+fn field_scattered(depth_m: f32, view: vec3f, line: vec3f) -> vec3f {
+    let place = place_of(depth_m);
+    let d = field_direction(view);
+    let upper = mix(ln_scattered(d, place.node, d.bin), ln_scattered(d, place.node, d.bin + 1u), d.weight);
+    let lower = mix(ln_scattered(d, place.node + 1u, d.bin), ln_scattered(d, place.node + 1u, d.bin + 1u), d.weight);
+    let broad = exponential(place, mix(upper, lower, place.fraction));
+    if view.z <= 0.0 {
+        return broad;
+    }
+    let narrow = min(triple(scene.field_table + NARROW_RATES) * depth_m, vec3f(MAX_NARROW));
+    return max(broad, line * max(exp(narrow) - vec3f(1.0), narrow));
+}
+
+/// Share of directions to draw around the sun at `depth_m` when going along `view`, per strategy, from the nearest node.
+fn field_sun_share(depth_m: f32, view: vec3f) -> vec3f {
+    let place = place_of(depth_m);
+    let d = field_direction(view);
+    let node = place.node + select(0u, 1u, place.fraction > 0.5);
+    let bin = d.bin + select(0u, 1u, d.weight > 0.5);
+    let azimuth = d.azimuth + select(0u, 1u, d.azimuth_weight > 0.5);
+    return entry(SUN_SHARES, (node * COSINES + bin) * d.azimuths + azimuth);
+}
+
+/// Plane irradiance at `depth_m` on a surface whose normal has the vertical component `up`, without the sun's beam.
+fn field_irradiance(depth_m: f32, up: f32) -> vec3f {
+    let place = place_of(depth_m);
+    let down = mix(entry(DOWN, place.node), entry(DOWN, place.node + 1u), place.fraction);
+    let upward = mix(entry(UP, place.node), entry(UP, place.node + 1u), place.fraction);
+    return mix(exponential(place, upward), exponential(place, down), 0.5 * (1.0 + up));
+}
+
+/// Integral over a segment of e^(−start − rate·t), m.
+fn attenuation_integral(start: f32, rate: f32, length: f32) -> f32 {
+    if length >= INFINITE {
+        return exp(-min(start, 87.0)) / rate;
+    }
+    let x = rate * length;
+    if abs(x) < 1e-4 {
+        return length * exp(-min(start, 87.0)) * (1.0 - 0.5 * x + x * x / 6.0);
+    }
+    // Both exponents are <= 0, so neither form can overflow.
+    if x > 0.0 {
+        return exp(-min(start, 87.0)) * -expm1(-x) / rate;
+    }
+    return exp(-min(start + x, 87.0)) * -expm1(x) / -rate;
+}
+
+/// A point of the segment with density proportional to the attenuation.
+fn attenuation_sample(rate: f32, length: f32, u: f32) -> f32 {
+    if length >= INFINITE {
+        return minus_ln(u) / rate;
+    }
+    let x = rate * length;
+    if abs(x) < 1e-6 {
+        return u * length;
+    }
+    let from_dense_end = -ln_1p(u * expm1(-abs(x))) / abs(rate);
+    return select(max(length - from_dense_end, 0.0), min(from_dense_end, length), x > 0.0);
+}
+
+/// Whether the sun's beam reaches `point` in the water, which lies on `start_primitive`.
+fn sun_reaches(point: vec3f, start_primitive: u32) -> bool {
+    if !HAS_QUADS && !HAS_TRIANGLES {
+        return true;
+    }
+    let to_surface = depth_of(point) / scene.sun_towards.z;
+    if occluded(point, scene.sun_towards, to_surface, start_primitive) {
+        return false;
+    }
+    if !HAS_GEOMETRY_IN_AIR {
+        return true;
+    }
+    let exit = vec3f((point + to_surface * scene.sun_towards).xy, scene.surface_height_m);
+    return !occluded(exit, scene.sun_towards_in_air, INFINITE, NONE);
+}
+
+/// False only when nothing can lie between the segment and the sun.
+fn may_be_shadowed(origin: vec3f, direction: vec3f, length: f32) -> bool {
+    if !HAS_QUADS && !HAS_TRIANGLES {
+        return false;
+    }
+    if HAS_GEOMETRY_IN_AIR || length >= INFINITE {
+        return true;
+    }
+    let across = cross(direction, scene.sun_towards);
+    if dot(across, across) < 1e-8 {
+        return true;
+    }
+    let end = origin + length * direction;
+    let middle = 0.5 * (scene.bounds_lower + scene.bounds_upper);
+    let half_size = 0.5 * (scene.bounds_upper - scene.bounds_lower);
+    for (var i = 0u; i < 2u; i++) {
+        var axis = across;
+        if i == 1u {
+            axis = cross(scene.sun_towards, across);
+        }
+        let near = dot(origin, axis);
+        let far = dot(end, axis);
+        let centre = dot(middle, axis);
+        let reach = dot(half_size, abs(axis));
+        // A surface that the segment only touches with its end casts no shadow on it.
+        let margin = 1e-5 * (abs(centre) + reach);
+        if max(near, far) <= centre - reach + margin || min(near, far) >= centre + reach - margin {
+            return false;
+        }
+    }
+    return true;
+}
+
+/// Radiance that the sun's light scattered once on a segment sends back to its start; `x` is sin²(θ/2) of the angle
+/// between the segment's direction and the sun's.
+fn scattered_sunlight(origin: vec3f, direction: vec3f, length: f32, x: f32) -> vec3f {
+    if !HAS_SUN || !HAS_SURFACE {
+        return vec3f(0.0);
+    }
+    let start = scene.c * (depth_of(origin) / scene.sun_towards.z);
+    let rate = scene.c * (1.0 - direction.z / scene.sun_towards.z);
+    var integral: vec3f;
+    var lit = 0u;
+    for (var k = 0u; k < 3u; k++) {
+        if scene.b[k] > 0.0 {
+            integral[k] = attenuation_integral(start[k], rate[k], length);
+        }
+        lit += select(0u, 1u, integral[k] > 0.0);
+    }
+    let factor = scene.b * scene.sun_irradiance * phase_value(x);
+    if lit == 0u {
+        return vec3f(0.0);
+    }
+    if !may_be_shadowed(origin, direction, length) {
+        return factor * integral;
+    }
+    // One of the channels with light draws a point.
+    var rest = min(u32(uniform_number() * f32(lit)), lit - 1u);
+    var channel = 0u;
+    for (var k = 0u; k < 3u; k++) {
+        if integral[k] > 0.0 {
+            if rest == 0u {
+                channel = k;
+                break;
+            }
+            rest -= 1u;
+        }
+    }
+    let t = attenuation_sample(rate[channel], length, uniform_number());
+    if !sun_reaches(origin + t * direction, NONE) {
+        return vec3f(0.0);
+    }
+    var values: vec3f;
+    var density = 0.0;
+    for (var k = 0u; k < 3u; k++) {
+        if integral[k] > 0.0 {
+            values[k] = exp(-clamp(start[k] + rate[k] * t, 0.0, 87.0));
+            density += values[k] / integral[k];
+        }
+    }
+    if !(density > 0.0) {
+        return vec3f(0.0);
+    }
+    return factor * values * (f32(lit) / density);
+}

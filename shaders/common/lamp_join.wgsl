@@ -1,0 +1,150 @@
+// Joining the last vertex of a walk to the lamps, by bridges and by what lies straight ahead.
+// Twins: crates/render/src/integrator/cpu/{lamp_join,lamp_target}.rs. Checked by: tests/system/gpu.rs.
+import package::common::bridge::{bridge, bridge_draw, bridge_place, bridge_straight, extra_place};
+import package::common::bvh::SurfacePoint;
+import package::common::film::add_light;
+import package::common::interface::{distance_to_surface, flip, is_above};
+import package::common::lamp_walk::{Target, lamp_point, target_count, targets, unfolded, unfolded_direction, walk};
+import package::common::layout::{HAS_SCATTERING, NONE, PI, counters, lamps, scene, scratch};
+import package::common::light::{lamp_facing_area, lamp_radiance_along, lamp_relative_intensity};
+import package::common::math::sin2_half;
+import package::common::order::{order_sample, order_sample_scattered};
+import package::common::phase::phase_value;
+import package::common::rng::{leading, uniform_number};
+import package::common::unfold::segment_factor;
+import package::common::ways::{Junction, trail, ways_contribution};
+
+/// Path vertices made by this lane, for the statistics.
+var<private> vertex_count: u32;
+
+/// Scattering function of a surface towards `towards`, 1/sr.
+fn surface_lobe(point: SurfacePoint, towards: vec3f) -> f32 {
+    if dot(point.normal, towards) <= 0.0 {
+        return 0.0;
+    }
+    return max(dot(point.shading_normal, towards), 0.0) / PI;
+}
+
+/// Scattering function where the walk stands, in the water or on a surface, towards a real direction.
+fn site_lobe(on_surface: bool, point: SurfacePoint, towards: vec3f) -> f32 {
+    if on_surface {
+        return surface_lobe(point, towards);
+    }
+    return phase_value(sin2_half(walk.direction, towards));
+}
+
+/// Draws a bridge to `end`; false when its order is below `least` or above `most`, or it cannot be made.
+fn draw_bridge(position: vec3f, end: vec3f, least: u32, most: u32, u: f32) -> bool {
+    if !HAS_SCATTERING {
+        return least == 0u && bridge_straight(position, end);
+    }
+    let depth = scene.lamp_sigma[walk.spectral.chosen] * distance(position, end);
+    var order: u32;
+    if least == 0u {
+        order = order_sample(depth, u);
+    } else {
+        order = order_sample_scattered(depth, u);
+    }
+    if order == NONE || order < least || order > most {
+        return false;
+    }
+    vertex_count += order;
+    return bridge_draw(position, end, order);
+}
+
+/// Walks along the bridge; false where it is blocked. Fills the reflectances met per segment.
+fn cross_bridge(start: vec3f, end: vec3f) -> bool {
+    var previous = start;
+    var start_primitive = walk.start_primitive;
+    for (var i = 0u; i <= bridge.order; i++) {
+        var next = end;
+        if i < bridge.order {
+            next = scratch[bridge_place(i)].xyz;
+        }
+        let factor = segment_factor(previous, next, start_primitive);
+        if factor == 0.0 {
+            return false;
+        }
+        scratch[extra_place(i)].y = factor;
+        previous = next;
+        start_primitive = NONE;
+    }
+    return true;
+}
+
+/// Adds the light of the path that the bridge makes from `start` to the lamp point `end`. `meets` tells whether disks
+/// are also looked for in drawn directions.
+fn send(aimed: Target, start: vec3f, end: vec3f, lobe: f32, meets: bool) {
+    let emission = select(bridge.emission, flip(bridge.emission), aimed.mirrored);
+    let relative = lamp_relative_intensity(aimed.lamp, emission);
+    if relative == 0.0 || !cross_bridge(start, end) {
+        return;
+    }
+    var facing = 0.0;
+    if meets && lamps[aimed.lamp].radius > 0.0 {
+        var last = start;
+        if bridge.order > 0u {
+            last = scratch[bridge_place(bridge.order - 1u)].xyz;
+        }
+        // A walk cannot meet the lamp by chance across the water surface.
+        if is_above(last) == is_above(end) {
+            facing = lamp_facing_area(aimed.lamp, emission);
+        }
+    }
+    let radiance = ways_contribution(walk.spectral, Junction(lobe, end, facing));
+    let light = relative * aimed.weight * lamps[aimed.lamp].intensity * radiance;
+    let scattered = walk.scatterings + bridge.order > 0u;
+    add_light(lamps[aimed.lamp].film_layer, lamps[aimed.lamp].level, walk.met_surface, scattered, light);
+}
+
+/// Bridges from the walk's last vertex to every aimed.
+fn join_lamps(on_surface: bool, point: SurfacePoint, max_events: u32, is_leading: bool) {
+    let position = unfolded(walk.origin);
+    // The straight way from the first surface is not the walk's to count.
+    let least = select(0u, 1u, walk.unscattered && walk.met_surface);
+    let most = max_events - min(walk.events, max_events);
+    for (var i = 0u; i < target_count; i++) {
+        let aimed = targets[i];
+        var u: f32;
+        if is_leading && i == 0u {
+            u = leading(5u);
+        } else {
+            u = uniform_number();
+        }
+        let end = lamp_point(aimed);
+        if !draw_bridge(position, end, least, most, u) {
+            continue;
+        }
+        let lobe = site_lobe(on_surface, point, unfolded_direction(bridge.first));
+        if lobe > 0.0 {
+            send(aimed, position, end, lobe, true);
+        }
+    }
+}
+
+/// The aimed's disk when the walk's direction meets it: sent with `lobe`, the density of that direction.
+fn meet_lamp(aimed: Target, lobe: f32) {
+    if lamps[aimed.lamp].radius == 0.0 || aimed.mirrored != walk.mirrored {
+        return;
+    }
+    let to_boundary = distance_to_surface(walk.origin, walk.direction);
+    let disk = lamp_radiance_along(aimed.lamp, walk.origin, walk.direction, to_boundary);
+    if !disk.met {
+        return;
+    }
+    let start = unfolded(walk.origin);
+    let end = unfolded(walk.origin + disk.t * walk.direction);
+    if bridge_straight(start, end) {
+        send(aimed, start, end, lobe, true);
+    }
+}
+
+/// Disk lamps that the walk's new direction meets: one more way of making the path.
+fn meet_lamps(lobe: f32) {
+    if walk.unscattered || trail.count == 0u {
+        return;
+    }
+    for (var i = 0u; i < target_count; i++) {
+        meet_lamp(targets[i], lobe);
+    }
+}

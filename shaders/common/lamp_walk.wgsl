@@ -1,0 +1,325 @@
+// How a camera walk that looks for lamp light moves: segments, the water surface, roulette; and its targets.
+// Twins: crates/render/src/integrator/cpu/{lamp_walk,lamp_target,equiangular}.rs. Checked by: tests/system/gpu.rs.
+import package::common::bvh::{SurfacePoint, closest, surface_point};
+import package::common::camera::{BOUNDARY, CameraRay, End, NOTHING, SCATTER, SURFACE, no_point};
+import package::common::interface::{distance_to_surface, flip, internal_reflectance, mirror};
+import package::common::layout::{HAS_MEDIUM, HAS_SCATTERING, HAS_SURFACE, INFINITE, NONE, lamps, scene};
+import package::common::light::{lamp_relative_intensity, lamp_sample_point};
+import package::common::math::{angle_of, expm1, ln_1p, minus_ln, quarter_turns};
+import package::common::medium::{Spectral, largest, spectral_pass, spectral_scatter, spectral_start, spectral_weight, transmittance};
+import package::common::rng::{leading, uniform_number};
+
+const MOST_LAMPS: u32 = 4u;
+const EVEN_SHARE: f32 = 0.1;
+/// Volume vertices before which a walk that has met no surface is never ended by roulette.
+const SURE_VERTICES: u32 = 12u;
+const EQUIANGULAR_SHARE: f32 = 0.25;
+/// Distance from a lamp, in optical depths, within which a ray passes close to it.
+const CLOSE_RAY: f32 = 0.1;
+const SURE_EVENTS: u32 = 1000u;
+const LATE_SURVIVAL: f32 = 0.998;
+
+/// How the first segment of a walk ends.
+const FREE: u32 = 0u;
+const THROUGH: u32 = 1u;
+const SCATTERED: u32 = 2u;
+
+struct Walk {
+    origin: vec3f,
+    direction: vec3f,
+    start_primitive: u32,
+    mirrored: bool,
+    length: f32,
+    reflected: f32,
+    scatterings: u32,
+    events: u32,
+    met_surface: bool,
+    unscattered: bool,
+    spectral: Spectral,
+}
+
+/// A lamp or its mirror image, as paths are joined to it; `weight` is the reciprocal of its probability.
+struct Target {
+    lamp: u32,
+    mirrored: bool,
+    weight: f32,
+}
+
+struct Equiangular {
+    near: bool,
+    foot: f32,
+    height: f32,
+    start: f32,
+    span: f32,
+    length: f32,
+}
+
+var<private> walk: Walk;
+var<private> targets: array<Target, 4>;
+var<private> target_count: u32;
+
+fn walk_start(ray: CameraRay) {
+    walk = Walk(ray.origin, ray.direction, NONE, false, 0.0, 1.0, 0u, 0u, false, true, spectral_start(1u, 0.5));
+}
+
+fn unfolded(point: vec3f) -> vec3f {
+    if HAS_SURFACE && walk.mirrored {
+        return mirror(point);
+    }
+    return point;
+}
+
+fn unfolded_direction(direction: vec3f) -> vec3f {
+    return select(direction, flip(direction), HAS_SURFACE && walk.mirrored);
+}
+
+fn target_centre(aimed: Target) -> vec3f {
+    let position = lamps[aimed.lamp].position;
+    if HAS_SURFACE && aimed.mirrored {
+        return mirror(position);
+    }
+    return position;
+}
+
+/// A point of the lamp or of its mirror image, in unfolded space.
+fn lamp_point(aimed: Target) -> vec3f {
+    var point = lamps[aimed.lamp].position;
+    if lamps[aimed.lamp].radius > 0.0 {
+        let u = uniform_number();
+        let v = uniform_number();
+        point = lamp_sample_point(aimed.lamp, u, v);
+    }
+    if HAS_SURFACE && aimed.mirrored {
+        return mirror(point);
+    }
+    return point;
+}
+
+fn aim(lamp: u32, weight: f32) {
+    let share = lamps[lamp].mirror_share;
+    var mirrored = false;
+    if share > 0.0 {
+        mirrored = uniform_number() < share;
+    }
+    let probability = select(1.0 - share, share, mirrored);
+    if target_count < MOST_LAMPS {
+        targets[target_count] = Target(lamp, mirrored, weight / probability);
+        target_count += 1u;
+    }
+}
+
+/// What a lamp can bring to a camera ray: its irradiance at the end of the ray, or one free path into the water.
+fn lamp_estimate(lamp: u32, ray: CameraRay) -> f32 {
+    let reach = select(0.0, min(ray.length, 1.0 / max(scene.c_min, 1e-3)), ray.wet);
+    let offset = ray.origin + reach * ray.direction - lamps[lamp].position;
+    let radius = lamps[lamp].radius;
+    let distance2 = max(max(dot(offset, offset), radius * radius), 1e-12);
+    let beam = lamp_relative_intensity(lamp, offset / sqrt(max(dot(offset, offset), 1e-30)));
+    return largest(lamps[lamp].intensity) * (0.1 + beam) * exp(-min(scene.c_min * sqrt(distance2), 80.0)) / distance2;
+}
+
+/// Chooses, once per walk, the lamps it is joined to: all where there are few, else four by what they can bring.
+fn choose_targets(ray: CameraRay) {
+    target_count = 0u;
+    let count = scene.lamp_count;
+    if count <= MOST_LAMPS {
+        for (var i = 0u; i < count; i++) {
+            aim(i, 1.0);
+        }
+        return;
+    }
+    var total = 0.0;
+    for (var i = 0u; i < count; i++) {
+        total += lamp_estimate(i, ray);
+    }
+    let even = EVEN_SHARE / f32(count);
+    let all_shares = select(EVEN_SHARE, 1.0, total > 0.0);
+    var next = uniform_number();
+    var sum = 0.0;
+    for (var i = 0u; i < count; i++) {
+        let guided = select(0.0, lamp_estimate(i, ray) / max(total, 1e-37), total > 0.0);
+        let expected = f32(MOST_LAMPS) * (even + (1.0 - EVEN_SHARE) * guided) / all_shares;
+        sum += expected;
+        var chosen = 0.0;
+        while next < sum {
+            chosen += 1.0;
+            next += 1.0;
+        }
+        if chosen > 0.0 {
+            aim(i, chosen / expected);
+        }
+    }
+}
+
+/// The distribution of distances along the ray that is even over the angle under which the target sees them.
+fn equiangular_near(aimed: Target, ray: CameraRay) -> Equiangular {
+    let radius = lamps[aimed.lamp].radius;
+    let offset = target_centre(aimed) - ray.origin;
+    let foot = dot(offset, ray.direction);
+    let across = length(offset - foot * ray.direction);
+    let height = max(length(vec2f(across, radius)), 1e-6 * length(offset));
+    if !(height * scene.c_max < CLOSE_RAY && foot > 0.0 && foot < ray.length) {
+        return Equiangular(false, 0.0, 1.0, 0.0, 1.0, 0.0);
+    }
+    var span = angle_of(height, -foot);
+    if ray.length < INFINITE {
+        // The angle between the vectors from the lamp to both ends.
+        span = angle_of(height * ray.length, height * height + foot * (foot - ray.length));
+    }
+    return Equiangular(true, foot, height, angle_of(-foot, height), span, ray.length);
+}
+
+fn equiangular_sample(law: Equiangular, u: f32) -> f32 {
+    let c = quarter_turns((law.start + u * law.span) * 0.63661977);
+    return clamp(law.foot + law.height * c.y / max(c.x, 1e-12), 0.0, law.length);
+}
+
+fn equiangular_density(law: Equiangular, t: f32) -> f32 {
+    let along = t - law.foot;
+    return law.height / (law.span * (law.height * law.height + along * along));
+}
+
+/// Distance to a scattering on the first segment, as a free flight falls or close to a lamp; multiplies the densities
+/// by what they differ from those of the free flight.
+fn scattered_at(ray: CameraRay, within: vec3f, u: f32) -> f32 {
+    var count = 0u;
+    for (var i = 0u; i < target_count; i++) {
+        count += select(0u, 1u, equiangular_near(targets[i], ray).near);
+    }
+    let share = select(0.0, EQUIANGULAR_SHARE, count > 0u);
+    var t: f32;
+    if u < share {
+        let place = u / share * f32(count);
+        var rest = u32(place);
+        for (var i = 0u; i < target_count; i++) {
+            let law = equiangular_near(targets[i], ray);
+            if law.near {
+                if rest == 0u {
+                    t = equiangular_sample(law, fract(place));
+                    break;
+                }
+                rest -= 1u;
+            }
+        }
+    } else {
+        let chosen = walk.spectral.chosen;
+        let v = (u - share) / (1.0 - share);
+        t = min(-ln_1p(-v * within[chosen]) / scene.lamp_sigma[chosen], ray.length);
+    }
+    if count > 0u {
+        var sum = 0.0;
+        for (var i = 0u; i < target_count; i++) {
+            let law = equiangular_near(targets[i], ray);
+            if law.near {
+                sum += equiangular_density(law, t);
+            }
+        }
+        let even = share * sum / f32(count);
+        let sigma = scene.lamp_sigma;
+        let relative = even * within / sigma * exp(min(sigma * t, vec3f(80.0)));
+        add_ln_density(log(vec3f(1.0 - share) + relative));
+    }
+    return t;
+}
+
+/// Multiplies the densities of the strategies by factors given as logarithms.
+fn add_ln_density(ln: vec3f) {
+    let s = vec3u(0u, 1u, 2u) < vec3u(walk.spectral.count);
+    walk.spectral.ln_density = select(walk.spectral.ln_density, walk.spectral.ln_density + ln, s);
+}
+
+/// The end of the camera ray's first segment in water and its effect on the weights.
+fn first_end(ray: CameraRay, kind: u32) -> End {
+    if !HAS_MEDIUM {
+        return ray.end;
+    }
+    if !HAS_SCATTERING || kind == THROUGH {
+        walk.spectral.value *= transmittance(ray.length);
+        walk.length += ray.length;
+        return ray.end;
+    }
+    let sigma = scene.lamp_sigma;
+    let depth = sigma * ray.length;
+    let within = max(-vec3f(expm1(-depth.x), expm1(-depth.y), expm1(-depth.z)), vec3f(1e-30));
+    var u = leading(2u);
+    if kind == FREE {
+        let chance = within[walk.spectral.chosen];
+        if u >= chance {
+            walk.spectral = spectral_pass(walk.spectral, sigma, ray.length);
+            walk.length += ray.length;
+            return ray.end;
+        }
+        u /= chance;
+    }
+    let t = scattered_at(ray, within, u);
+    if kind == SCATTERED {
+        add_ln_density(-log(within));
+    }
+    return End(SCATTER, t, NONE, no_point());
+}
+
+/// Draws a free flight and finds what ends the segment; passes the weights where nothing scattered.
+fn next_end(u: f32) -> End {
+    var t = INFINITE;
+    if HAS_SCATTERING {
+        t = minus_ln(u) / scene.lamp_sigma[walk.spectral.chosen];
+    }
+    let to_boundary = distance_to_surface(walk.origin, walk.direction);
+    let hit = closest(walk.origin, walk.direction, min(t, to_boundary), walk.start_primitive);
+    var end = End(NOTHING, INFINITE, NONE, no_point());
+    if hit.primitive != NONE {
+        end = End(SURFACE, hit.t, hit.primitive, surface_point(hit, walk.direction));
+    } else if t < to_boundary {
+        return End(SCATTER, t, NONE, no_point());
+    } else if to_boundary < INFINITE {
+        end = End(BOUNDARY, to_boundary, NONE, no_point());
+    }
+    if HAS_MEDIUM && end.kind != NOTHING {
+        walk.spectral = spectral_pass(walk.spectral, scene.lamp_sigma, end.t);
+        walk.length += end.t;
+    }
+    return end;
+}
+
+/// The underside of the water surface: reflected with its reflectance as the probability.
+fn reflect_at_boundary(t: f32) -> bool {
+    let reflectance = internal_reflectance(walk.direction.z);
+    // Lamp light does not come back from the air, so what is transmitted ends here.
+    if reflectance < 1.0 {
+        if uniform_number() >= reflectance {
+            return false;
+        }
+    }
+    walk.origin = vec3f((walk.origin + t * walk.direction).xy, scene.surface_height_m);
+    walk.direction = flip(walk.direction);
+    walk.start_primitive = NONE;
+    walk.mirrored = !walk.mirrored;
+    walk.unscattered = false;
+    walk.reflected *= reflectance;
+    return true;
+}
+
+/// Russian roulette by what the walk can still bring: after a surface or many scatterings.
+fn survives() -> bool {
+    if !walk.met_surface && walk.scatterings <= SURE_VERTICES {
+        return true;
+    }
+    var nearest2 = INFINITE;
+    for (var i = 0u; i < scene.lamp_count; i++) {
+        let offset = lamps[i].position - walk.origin;
+        nearest2 = min(nearest2, dot(offset, offset));
+    }
+    let reach = select(3.0, 1.0, walk.met_surface);
+    let importance = reach * largest(spectral_weight(walk.spectral))
+        * exp(-min(0.5 * scene.c_min * sqrt(nearest2), 80.0)) / (1.0 + nearest2);
+    let patience = select(1.0, LATE_SURVIVAL, walk.events > SURE_EVENTS);
+    let survival = min(importance, patience);
+    if survival >= 1.0 {
+        return true;
+    }
+    if !(survival > 0.0) || uniform_number() >= survival {
+        return false;
+    }
+    walk.spectral.value /= survival;
+    return true;
+}

@@ -1,0 +1,181 @@
+// Records and bindings that host and kernels share. Twin: crates/render/src/gpu/layout.rs.
+// Checked by: crates/render/src/gpu/shaders.rs (fields by name and offset).
+// Lengths are in metres, relative to the camera; radiance in W/(m² sr); missing indices are NONE.
+
+const NONE: u32 = 0xffffffffu;
+/// Stands for an infinite length, m.
+const INFINITE: f32 = 1e30;
+const PI: f32 = 3.14159265358979;
+
+override HAS_MEDIUM: bool = true;
+override HAS_SCATTERING: bool = true;
+override HAS_SURFACE: bool = true;
+override HAS_REFRACTION: bool = true;
+override HAS_QUADS: bool = true;
+override HAS_TRIANGLES: bool = true;
+override HAS_TEXTURES: bool = true;
+override HAS_GEOMETRY_IN_AIR: bool = true;
+override HAS_SUN: bool = true;
+override HAS_SKY: bool = true;
+override HAS_DAYLIGHT_FIELD: bool = true;
+
+struct Scene {
+    camera_forward: vec3f,
+    focal_x_px: f32,
+    camera_right: vec3f,
+    focal_y_px: f32,
+    camera_down: vec3f,
+    centre_x_px: f32,
+    distortion: vec4f,
+    distortion_k3: f32,
+    centre_y_px: f32,
+    width: u32,
+    height: u32,
+    b: vec3f,
+    c_min: f32,
+    c: vec3f,
+    c_max: f32,
+    ln_b: vec3f,
+    surface_height_m: f32,
+    lamp_sigma: vec3f,
+    refractive_index: f32,
+    lamp_ln_sigma: vec3f,
+    lamp_strategies: u32,
+    ambient_sigma: vec3f,
+    ambient_strategies: u32,
+    stretch: vec3f,
+    lamp_count: u32,
+    sun_towards: vec3f,
+    quad_count: u32,
+    sun_irradiance: vec3f,
+    node_count: u32,
+    sun_towards_in_air: vec3f,
+    spot_count: u32,
+    sun_irradiance_in_air: vec3f,
+    order_ratio: f32,
+    sky: vec3f,
+    largest_order: u32,
+    bounds_lower: vec3f,
+    value_table: u32,
+    bounds_upper: vec3f,
+    sample_table: u32,
+    largest_emission: vec3f,
+    order_table: u32,
+    ambient_scale: vec3f,
+    sobol_table: u32,
+    spot_table: u32,
+    texture_table: u32,
+    field_table: u32,
+    film_layers: u32,
+}
+
+struct Dispatch {
+    seed_low: u32,
+    seed_high: u32,
+    batch: u32,
+    batch_samples: u32,
+    first_pixel: u32,
+    pixel_count: u32,
+    samples: u32,
+    forced: u32,
+    max_events: u32,
+    slots: u32,
+    lanes: u32,
+    loop_probe: u32,
+}
+
+struct Lamp {
+    position: vec3f,
+    radius: f32,
+    forward: vec3f,
+    cos_half_angle: f32,
+    intensity: vec3f,
+    level: f32,
+    tangent_u: vec3f,
+    falloff: u32,
+    tangent_v: vec3f,
+    film_layer: u32,
+    mirror_share: f32,
+    padding_1: u32,
+    padding_2: u32,
+    padding_3: u32,
+}
+
+struct Quad {
+    centre: vec3f,
+    material: u32,
+    normal: vec3f,
+    tiles_u: f32,
+    dual_u: vec3f,
+    tiles_v: f32,
+    dual_v: vec3f,
+    padding: u32,
+}
+
+struct Triangle {
+    corner: vec3f,
+    material: u32,
+    edge_1: vec3f,
+    smooth_shaded: u32,
+    edge_2: vec3f,
+    textured: u32,
+    normal_0: vec3f,
+    u_0: f32,
+    normal_1: vec3f,
+    v_0: f32,
+    normal_2: vec3f,
+    u_1: f32,
+    v_1: f32,
+    u_2: f32,
+    v_2: f32,
+    padding: u32,
+}
+
+/// A box of the tree in depth-first order: `skip` is the node to go on with when the box is missed; a leaf holds
+/// `count` triangles from `first` on, an inner node none.
+struct Node {
+    lower: vec3f,
+    skip: u32,
+    upper: vec3f,
+    first: u32,
+    count: u32,
+    padding_1: u32,
+    padding_2: u32,
+    padding_3: u32,
+}
+
+struct Material {
+    reflectance: vec3f,
+    texture: u32,
+    emission: vec3f,
+    padding: u32,
+}
+
+struct Counters {
+    unfinished: atomic<u32>,
+    exhausted: atomic<u32>,
+    cut_paths: atomic<u32>,
+    paths: atomic<u32>,
+    vertices: atomic<u32>,
+    not_finite: atomic<u32>,
+}
+
+@group(0) @binding(0) var<uniform> scene: Scene;
+@group(0) @binding(1) var<uniform> dispatch: Dispatch;
+@group(0) @binding(2) var<storage, read> words: array<u32>;
+@group(0) @binding(3) var<storage, read> lamps: array<Lamp>;
+@group(0) @binding(4) var<storage, read> quads: array<Quad>;
+@group(0) @binding(5) var<storage, read> triangles: array<Triangle>;
+@group(0) @binding(6) var<storage, read> nodes: array<Node>;
+@group(0) @binding(7) var<storage, read> materials: array<Material>;
+@group(0) @binding(8) var<storage, read> texels: array<f32>;
+@group(0) @binding(9) var<storage, read_write> scratch: array<vec4f>;
+@group(0) @binding(10) var<storage, read_write> sums: array<f32>;
+@group(0) @binding(11) var<storage, read_write> film: array<f32>;
+@group(0) @binding(12) var<storage, read_write> completed: array<u32>;
+@group(0) @binding(13) var<storage, read_write> counters: Counters;
+
+/// Entry `i` of the table of words, as a float.
+fn word_f32(i: u32) -> f32 {
+    return bitcast<f32>(words[i]);
+}

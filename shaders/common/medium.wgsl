@@ -1,0 +1,64 @@
+// Attenuation in homogeneous water and the weight of a path in three channels.
+// Twins: crates/render/src/prepare/medium.rs and crates/render/src/integrator/cpu/spectral.rs; the densities of the
+// strategies are carried as logarithms, relative to the largest. Checked by: crates/render/src/gpu/twins.rs.
+import package::common::layout::{HAS_MEDIUM, scene};
+
+/// The logarithm of zero.
+const LN_ZERO: f32 = -1e30;
+
+struct Spectral {
+    value: vec3f,
+    ln_density: vec3f,
+    count: u32,
+    chosen: u32,
+}
+
+fn transmittance(range_m: f32) -> vec3f {
+    if !HAS_MEDIUM {
+        return vec3f(1.0);
+    }
+    return exp(-min(scene.c * range_m, vec3f(200.0)));
+}
+
+/// A path before its first event; `u` in (0, 1) chooses among `strategies`.
+fn spectral_start(strategies: u32, u: f32) -> Spectral {
+    let count = max(strategies, 1u);
+    let chosen = min(u32(u * f32(count)), count - 1u);
+    return Spectral(vec3f(1.0), used(vec3f(0.0), count), count, chosen);
+}
+
+/// Logarithms of the strategies in use, that of zero for the others.
+fn used(ln: vec3f, count: u32) -> vec3f {
+    return select(vec3f(LN_ZERO), ln, vec3u(0u, 1u, 2u) < vec3u(count));
+}
+
+fn largest(v: vec3f) -> f32 {
+    return max(v.x, max(v.y, v.z));
+}
+
+/// Weight per channel, value over the mean density of the strategies.
+fn spectral_weight(s: Spectral) -> vec3f {
+    let density = exp(max(s.ln_density, vec3f(-200.0)));
+    let in_use = select(vec3f(0.0), density, vec3u(0u, 1u, 2u) < vec3u(s.count));
+    return s.value * (f32(s.count) / (in_use.x + in_use.y + in_use.z));
+}
+
+/// Multiplies densities and integrand by the exponentials of `ln_density` and `ln_value`.
+fn spectral_step(s: Spectral, ln_density: vec3f, ln_value: vec3f) -> Spectral {
+    var next = s;
+    let ln = used(s.ln_density + ln_density, s.count);
+    let shift = largest(ln);
+    next.ln_density = max(ln - vec3f(shift), vec3f(LN_ZERO));
+    next.value = s.value * exp(clamp(ln_value - vec3f(shift), vec3f(-200.0), vec3f(88.0)));
+    return next;
+}
+
+/// The path scattered after the flight `t`, drawn with density σ e^(−σt).
+fn spectral_scatter(s: Spectral, sigma: vec3f, ln_sigma: vec3f, t: f32) -> Spectral {
+    return spectral_step(s, ln_sigma - sigma * t, scene.ln_b - scene.c * t);
+}
+
+/// The path went on unscattered for `t`, with probability e^(−σt).
+fn spectral_pass(s: Spectral, sigma: vec3f, t: f32) -> Spectral {
+    return spectral_step(s, -sigma * t, -scene.c * t);
+}

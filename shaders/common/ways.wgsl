@@ -1,0 +1,192 @@
+// The ways in which one path to a lamp can be made, combined by the balance heuristic.
+// Twin: crates/render/src/integrator/cpu/ways.rs. Checked by: crates/render/src/gpu/twins.rs.
+import package::common::bridge::{bridge, bridge_place, extra_place, trail_place};
+import package::common::layout::{HAS_SCATTERING, dispatch, scene, scratch};
+import package::common::math::ln_1p;
+import package::common::medium::{LN_ZERO, Spectral, largest, spectral_weight, transmittance, used};
+import package::common::order::{LN_POISSON_SHARE, order_ln_tail, scattered_share};
+import package::common::phase::phase_value;
+
+/// The vertices of the walk that can be joined to a lamp; flags as in the twin.
+struct Trail {
+    count: u32,
+    rooted: bool,
+    companions: bool,
+    certain: bool,
+    scattered: bool,
+}
+
+var<private> trail: Trail;
+
+/// How a path goes on from the last vertex of the walk.
+struct Junction {
+    lobe: f32,
+    lamp: vec3f,
+    facing: f32,
+}
+
+/// What all ways of making one path share.
+struct PathToLamp {
+    more: f32,
+    last_length: f32,
+    remaining: f32,
+    ln_walk_density: vec3f,
+    ln_root_density: vec3f,
+    shift: f32,
+}
+
+struct LnDensities {
+    poisson: vec3f,
+    tail: vec3f,
+}
+
+var<private> path: PathToLamp;
+
+fn trail_start() {
+    trail = Trail(0u, false, true, false, false);
+}
+
+fn trail_root(position: vec3f, length: f32, reflected: f32, companions: bool, scattered: bool) {
+    trail = Trail(0u, true, companions, false, scattered);
+    trail_push(position, length, reflected);
+}
+
+/// Adds a vertex; there has to be room.
+fn trail_push(position: vec3f, length: f32, reflected: f32) {
+    scratch[trail_place(trail.count)] = vec4f(position, length);
+    let place = extra_place(trail.count);
+    scratch[place].z = 0.0;
+    scratch[place].w = reflected;
+    trail.count += 1u;
+}
+
+/// The walk went on from its last vertex with density `lobe` of its direction.
+fn trail_leave(lobe: f32) {
+    scratch[extra_place(trail.count - 1u)].z = lobe;
+}
+
+/// The two parts of a way's density under each strategy, in logarithms, without the factor D²/f.
+fn ln_densities(length: f32, distance2: f32, order: u32, root: bool) -> LnDensities {
+    let distance = sqrt(distance2);
+    let ahead = length - path.last_length;
+    // No way is shorter than the straight one; rounding must not say so.
+    let to_lamp = max(path.remaining - ahead, distance);
+    let steps = f32(order + 1u);
+    let ln_ratio = ln_1p((distance - to_lamp) / to_lamp);
+    let ln_poisson = LN_POISSON_SHARE + steps * ln_ratio;
+    let ln_tail = order_ln_tail(order) + ln_ratio - f32(order) * log(to_lamp);
+    let ln_walk = select(path.ln_walk_density, path.ln_root_density, root);
+    let sigma = scene.lamp_sigma;
+    let common_part = ln_walk - sigma * ahead;
+    return LnDensities(
+        common_part + vec3f(ln_poisson) - sigma * distance + path.more * scene.lamp_ln_sigma,
+        common_part + vec3f(ln_tail) + (path.more - f32(order)) * scene.lamp_ln_sigma,
+    );
+}
+
+/// Exponentials of the strategies in use, summed.
+fn sum_exp(ln: vec3f) -> f32 {
+    let e = exp(clamp(used(ln, max(scene.lamp_strategies, 1u)), vec3f(-200.0), vec3f(80.0)));
+    return e.x + e.y + e.z;
+}
+
+/// Sum over the strategies of the density of a way, relative to e^shift.
+fn way_density(length: f32, distance2: f32, order: u32, root: bool, lobe: f32) -> f32 {
+    let ln = ln_densities(length, distance2, order, root);
+    let sum = sum_exp(ln.poisson - vec3f(path.shift)) + sum_exp(ln.tail - vec3f(path.shift));
+    return min(sum * distance2 / max(lobe, 1e-35), 1e36);
+}
+
+/// Density of a walk that makes all vertices, the last at `length`, and then meets the lamp by chance.
+fn hit_density(length: f32, facing: f32) -> f32 {
+    if facing == 0.0 {
+        return 0.0;
+    }
+    let ahead = length - path.last_length;
+    return facing * sum_exp(path.ln_walk_density + path.more * scene.lamp_ln_sigma - scene.lamp_sigma * ahead - vec3f(path.shift));
+}
+
+/// Sum of the densities of the bridges that could have been made from earlier vertices of the walk.
+fn earlier_ways(total_order: u32, lamp: vec3f) -> f32 {
+    let first = select(1u, 0u, trail.rooted);
+    var density = 0.0;
+    for (var i = 0u; i + 1u < trail.count; i++) {
+        let order = total_order - (i + first);
+        let extra = scratch[extra_place(i)];
+        if order <= scene.largest_order && extra.w > 0.0 {
+            let vertex = scratch[trail_place(i)];
+            let offset = vertex.xyz - lamp;
+            density += extra.w * way_density(vertex.w, dot(offset, offset), order, trail.rooted && i == 0u, extra.z);
+        }
+    }
+    return density;
+}
+
+/// Sum of the densities of the walk's making some of the bridge's vertices, or all of them and meeting the lamp.
+fn later_ways(junction: Junction) -> f32 {
+    var length = path.last_length;
+    var reflected = 1.0;
+    var density = 0.0;
+    for (var i = 0u; i < bridge.order; i++) {
+        let vertex = scratch[bridge_place(i)];
+        let extra = scratch[extra_place(i)];
+        length += vertex.w;
+        reflected *= extra.y;
+        let offset = vertex.xyz - junction.lamp;
+        density += reflected
+            * way_density(length, dot(offset, offset), bridge.order - 1u - i, false, phase_value(extra.x));
+    }
+    return density + reflected * hit_density(length, junction.facing);
+}
+
+/// Density of the walk over the probability of the bridges that are made from the trail's first vertex.
+fn root_density(ln_walk_density: vec3f, lamp: vec3f) -> vec3f {
+    if !trail.scattered {
+        return ln_walk_density;
+    }
+    let distance = length(scratch[trail_place(0u)].xyz - lamp);
+    let depth = scene.lamp_sigma * distance;
+    return ln_walk_density - log(vec3f(scattered_share(depth.x), scattered_share(depth.y), scattered_share(depth.z)));
+}
+
+/// Radiance per channel, for unit intensity, of the path made by the walk and by the bridge.
+fn ways_contribution(spectral: Spectral, junction: Junction) -> vec3f {
+    if HAS_SCATTERING && !trail.certain {
+        return ways_scattering(spectral, junction);
+    }
+    let reflected = scratch[extra_place(0u)].y;
+    let density = bridge.distance * bridge.distance / junction.lobe + reflected * junction.facing;
+    return spectral_weight(spectral) * transmittance(bridge.distance) * (reflected / density);
+}
+
+fn ways_scattering(spectral: Spectral, junction: Junction) -> vec3f {
+    if trail.count == 0u {
+        return vec3f(0.0);
+    }
+    let last = trail.count - 1u;
+    let last_length = scratch[trail_place(last)].w;
+    let last_reflected = scratch[extra_place(last)].w;
+    let order = bridge.order;
+    let ln_walk = max(spectral.ln_density, vec3f(LN_ZERO));
+    path = PathToLamp(f32(order), last_length, bridge.length, ln_walk, root_density(ln_walk, junction.lamp), 0.0);
+    let distance2 = bridge.distance * bridge.distance;
+    let root = trail.rooted && last == 0u;
+    // Relative to the way that made the path: single densities may be out of the range of a float.
+    let own = ln_densities(last_length, distance2, order, root);
+    path.shift = largest(used(max(own.poisson, own.tail), max(scene.lamp_strategies, 1u)));
+    var density = way_density(last_length, distance2, order, root, junction.lobe);
+    if trail.companions {
+        let scatterings = trail.count - select(0u, 1u, trail.rooted);
+        density += earlier_ways(scatterings + order, junction.lamp) / last_reflected + later_ways(junction);
+    } else if order == 0u {
+        density += scratch[extra_place(0u)].y * hit_density(last_length, junction.facing);
+    }
+    var reflected = 1.0;
+    for (var i = 0u; i <= order; i++) {
+        reflected *= scratch[extra_place(i)].y;
+    }
+    let ln_scale = log(reflected * f32(spectral.count)) - log(density) - path.shift;
+    let ln_b = select(f32(order) * scene.ln_b, vec3f(0.0), order == 0u);
+    let ln_light = ln_b - scene.c * bridge.length + vec3f(ln_scale);
+    return spectral.value * exp(clamp(ln_light, vec3f(-200.0), vec3f(85.0)));
+}

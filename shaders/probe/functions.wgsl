@@ -1,0 +1,103 @@
+// Shared functions over tables of inputs: row i of the scratch buffer holds four numbers, of which function
+// `max_events` of the list below makes up to four, in the film. Checked by: crates/render/src/gpu/twins.rs.
+import package::common::bridge::{bridge, bridge_draw, bridge_place, extra_place};
+import package::common::bvh::{closest, occluded, surface_point};
+import package::common::camera::{camera_direction};
+import package::common::film::lane;
+import package::common::interface::{external_reflectance, internal_reflectance, refract_into_water};
+import package::common::layout::{INFINITE, NONE, completed, dispatch, film, scene, scratch};
+import package::common::light::{lamp_facing_area, lamp_radiance_along, lamp_relative_intensity, lamp_sample_point};
+import package::common::math::{angle_of, circle, cosine_hemisphere, expm1, ln_1p, minus_ln, sin2_half, turn};
+import package::common::medium::{spectral_pass, spectral_scatter, spectral_start, spectral_weight, transmittance};
+import package::common::order::{order_ln_tail, order_sample, order_sample_scattered, scattered_share};
+import package::common::phase::{phase_sample_x, phase_value};
+import package::common::rng::{leading_bits, next_bits, start_draws};
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3u) {
+    if id.x >= dispatch.pixel_count {
+        return;
+    }
+    lane = id.x;
+    let result = evaluate(scratch[id.x]);
+    film[4u * id.x] = result.x;
+    film[4u * id.x + 1u] = result.y;
+    film[4u * id.x + 2u] = result.z;
+    film[4u * id.x + 3u] = result.w;
+}
+
+/// A unit direction from two numbers in (0, 1).
+fn direction_of(u: f32, v: f32) -> vec3f {
+    let up = 2.0 * u - 1.0;
+    let across = sqrt(max(1.0 - up * up, 0.0));
+    return vec3f(across * circle(v), up);
+}
+
+fn evaluate(a: vec4f) -> vec4f {
+    switch dispatch.max_events {
+        case 0u: {
+            start_draws(bitcast<u32>(a.x), bitcast<u32>(a.y), bitcast<u32>(a.z));
+            let first = next_bits();
+            return vec4f(bitcast<f32>(first), bitcast<f32>(next_bits()), bitcast<f32>(leading_bits(2u)), bitcast<f32>(leading_bits(5u)));
+        }
+        case 1u: {
+            return vec4f(phase_value(a.x), phase_sample_x(bitcast<u32>(a.y)), 0.0, 0.0);
+        }
+        case 2u: {
+            return vec4f(expm1(a.x), ln_1p(a.y), minus_ln(a.z), angle_of(a.w, a.x));
+        }
+        case 3u: {
+            let d = direction_of(a.x, a.y);
+            return vec4f(turn(d, a.z, a.w), sin2_half(d, turn(d, a.z, a.w)));
+        }
+        case 4u: {
+            return vec4f(cosine_hemisphere(direction_of(a.x, a.y), a.z, a.w), 0.0);
+        }
+        case 5u: {
+            return vec4f(internal_reflectance(a.x), external_reflectance(a.x), refract_into_water(direction_of(a.y, a.z)).zx);
+        }
+        case 6u: {
+            let d = direction_of(a.x, a.y);
+            let hit = closest(vec3f(0.0), d, INFINITE, NONE);
+            if hit.primitive == NONE {
+                return vec4f(-1.0, 0.0, 0.0, 0.0);
+            }
+            let point = surface_point(hit, d);
+            return vec4f(hit.t, point.shading_normal.xy, point.reflectance.y);
+        }
+        case 7u: {
+            let d = direction_of(a.x, a.y);
+            let disk = lamp_radiance_along(0u, vec3f(0.0), d, INFINITE);
+            return vec4f(lamp_relative_intensity(0u, d), lamp_facing_area(0u, d), lamp_sample_point(0u, a.z, a.w).x, select(0.0, disk.radiance.x, disk.met));
+        }
+        case 8u: {
+            var s = spectral_start(scene.lamp_strategies, a.x);
+            s = spectral_scatter(s, scene.lamp_sigma, scene.lamp_ln_sigma, a.y);
+            s = spectral_pass(s, scene.lamp_sigma, a.z);
+            return vec4f(spectral_weight(s), f32(s.chosen));
+        }
+        case 9u: {
+            return vec4f(f32(order_sample(a.x, a.y)), f32(order_sample_scattered(a.x, a.y)), scattered_share(a.x), order_ln_tail(u32(a.z)));
+        }
+        case 10u: {
+            let end = a.xyz;
+            let order = u32(a.w);
+            start_draws(id_of(end), 0u, 0u);
+            if !bridge_draw(vec3f(0.0), end, order) {
+                return vec4f(-1.0, 0.0, 0.0, 0.0);
+            }
+            return vec4f(bridge.length, bridge.first.z, scratch[bridge_place(order - 1u)].x, scratch[extra_place(order - 1u)].x);
+        }
+        case 11u: {
+            return vec4f(camera_direction(bitcast<u32>(a.x), bitcast<u32>(a.y), a.zw), 0.0);
+        }
+        default: {
+            return vec4f(transmittance(a.x), 0.0);
+        }
+    }
+}
+
+/// The pixel whose random numbers a bridge takes.
+fn id_of(end: vec3f) -> u32 {
+    return u32(end.x * 1000.0);
+}

@@ -1,0 +1,108 @@
+//! Pictures of the GPU against those of the CPU, with independent seeds.
+
+use uw_render::{film::Film, gpu::Gpu, scene::Scene};
+use uw_tests::{
+    corpus_scene, gpu, plan, render,
+    tiles::{TILE, Tiles, spread},
+};
+
+/// The scene at another size, with the same view.
+fn resized(mut scene: Scene, width: u32, height: u32) -> Scene {
+    let camera = &mut scene.camera;
+    let factor = f64::from(width) / f64::from(camera.width);
+    camera.focal_px *= factor;
+    camera.centre_px *= factor;
+    (camera.width, camera.height) = (width, height);
+    scene
+}
+
+/// The adapter; without one says which test is skipped.
+pub(crate) fn device(test: &str) -> Option<&'static Gpu> {
+    let gpu = gpu::device();
+    if gpu.is_none() {
+        println!("{test}: skipped, there is no graphics adapter");
+    }
+    gpu
+}
+
+/// z-test of tiles and of the picture mean: the rms of the z-scores within four standard deviations of that of as many
+/// normal numbers, none beyond 4.8 (chance 1 in 1500 in the largest picture here).
+fn assert_same_picture(name: &str, ours: &Film, theirs: &Film) {
+    let (ours, theirs) = (Tiles::of(ours), Tiles::of(theirs));
+    let ((mean, error), (expected, expected_error)) = (ours.picture_mean(), theirs.picture_mean());
+    let tiles = ours.mean.len() as f64;
+    let band = 4.0 / (2.0 * tiles).sqrt();
+    for k in 0..3 {
+        let (rms, largest) = spread(&ours.z_scores(&theirs, k));
+        let z = (mean[k] - expected[k]) / error[k].hypot(expected_error[k]);
+        println!(
+            "{name} channel {k}: mean {:+.5}, z {z:.2}, rms {rms:.3}, largest {largest:.2}",
+            mean[k] / expected[k] - 1.0
+        );
+        assert!(
+            z.abs() < 4.5,
+            "{name} channel {k}: means {z} standard errors apart"
+        );
+        assert!(
+            (rms - 1.0).abs() < band && largest < 4.8,
+            "{name} channel {k}: z rms {rms} (1 ± {band}), largest {largest}"
+        );
+    }
+}
+
+/// Renders on both sides and compares; the completed samples are counted and no path may have been cut.
+pub(crate) fn compare(test: &str, scene: &Scene, samples: u32) {
+    let Some(gpu) = device(test) else { return };
+    let (film, stats) = gpu::render(gpu, scene, &plan(samples, 5));
+    println!(
+        "{test}: {:.0} paths/s on {:?}, {:?}",
+        stats.paths as f64 / stats.render_s,
+        stats.adapter,
+        stats.relative_error
+    );
+    assert_eq!(stats.samples_per_pixel, u64::from(samples));
+    assert_eq!(stats.cut_paths, 0);
+    let (theirs, cpu) = render(scene, &plan(samples, 77));
+    println!(
+        "  CPU: {:.0} paths/s, {:?}",
+        cpu.paths as f64 / cpu.cpu_s,
+        cpu.relative_error
+    );
+    // Rare huge values would pass a z-test, because they raise the variance as well.
+    let ratio = stats.relative_error.unwrap_or(f64::NAN) / cpu.relative_error.unwrap_or(f64::NAN);
+    assert!(
+        (0.4..2.5).contains(&ratio),
+        "{test}: error {ratio} times the CPU's"
+    );
+    assert_same_picture(test, &film, &theirs);
+}
+
+#[test]
+fn clear_water_with_a_point_lamp() {
+    compare("s1", &corpus_scene("s1_clear"), 64);
+}
+
+#[test]
+fn clear_water_with_a_disk_lamp() {
+    compare("s1d", &corpus_scene("s1d_clear_disk"), 64);
+}
+
+#[test]
+fn turbid_water_with_a_point_lamp() {
+    compare("s2", &corpus_scene("s2_turbid"), 64);
+}
+
+#[test]
+fn daylight_over_a_plate() {
+    compare("s3", &resized(corpus_scene("s3_sun"), 160, 90), 64);
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bits() {
+    let Some(gpu) = device("same bits") else {
+        return;
+    };
+    let scene = resized(corpus_scene("s2_turbid"), 2 * TILE as u32, TILE as u32);
+    let pictures = [0, 1].map(|_| Tiles::of(&gpu::render(gpu, &scene, &plan(4, 9)).0));
+    assert_eq!(pictures[0], pictures[1]);
+}

@@ -1,0 +1,81 @@
+//! Shaders without a graphics adapter: every one is parsed and validated, every shared record compared field by field.
+
+use naga::{
+    Module, TypeInner,
+    front::wgsl,
+    valid::{Capabilities, ValidationFlags, Validator},
+};
+use uw_render::gpu::{
+    layout::record_layouts,
+    shaders::{KERNELS, compose},
+};
+
+fn module(name: &str) -> Module {
+    let text = compose(name).unwrap_or_else(|e| panic!("{e}"));
+    wgsl::parse_str(&text).unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(&text)))
+}
+
+#[test]
+fn every_shader_is_valid() {
+    for name in KERNELS {
+        let module = module(name);
+        let text = compose(name).unwrap_or_else(|e| panic!("{e}"));
+        let mut validator = Validator::new(ValidationFlags::all(), Capabilities::empty());
+        let result = validator.validate(&module);
+        assert!(
+            result.is_ok(),
+            "{name}: {}",
+            result.map_or_else(|e| e.emit_to_string(&text), |_| String::new())
+        );
+    }
+}
+
+/// Fields by name and offset, so that two swapped fields of one type and size are caught too.
+#[test]
+fn shared_records_have_one_layout() {
+    let modules: Vec<Module> = KERNELS.iter().map(|name| module(name)).collect();
+    assert_eq!(layout_faults(&modules), Vec::<String>::new());
+}
+
+/// The comparison sees what it is for: two fields of one type exchanged, and one too many.
+#[test]
+fn a_changed_record_is_seen() {
+    let text = compose("kernels/lamps").unwrap_or_else(|e| panic!("{e}"));
+    let marked = text.replacen(" ln_b:", " marked:", 1);
+    let swapped = marked
+        .replacen(" c:", " ln_b:", 1)
+        .replacen(" marked:", " c:", 1);
+    let longer = text.replacen("level:", "another: f32, level:", 1);
+    for (record, changed) in [("Scene", swapped), ("Lamp", longer)] {
+        let module =
+            wgsl::parse_str(&changed).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&changed)));
+        let mut modules: Vec<Module> = KERNELS.iter().map(|name| self::module(name)).collect();
+        modules.push(module);
+        assert_eq!(layout_faults(&modules), [record]);
+    }
+}
+
+/// Names of the records whose fields, offsets or size differ from the host's, or which no module declares.
+fn layout_faults(modules: &[Module]) -> Vec<String> {
+    let mut faults = Vec::new();
+    for (name, size, fields) in record_layouts() {
+        let declared = modules.iter().flat_map(|module| module.types.iter());
+        let layouts: Vec<_> = declared
+            .filter(|(_, declared)| declared.name.as_deref() == Some(name))
+            .filter_map(|(_, declared)| match &declared.inner {
+                TypeInner::Struct { members, span } => Some((members, *span as usize)),
+                _ => None,
+            })
+            .collect();
+        let same = |(members, span): &(&Vec<naga::StructMember>, usize)| {
+            let theirs = members
+                .iter()
+                .map(|m| (m.name.as_deref().unwrap_or(""), m.offset as usize));
+            *span == size && theirs.eq(fields.iter().copied())
+        };
+        if layouts.is_empty() || !layouts.iter().all(same) {
+            faults.push(name.to_owned());
+        }
+    }
+    faults
+}
