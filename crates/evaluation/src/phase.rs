@@ -56,7 +56,7 @@ struct Shot {
     backscatter_share: f64,
 }
 
-/// Writes `phase.csv`, `phase.png`, `phase.svg`, `phase_renders.png` and `phase.md`; the renders take `samples` samples
+/// Writes `phase.csv`, `phase.png`, `phase.svg`, `phase_renders.jpg` and `phase.md`; the renders take `samples` samples
 /// per pixel.
 pub fn run(
     folder: &Path,
@@ -99,7 +99,7 @@ pub fn run(
             looks.iter().map(|l| l.frame.clone()).collect(),
         )],
     };
-    sheet.write(&folder.join("phase_renders.png"))?;
+    sheet.write(&folder.join("phase_renders.jpg"))?;
     write_text(&folder.join("phase.md"), &markdown(&rows, &looks))
 }
 
@@ -248,7 +248,7 @@ fn markdown(rows: &[Row], looks: &[Shot]) -> String {
             100.0 * l.backscatter_share
         );
     }
-    text.push_str("\n![renders](phase_renders.png)\n");
+    text.push_str("\n![renders](phase_renders.jpg)\n");
     text
 }
 

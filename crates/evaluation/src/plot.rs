@@ -11,6 +11,8 @@ use crate::error::EvalError;
 /// Width of a plot and height of a panel, pixels.
 const WIDTH_PX: u32 = 1000;
 const PANEL_PX: u32 = 330;
+/// Width of the legend, pixels.
+const LEGEND_PX: u32 = 190;
 /// Colours of series by their position; told apart by most colour-blind readers (Okabe and Ito 2008).
 const COLOURS: [RGBColor; 8] = [
     RGBColor(0, 114, 178),
@@ -117,7 +119,7 @@ where
     let mut chart = ChartBuilder::on(area)
         .caption(&panel.title, ("sans-serif", 20))
         .margin(10)
-        .margin_right(180)
+        .margin_right(LEGEND_PX + 10)
         .x_label_area_size(40)
         .y_label_area_size(65)
         .build_cartesian_2d(x, y)
@@ -130,45 +132,43 @@ where
         .light_line_style(WHITE)
         .draw()
         .map_err(text)?;
-    for (i, series) in panel.series.iter().enumerate() {
+    // The first series last, so that it lies on top.
+    for (i, series) in panel.series.iter().enumerate().rev() {
         let style = COLOURS[i % COLOURS.len()].stroke_width(2);
-        for (part, points) in finite_runs(series, panel.logarithmic)
-            .into_iter()
-            .enumerate()
-        {
-            let drawn = chart
+        for points in finite_runs(series, panel.logarithmic) {
+            chart
                 .draw_series(LineSeries::new(points, style))
                 .map_err(text)?;
-            if part == 0 {
-                drawn
-                    .label(&series.name)
-                    .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], style));
-            }
         }
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::Coordinate((WIDTH_PX - 250) as i32, 10))
-        .background_style(WHITE.mix(0.85))
-        .label_font(("sans-serif", 13))
-        .draw()
-        .map_err(text)
+    draw_legend(area, panel).map_err(text)
 }
 
-/// The stretches of a series that can be drawn; at least one, for the legend.
+/// Names and colours of the series, right of the plot.
+fn draw_legend<B: DrawingBackend>(
+    area: &DrawingArea<B, Shift>,
+    panel: &Panel,
+) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
+    let left = (WIDTH_PX - LEGEND_PX) as i32;
+    for (i, series) in panel.series.iter().enumerate() {
+        let style = COLOURS[i % COLOURS.len()].stroke_width(2);
+        let y = 45 + 20 * i as i32;
+        area.draw(&PathElement::new([(left, y), (left + 20, y)], style))?;
+        let name = (series.name.clone(), (left + 26, y - 7));
+        area.draw(&Text::new(name.0, name.1, ("sans-serif", 13).into_font()))?;
+    }
+    Ok(())
+}
+
+/// The stretches of a series that can be drawn.
 fn finite_runs(series: &Series, [log_x, log_y]: [bool; 2]) -> Vec<Vec<(f64, f64)>> {
     let can = |v: f64, log: bool| v.is_finite() && (!log || v > 0.0);
-    let runs: Vec<Vec<(f64, f64)>> = series
+    series
         .points
         .split(|&(x, y)| !can(x, log_x) || !can(y, log_y))
         .filter(|run| !run.is_empty())
         .map(<[_]>::to_vec)
-        .collect();
-    if runs.is_empty() {
-        vec![Vec::new()]
-    } else {
-        runs
-    }
+        .collect()
 }
 
 #[cfg(test)]

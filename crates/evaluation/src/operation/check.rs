@@ -50,6 +50,8 @@ impl OperationConfig {
         increasing("distances_m", &self.distances_m, 0.1, 10.0)?;
         increasing("light_pct", &self.light_pct, 0.0, 100.0)?;
         within("step_m", self.step_m, 0.01, 10.0)?;
+        within("lane_m", self.lane_m, 0.0, 100.0)?;
+        within("track_error_m", self.track_error_m, 0.0, 0.5 * self.step_m)?;
         within("speed_m_per_s", self.speed_m_per_s, 1e-3, 100.0)?;
         within("start_distance_m", self.start_distance_m, 0.1, 10.0)?;
         within("start_light_pct", self.start_light_pct, 0.0, 100.0)?;

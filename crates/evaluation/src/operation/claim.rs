@@ -35,6 +35,10 @@ fn of_renders(config: &OperationConfig) -> OperationConfig {
         seed: config.seed,
         target: config.target.clone(),
         step_m: config.step_m,
+        // Lanes over a bottom follow from the list of depths.
+        depths_m: config.depths_m.clone(),
+        lane_m: config.lane_m,
+        track_error_m: config.track_error_m,
         stations: config.stations,
         water,
         quality: config.quality,

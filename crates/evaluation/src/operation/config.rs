@@ -29,6 +29,10 @@ pub struct OperationConfig {
     pub light_pct: Vec<f64>,
     /// Way along the target between views, m.
     pub step_m: f64,
+    /// Sideways distance of the legs over a bottom, m; on an upright target their depths hold them apart.
+    pub lane_m: f64,
+    /// Largest error of a place along its leg, m.
+    pub track_error_m: f64,
     /// Places on each leg at which views are rendered.
     pub stations: usize,
     /// Views of one repetition per leg, at most `stations`; repetitions start at different stations.
@@ -114,6 +118,8 @@ impl Default for OperationConfig {
             distances_m: (2..=12).map(|i| 0.25 * f64::from(i)).collect(),
             light_pct: vec![0.0, 25.0, 50.0, 75.0, 100.0],
             step_m: 0.5,
+            lane_m: 1.5,
+            track_error_m: 0.05,
             stations: 10,
             views_per_leg: 8,
             repetitions: 5,
@@ -121,7 +127,7 @@ impl Default for OperationConfig {
             start_distance_m: 1.5,
             start_light_pct: 50.0,
             model: None,
-            presets: vec!["release".into(), "paper".into()],
+            presets: vec!["release".into(), "paper".into(), "tracking".into()],
             niqe_block_px: 48,
             covered_inliers: 15,
             water: vec![

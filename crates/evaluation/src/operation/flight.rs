@@ -48,6 +48,8 @@ pub struct Step {
     pub depth_m: f64,
     /// Position along the leg, m.
     pub along_m: f64,
+    /// Position across the legs on the target, m: the depth on an upright one, the lane over a bottom.
+    pub across_m: f64,
     /// What the method chose.
     pub chosen: Candidate,
     /// Distance of the rendered view that it got, m.
@@ -125,7 +127,8 @@ impl<'a> Repetition<'a> {
             let view_distance_m = config.distances_m[config.nearest_distance(chosen.distance_m)];
             let frame = self.water.frame(place, chosen, [self.index as u64, KEPT])?;
             let features = detector.extract(&GreyImage::of_frame(&frame))?;
-            let along_m = along_m(config, place.station as f64);
+            let depth_m = config.depths_m[place.leg];
+            let along_m = along_m(config, depth_m, place.station);
             let last = steps.last().filter(|s| s.place.leg == place.leg);
             let pair = match (last, &before) {
                 (Some(last), Some(before)) => {
@@ -140,8 +143,9 @@ impl<'a> Repetition<'a> {
             };
             steps.push(Step {
                 place: *place,
-                depth_m: config.depths_m[place.leg],
+                depth_m,
                 along_m,
+                across_m: self.water.site.across_m(depth_m),
                 chosen,
                 view_distance_m,
                 features: features.count(),

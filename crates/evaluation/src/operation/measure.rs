@@ -88,13 +88,19 @@ pub fn mean_and_error(values: &[f64]) -> (f64, f64) {
     (mean, (squares / (n - 1.0).max(1.0) / n.max(1.0)).sqrt())
 }
 
-/// Way from view to view: along the leg, down to the next one, and to and from the target.
+/// Way from view to view: along the leg, down and across to the next one, and to and from the target.
 fn path_m(steps: &[Step]) -> f64 {
     let way = |w: &[Step]| {
         let along = w[1].along_m - w[0].along_m;
         let down = w[1].depth_m - w[0].depth_m;
         let away = w[1].chosen.distance_m - w[0].chosen.distance_m;
-        (along * along + down * down + away * away).sqrt()
+        // On an upright target across is down.
+        let across = if w[0].across_m == w[0].depth_m {
+            0.0
+        } else {
+            w[1].across_m - w[0].across_m
+        };
+        (along * along + down * down + across * across + away * away).sqrt()
     };
     steps.windows(2).map(way).sum()
 }
@@ -120,8 +126,8 @@ fn coverage_m2(config: &OperationConfig, steps: &[Step]) -> f64 {
             [
                 s.along_m - 0.5 * width,
                 s.along_m + 0.5 * width,
-                s.depth_m - 0.5 * height,
-                s.depth_m + 0.5 * height,
+                s.across_m - 0.5 * height,
+                s.across_m + 0.5 * height,
             ]
         })
         .collect();
@@ -169,6 +175,7 @@ mod tests {
             place: Place { leg, station: 0 },
             depth_m: 1.0 + 2.0 * leg as f64,
             along_m,
+            across_m: 1.0 + 2.0 * leg as f64,
             chosen: Candidate {
                 distance_m,
                 light_pct: 10.0 * distance_m,

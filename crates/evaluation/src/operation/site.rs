@@ -144,6 +144,16 @@ impl<'a> Site<'a> {
         render_view(&self.scene(key)?, &self.sensor, &job)
     }
 
+    /// Position across the legs on the target of the leg at a depth, m: the depth itself on an upright target, the lane
+    /// over a bottom.
+    pub fn across_m(&self, depth_m: f64) -> f64 {
+        if self.target.is_bottom() {
+            super::track::lane_m(self.config, depth_m)
+        } else {
+            depth_m
+        }
+    }
+
     /// Seed of a view's renders, another one for every view of the operation.
     fn seed(&self, key: ViewKey) -> u64 {
         let water = self.config.water.iter().position(|w| w == self.water);
@@ -163,9 +173,12 @@ impl<'a> Site<'a> {
             distance_m: key.distance_m(),
         };
         let mut scene = environment::scene(&self.config.vehicle, &self.body, self.target, look)?;
-        // The leg's middle lies before the target's middle.
-        let along_m = super::along_m(self.config, key.station as f64);
-        let shift = along_m * scene.camera.right;
+        // The leg's middle lies before the target's middle; over a bottom every leg has its own lane.
+        let along_m = super::along_m(self.config, key.depth_m(), key.station);
+        let mut shift = along_m * scene.camera.right;
+        if self.target.is_bottom() {
+            shift += super::track::lane_m(self.config, key.depth_m()) * scene.camera.down;
+        }
         scene.camera.position_m += shift;
         scene
             .lamps
@@ -183,8 +196,11 @@ impl<'a> Site<'a> {
         if let Some(&samples) = self.samples.get(&class) {
             return Ok(samples);
         }
-        let pilot = ViewKey { station: 0, ..key };
         let quality = self.config.quality;
+        if quality.least_samples == quality.most_samples {
+            return Ok([quality.most_samples; 2]);
+        }
+        let pilot = ViewKey { station: 0, ..key };
         let job = Job {
             samples: [quality.pilot_samples; 2],
             seed: !self.seed(pilot),

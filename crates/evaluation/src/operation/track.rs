@@ -1,7 +1,11 @@
 //! The way along the target, and where its places lie in the pictures.
 
 use super::config::OperationConfig;
+use super::seed_of;
 use crate::vision::matching::Homography;
+
+/// Separates the errors of places from other uses of the same numbers.
+const TRACK_ERROR: u64 = 4;
 
 /// A place on the track of one repetition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,9 +34,24 @@ pub fn places(config: &OperationConfig, repetition: usize) -> Vec<Place> {
     places
 }
 
-/// Position of a station along the leg, m; the leg's middle is at 0.
-pub fn along_m(config: &OperationConfig, station: f64) -> f64 {
-    config.step_m * (station - 0.5 * (config.stations - 1) as f64)
+/// Position of a station along the leg at a depth, m; the leg's middle is at 0. It is off its nominal place by up to
+/// the track error, as a vehicle's would be: views at exact multiples of a step would repeat the pixel grid's phase from
+/// some distances, whose features would match better than they ever do.
+pub fn along_m(config: &OperationConfig, depth_m: f64, station: usize) -> f64 {
+    let nominal_m = config.step_m * (station as f64 - 0.5 * (config.stations - 1) as f64);
+    let depth_mm = (1000.0 * depth_m).round() as u64;
+    let bits = seed_of(&[config.seed, TRACK_ERROR, depth_mm, station as u64]) >> 11;
+    // 53 random bits to [-1, 1).
+    let part = 2.0 * (bits as f64 / (1_u64 << 53) as f64) - 1.0;
+    nominal_m + config.track_error_m * part
+}
+
+/// Sideways position of the leg at a depth over a bottom, m, downwards in the picture; the lanes' middle is at 0. Other
+/// depths, such as the calibration's, lie there too.
+pub fn lane_m(config: &OperationConfig, depth_m: f64) -> f64 {
+    let leg = config.depths_m.iter().position(|&d| d == depth_m);
+    let middle = 0.5 * (config.depths_m.len() - 1) as f64;
+    config.lane_m * leg.map_or(0.0, |leg| leg as f64 - middle)
 }
 
 /// Width and height of what the camera sees of the target from a distance, m.
@@ -88,8 +107,33 @@ mod tests {
             stations(1),
             [(0, 3), (0, 2), (0, 1), (1, 1), (1, 2), (1, 3)]
         );
-        assert_eq!(along_m(&config, 0.0), -0.75);
-        assert_eq!(along_m(&config, 3.0), 0.75);
+        let exact = OperationConfig {
+            track_error_m: 0.0,
+            ..config.clone()
+        };
+        assert_eq!(along_m(&exact, 1.0, 0), -0.75);
+        assert_eq!(along_m(&exact, 1.0, 3), 0.75);
+        let errors_m = [(1.0, 0), (2.0, 0), (1.0, 3)]
+            .map(|(z, s)| along_m(&config, z, s) - along_m(&exact, z, s));
+        assert!(
+            errors_m
+                .iter()
+                .all(|e| e.abs() <= config.track_error_m && *e != 0.0)
+        );
+        assert!(errors_m[0] != errors_m[1] && errors_m[0] != errors_m[2]);
+    }
+
+    #[test]
+    fn lanes_lie_beside_each_other_around_the_middle() {
+        let config = OperationConfig {
+            depths_m: vec![1.0, 2.0, 4.0],
+            lane_m: 1.5,
+            ..OperationConfig::default()
+        };
+        assert_eq!(
+            [1.0, 2.0, 4.0, 3.3].map(|z| lane_m(&config, z)),
+            [-1.5, 0.0, 1.5, 0.0]
+        );
     }
 
     #[test]

@@ -18,8 +18,8 @@ pub fn text(config: &OperationConfig, found: &Operation) -> String {
          consecutive views, mean over pairs; *true* counts only inliers that agree with the known motion within 3 \
          pixels. Published: full-size pictures of another renderer, so that ratios compare and counts do not.\n\n",
     );
-    for (index, water) in found.waters.iter().enumerate() {
-        out.push_str(&inlier_table(water, index));
+    for water in &found.waters {
+        out.push_str(&inlier_table(water));
     }
     out.push_str(
         "Difference of the inlier ratio to the best method that is neither guidance nor oracle, over the same \
@@ -34,8 +34,8 @@ pub fn text(config: &OperationConfig, found: &Operation) -> String {
          Changes are means between consecutive views of a leg.\n\n",
         config.covered_inliers
     ));
-    for (index, water) in found.waters.iter().enumerate() {
-        out.push_str(&coverage_table(water, index));
+    for water in &found.waters {
+        out.push_str(&coverage_table(water));
     }
     out.push_str("\n## Regret\n\n");
     out.push_str(
@@ -51,7 +51,7 @@ pub fn text(config: &OperationConfig, found: &Operation) -> String {
         let name = &water.water.name;
         out.push_str(&format!(
             "![distance and lamp level, {name}](settings_{name}.png)\n\n\
-             ![inliers, {name}](inliers_{name}.png)\n\n![contact sheet, {name}](contact_{name}.png)\n\n"
+             ![inliers, {name}](inliers_{name}.png)\n\n![contact sheet, {name}](contact_{name}.jpg)\n\n"
         ));
     }
     out
@@ -117,16 +117,18 @@ fn published(result: &MethodResult) -> Option<&'static Published> {
 
 fn published_cell(
     result: &MethodResult,
-    index: usize,
+    water: &WaterResult,
     value: impl Fn(&Published, usize) -> String,
 ) -> String {
-    match published(result) {
-        Some(row) if index < 2 => value(row, index),
+    // The published waters are known by the same names.
+    let column = ["low", "high"].iter().position(|n| *n == water.water.name);
+    match (published(result), column) {
+        (Some(row), Some(column)) => value(row, column),
         _ => String::new(),
     }
 }
 
-fn inlier_table(water: &WaterResult, index: usize) -> String {
+fn inlier_table(water: &WaterResult) -> String {
     let mut out = heading(water);
     out.push_str(
         "| method | features | inliers | ratio | true ratio | published: features | inliers | ratio |\n\
@@ -140,9 +142,9 @@ fn inlier_table(water: &WaterResult, index: usize) -> String {
             cell(result, 1, |m| m.inliers),
             cell(result, 3, |m| m.inlier_ratio),
             cell(result, 3, |m| m.true_inlier_ratio),
-            published_cell(result, index, |p, i| format!("{}", p.features[i])),
-            published_cell(result, index, |p, i| format!("{}", p.inliers[i])),
-            published_cell(result, index, |p, i| format!("{:.2}", p.ratio[i])),
+            published_cell(result, water, |p, i| format!("{}", p.features[i])),
+            published_cell(result, water, |p, i| format!("{}", p.inliers[i])),
+            published_cell(result, water, |p, i| format!("{:.2}", p.ratio[i])),
         ));
     }
     out.push('\n');
@@ -178,7 +180,7 @@ fn margins(water: &WaterResult) -> String {
     out
 }
 
-fn coverage_table(water: &WaterResult, index: usize) -> String {
+fn coverage_table(water: &WaterResult) -> String {
     let mut out = heading(water);
     out.push_str(
         "| method | coverage, m² | published, m² | distance, m | change, m | lamp, % | change, % | path, m | time, s |\n\
@@ -189,7 +191,7 @@ fn coverage_table(water: &WaterResult, index: usize) -> String {
             "| {} | {} | {} | {} | {} | {} | {} | {} | {} |\n",
             result.method.name(),
             cell(result, 1, |m| m.coverage_m2),
-            published_cell(result, index, |p, i| format!("{:.1}", p.coverage_m2[i])),
+            published_cell(result, water, |p, i| format!("{:.1}", p.coverage_m2[i])),
             cell(result, 2, |m| m.distance_m),
             cell(result, 3, |m| m.distance_change_m),
             cell(result, 1, |m| m.light_pct),

@@ -75,7 +75,7 @@ pub fn write(config: &OperationConfig, found: &Operation, folder: &Path) -> Resu
         let profile = folder.join(format!("profile_{name}.json"));
         water.profile.write(&profile)?;
         curves::write(config, water, folder)?;
-        let sheet = folder.join(format!("contact_{name}.png"));
+        let sheet = folder.join(format!("contact_{name}.jpg"));
         water.pictures.sheet.write(&sheet)?;
     }
     write_text(&folder.join(REPORT), &markdown::text(config, found))
