@@ -139,10 +139,11 @@ fn look(
     let vehicle = Vehicle {
         width: 320,
         height: 180,
+        exposure: 8.0,
         ..Vehicle::default()
     };
     let water = WaterBody {
-        jerlov: WATER.parse::<WaterType>()?,
+        jerlov: WATER.parse::<WaterType>()?.into(),
         backscatter_fraction: BACKSCATTER_FRACTION,
     };
     let view = Look::Target {

@@ -56,7 +56,7 @@ fn four_samples_made_clean_are_nearer_to_many_samples_than_those_are_to_themselv
     let assets = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets");
     let target = Target::read(Pattern::Seabed, &assets).expect("texture");
     let water = WaterBody {
-        jerlov: WaterType::ALL[3],
+        jerlov: WaterType::ALL[3].into(),
         backscatter_fraction: 0.0183,
     };
     let look = Look::Target {

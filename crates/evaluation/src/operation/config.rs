@@ -146,8 +146,18 @@ impl Default for OperationConfig {
             ],
             calibration: CalibrationConfig::default(),
             quality: QualityConfig::default(),
-            vehicle: Vehicle::default(),
+            vehicle: small_camera(),
         }
+    }
+}
+
+/// A camera with few pixels, because a flight shows many views: use it with a model that was trained with the same.
+fn small_camera() -> Vehicle {
+    Vehicle {
+        width: 240,
+        height: 135,
+        exposure: 8.0,
+        ..Vehicle::default()
     }
 }
 
@@ -203,7 +213,7 @@ impl WaterConfig {
             .parse()
             .map_err(|e| format!("water.jerlov: {e}"))?;
         Ok(WaterBody {
-            jerlov,
+            jerlov: jerlov.into(),
             backscatter_fraction: self.backscatter_fraction,
         })
     }
