@@ -1,0 +1,61 @@
+"""The converter against a model that Keras wrote: python3 -m unittest (in this folder; needs h5py)."""
+
+import json
+import pathlib
+import tempfile
+import unittest
+
+import h5py  # noqa: F401  a clear message where it is missing
+
+import keras_to_json
+
+DATA = pathlib.Path(__file__).parent.parent / "crates/guidance/tests/data"
+
+
+def flat(layer):
+    return [value for row in layer["kernel"] for value in row] + layer["bias"]
+
+
+class Conversion(unittest.TestCase):
+    def setUp(self):
+        self.wanted = json.loads((DATA / "mlp_a.json").read_text())
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+
+    def convert(self, names, model=DATA / "mlp_a.keras"):
+        path = pathlib.Path(self.folder.name) / "names.json"
+        path.write_text(json.dumps(names))
+        return keras_to_json.convert(model, path)
+
+    def test_a_model_of_keras_has_the_same_numbers(self):
+        got = self.convert({"inputs": self.wanted["inputs"]})
+        self.assertEqual(got["inputs"], self.wanted["inputs"])
+        self.assertEqual(got["outputs"], self.wanted["outputs"])
+        for key in ("mean", "std"):
+            for a, b in zip(got["normalisation"][key], self.wanted["normalisation"][key], strict=True):
+                self.assertAlmostEqual(a / b, 1.0, delta=1e-6)
+        for a, b in zip(got["layers"], self.wanted["layers"], strict=True):
+            self.assertEqual((a["activation"], a["units"]), (b["activation"], b["units"]))
+            for x, y in zip(flat(a), flat(b), strict=True):
+                self.assertAlmostEqual(x, y, delta=1e-6)
+
+    def test_wrong_names_are_told(self):
+        for names, wrong in [
+            ({"inputs": self.wanted["inputs"][:3]}, "must name 20 inputs, got 3"),
+            ({"inputs": [dict(i, mean=0, std=1) for i in self.wanted["inputs"]]}, "must have no mean"),
+        ]:
+            with self.assertRaisesRegex(keras_to_json.Unusable, wrong):
+                self.convert(names)
+
+    def test_a_file_of_another_kind_is_told(self):
+        with self.assertRaisesRegex(keras_to_json.Unusable, "not a Keras 3 model"):
+            self.convert({"inputs": self.wanted["inputs"]}, model=DATA / "mlp_a.json")
+
+    def test_layers_that_cannot_be_converted_are_told(self):
+        layer = {"class_name": "Conv1D", "config": {"name": "conv"}}
+        with self.assertRaisesRegex(keras_to_json.Unusable, r"layer conv \(Conv1D\)"):
+            keras_to_json.convert_layers([layer], {})
+
+
+if __name__ == "__main__":
+    unittest.main()
