@@ -62,3 +62,10 @@ fn spectral_scatter(s: Spectral, sigma: vec3f, ln_sigma: vec3f, t: f32) -> Spect
 fn spectral_pass(s: Spectral, sigma: vec3f, t: f32) -> Spectral {
     return spectral_step(s, -sigma * t, -scene.c * t);
 }
+
+/// A fresh path after `scatterings` with free flights of `length` in all, the last of them perhaps unfinished.
+fn spectral_after(s: Spectral, scatterings: u32, length: f32) -> Spectral {
+    let n = f32(scatterings);
+    let ln_scattered = select(vec3f(0.0), n * scene.ln_b, scatterings > 0u);
+    return spectral_step(s, n * scene.lamp_ln_sigma - scene.lamp_sigma * length, ln_scattered - scene.c * length);
+}

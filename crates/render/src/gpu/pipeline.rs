@@ -210,6 +210,7 @@ fn constants(needs: &Needs, tables: &Tables, scene: &Prepared) -> Vec<(&'static 
         ("HAS_QUADS", !tables.quads.is_empty()),
         ("HAS_TRIANGLES", !tables.nodes.is_empty()),
         ("HAS_TEXTURES", needs.textures),
+        ("HAS_VARIED_REFLECTANCE", needs.varied_reflectance),
         ("HAS_GEOMETRY_IN_AIR", needs.geometry_in_air),
         ("HAS_SUN", needs.sun),
         ("HAS_SKY", needs.sky),

@@ -30,6 +30,7 @@ sources![
     "common/ways",
     "common/lamp_walk",
     "common/lamp_join",
+    "common/lamp_landing",
     "common/lamp_path",
     "common/daylight",
     "common/ambient_flight",
