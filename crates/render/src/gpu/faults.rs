@@ -10,6 +10,7 @@ use crate::{
 };
 
 /// Says that a test is skipped without an adapter, which `UW_REQUIRE_GPU=1` does not allow.
+#[expect(clippy::print_stdout, reason = "a skipped test has to say so")]
 pub(super) fn adapter_is_missing(error: &GpuError) {
     assert!(
         !env::var("UW_REQUIRE_GPU").is_ok_and(|v| v == "1"),
@@ -100,12 +101,12 @@ fn a_picture_larger_than_a_buffer_names_the_limit() {
 fn a_fault_of_the_device_is_kept() {
     let Some(gpu) = device() else { return };
     // A buffer beyond every limit: refused, or out of memory.
-    gpu.device.create_buffer(&wgpu::BufferDescriptor {
+    drop(gpu.device.create_buffer(&wgpu::BufferDescriptor {
         label: None,
         size: u64::MAX / 2,
         usage: wgpu::BufferUsages::STORAGE,
         mapped_at_creation: false,
-    });
+    }));
     assert!(gpu.check().is_err());
     let result = render(
         &gpu,
