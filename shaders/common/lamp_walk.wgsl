@@ -1,5 +1,6 @@
 // How a camera walk that looks for lamp light moves: segments, the water surface, roulette; and its targets.
-// Twins: crates/render/src/integrator/cpu/{lamp_walk,lamp_target,equiangular}.rs. Checked by: tests/system/gpu.rs.
+// Twins: crates/render/src/integrator/cpu/{lamp_walk,lamp_target,equiangular}.rs.
+// Checked by: crates/render/src/gpu/twins/lamps.rs (roulette, distances), tests/system/gpu.rs.
 import package::common::bvh::{SurfacePoint, closest, surface_point};
 import package::common::camera::{BOUNDARY, CameraRay, End, NOTHING, SCATTER, SURFACE, no_point};
 import package::common::interface::{distance_to_surface, flip, internal_reflectance, mirror};

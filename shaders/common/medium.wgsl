@@ -1,6 +1,6 @@
 // Attenuation in homogeneous water and the weight of a path in three channels.
 // Twins: crates/render/src/prepare/medium.rs and crates/render/src/integrator/cpu/spectral.rs; the densities of the
-// strategies are carried as logarithms, relative to the largest. Checked by: crates/render/src/gpu/twins.rs.
+// strategies are carried as logarithms, relative to the largest. Checked by: crates/render/src/gpu/twins/lamps.rs.
 import package::common::layout::{HAS_MEDIUM, scene};
 
 /// The logarithm of zero.

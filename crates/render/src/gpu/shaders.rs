@@ -23,6 +23,7 @@ sources![
     "common/bvh",
     "common/light",
     "common/film",
+    "common/lane",
     "common/camera",
     "common/order",
     "common/bridge",
@@ -38,11 +39,20 @@ sources![
     "common/ambient_path",
     "kernels/lamps",
     "kernels/ambient",
+    "probe/inputs",
     "probe/functions",
+    "probe/lamps",
+    "probe/daylight",
 ];
 
 /// Shaders with an entry point.
-pub const KERNELS: &[&str] = &["kernels/lamps", "kernels/ambient", "probe/functions"];
+pub const KERNELS: &[&str] = &[
+    "kernels/lamps",
+    "kernels/ambient",
+    "probe/functions",
+    "probe/lamps",
+    "probe/daylight",
+];
 
 /// The text of a shader with everything that it imports.
 ///
