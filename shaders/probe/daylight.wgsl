@@ -83,7 +83,7 @@ fn evaluate(a: vec4f) -> vec4f {
 
 /// A point of the box below the surface.
 fn below_surface(u: vec3f) -> vec3f {
-    return in_box(u * vec3f(1.0, 1.0, 0.69));
+    return in_box(u * vec3f(1.0, 1.0, 0.52));
 }
 
 fn walk_at(origin: vec3f, direction: vec3f) -> AmbientWalk {

@@ -11,7 +11,7 @@ fn direction_of(u: f32, v: f32) -> vec3f {
 
 /// A point around the lamps and on both sides of the water surface.
 fn in_box(u: vec3f) -> vec3f {
-    return vec3f(3.0, 3.0, 6.0) * u - vec3f(0.5, 1.5, 1.5);
+    return vec3f(3.0, 3.0, 8.0) * u - vec3f(0.5, 1.5, 1.5);
 }
 
 /// Three random numbers.

@@ -28,7 +28,7 @@ const ROUGH: f64 = 2e-3;
 
 static SUNLIT: LazyLock<Prepared> = LazyLock::new(|| {
     scene_with(
-        "[sun]\nzenith_deg = 35.0\nazimuth_deg = 60.0\nirradiance = [1.0, 1.1, 1.2]\n\
+        "emission = [0.1, 0.0, 0.2]\n[sun]\nzenith_deg = 35.0\nazimuth_deg = 60.0\nirradiance = [1.0, 1.1, 1.2]\n\
          [sky]\nradiance = [0.1, 0.15, 0.2]\n",
     )
 });
@@ -44,7 +44,7 @@ fn water() -> &'static Medium {
 /// A point of the box below the surface.
 fn below_surface(numbers: [f32; 3]) -> DVec3 {
     let [x, y, z] = numbers.map(f64::from);
-    in_box(&SUNLIT, [x, y, 0.69 * z])
+    in_box(&SUNLIT, [x, y, 0.52 * z])
 }
 
 fn walk_at(origin: DVec3, direction: DVec3) -> Walk {

@@ -190,7 +190,7 @@ fn direction_of(u: impl Into<f64>, v: impl Into<f64>) -> DVec3 {
 /// A point around the lamps and on both sides of the water surface, m, from numbers in (0, 1).
 fn in_box(scene: &Prepared, numbers: [impl Into<f64>; 3]) -> DVec3 {
     let u = numbers.map(Into::into);
-    let offset = DVec3::new(3.0 * u[0] - 0.5, 3.0 * u[1] - 1.5, 6.0 * u[2] - 1.5);
+    let offset = DVec3::new(3.0 * u[0] - 0.5, 3.0 * u[1] - 1.5, 8.0 * u[2] - 1.5);
     scene.camera.position_m + offset
 }
 
