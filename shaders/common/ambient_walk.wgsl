@@ -1,5 +1,6 @@
 // Walks that look for daylight: their state, the stack of those that still have to go on, and how many go on.
-// Twins: crates/render/src/integrator/cpu/{ambient_path,ambient_window}.rs. Checked by: tests/system/gpu.rs.
+// Twins: crates/render/src/integrator/cpu/{ambient_path,ambient_window}.rs.
+// Checked by: crates/render/src/gpu/twins/daylight.rs (angles, light ahead), tests/system/gpu.rs.
 import package::common::bvh::SurfacePoint;
 import package::common::camera::{End, SURFACE};
 import package::common::daylight::{field_irradiance, field_scattered};

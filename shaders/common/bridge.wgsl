@@ -1,5 +1,5 @@
 // Similarity bridges: a walk with k scatterings, scaled and turned so that it joins two given points.
-// Twin: crates/render/src/integrator/cpu/bridge.rs. Checked by: crates/render/src/gpu/twins.rs.
+// Twin: crates/render/src/integrator/cpu/bridge.rs. Checked by: crates/render/src/gpu/twins/lamps.rs.
 //
 // Vertices live in the scratch buffer, one column per lane: bridge positions and segment lengths, then positions and
 // lengths of the walk's trail, then per place (sin²(θ/2), crossing) of the bridge and (lobe, reflected) of the trail.

@@ -1,5 +1,5 @@
 // What rays meet: parallelograms one by one, triangles through a tree without a stack.
-// Twins: crates/render/src/prepare/{geometry,bvh}.rs. Checked by: crates/render/src/gpu/twins.rs.
+// Twins: crates/render/src/prepare/{geometry,bvh}.rs. Checked by: crates/render/src/gpu/twins/surfaces.rs.
 import package::common::layout::{HAS_QUADS, HAS_TEXTURES, HAS_TRIANGLES, NONE, Node, materials, nodes, quads, scene, texels, triangles, words};
 
 /// Marks the index of a triangle among the primitives.

@@ -1,6 +1,6 @@
 // Rays through image points, and image points around small lamps in view.
 // Twins: crates/render/src/scene/camera.rs and crates/render/src/integrator/cpu/{lamp_pixels,camera_ray}.rs.
-// Checked by: crates/render/src/gpu/twins.rs (directions), tests/system/gpu.rs (pictures).
+// Checked by: crates/render/src/gpu/twins/surfaces.rs (directions), tests/system/gpu.rs (pictures).
 import package::common::bvh::{SurfacePoint, closest, surface_point};
 import package::common::interface::{distance_to_surface, external_reflectance, is_above, refract_into_water};
 import package::common::layout::{HAS_SCATTERING, HAS_SURFACE, INFINITE, NONE, scene, word_f32};

@@ -6,7 +6,8 @@ import package::common::camera::{BOUNDARY, CameraRay, End, NOTHING, SCATTER, SUR
 import package::common::film::{add_light, share};
 import package::common::interface::{flip, internal_reflectance};
 import package::common::lamp_join::{join_lamps, meet_lamp, meet_lamps, send, surface_lobe, vertex_count};
-import package::common::lamp_walk::{choose_targets, first_end, lamp_point, next_end, reflect_at_boundary, survives, target_centre, target_count, targets, unfolded, walk, walk_start};
+import package::common::lamp_landing::{Landing, choose_landing};
+import package::common::lamp_walk::{choose_targets, first_end, go_to_scattering, lamp_point, next_end, reflect_at_boundary, survives, target_centre, target_count, targets, unfolded, walk, walk_start};
 import package::common::layout::{HAS_SCATTERING, HAS_SURFACE, INFINITE, NONE, PI, counters, dispatch, lamps, scene};
 import package::common::bridge::{bridge, bridge_straight};
 import package::common::light::lamp_radiance_along;
@@ -29,27 +30,41 @@ fn lamp_walk(ray: CameraRay, first: u32) {
     trail_start();
     choose_targets(ray);
     var at_start = true;
-    while walk.events < dispatch.max_events {
-        var end: End;
-        if at_start {
-            end = first_end(ray, first);
-            at_start = false;
-        } else {
-            end = next_end(uniform_number());
+    // Whether the first landing is still to be chosen. Every function is called from one place, because compilers copy
+    // what is called from several.
+    var choosing = true;
+    var alive = walk.events < dispatch.max_events;
+    while alive || choosing {
+        var landing = Landing(false, no_point());
+        if alive {
+            var end: End;
+            if at_start {
+                end = first_end(ray, first);
+                at_start = false;
+            } else {
+                end = next_end(uniform_number());
+            }
+            vertex_count += 1u;
+            alive = false;
+            if end.kind == SCATTER {
+                alive = scatter(end.t);
+            } else if end.kind == SURFACE {
+                walk.origin += end.t * walk.direction;
+                walk.start_primitive = end.primitive;
+                landing = Landing(true, end.point);
+            } else if end.kind == BOUNDARY {
+                alive = reflect_at_boundary(end.t);
+            }
         }
-        vertex_count += 1u;
-        var alive = false;
-        if end.kind == SCATTER {
-            alive = scatter(end.t);
-        } else if end.kind == SURFACE {
-            walk.origin += end.t * walk.direction;
-            walk.start_primitive = end.primitive;
-            alive = meet_surface(end.point);
-        } else if end.kind == BOUNDARY {
-            alive = reflect_at_boundary(end.t);
+        if choosing && (landing.found || !alive) {
+            choosing = false;
+            landing = choose_landing(ray, first, landing);
         }
-        if !alive || !survives() {
-            return;
+        if landing.found {
+            alive = meet_surface(landing.point);
+        }
+        if alive {
+            alive = survives() && walk.events < dispatch.max_events;
         }
     }
 }
@@ -59,15 +74,7 @@ fn scatter(t: f32) -> bool {
     if !HAS_SCATTERING {
         return false;
     }
-    walk.origin += t * walk.direction;
-    if HAS_SURFACE {
-        walk.origin.z = min(walk.origin.z, scene.surface_height_m);
-    }
-    walk.start_primitive = NONE;
-    walk.length += t;
-    walk.scatterings += 1u;
-    walk.events += 1u;
-    walk.unscattered = false;
+    go_to_scattering(t);
     walk.spectral = spectral_scatter(walk.spectral, scene.lamp_sigma, scene.lamp_ln_sigma, t);
     let is_leading = walk.scatterings == 1u && walk.events == 1u;
     let joined = !walk.met_surface || trail.companions;

@@ -1,5 +1,6 @@
 // How a camera walk that looks for lamp light moves: segments, the water surface, roulette; and its targets.
-// Twins: crates/render/src/integrator/cpu/{lamp_walk,lamp_target,equiangular}.rs. Checked by: tests/system/gpu.rs.
+// Twins: crates/render/src/integrator/cpu/{lamp_walk,lamp_target,equiangular}.rs.
+// Checked by: crates/render/src/gpu/twins/lamps.rs (roulette, distances), tests/system/gpu.rs.
 import package::common::bvh::{SurfacePoint, closest, surface_point};
 import package::common::camera::{BOUNDARY, CameraRay, End, NOTHING, SCATTER, SURFACE, no_point};
 import package::common::interface::{distance_to_surface, flip, internal_reflectance, mirror};
@@ -13,6 +14,9 @@ const MOST_LAMPS: u32 = 4u;
 const EVEN_SHARE: f32 = 0.1;
 /// Volume vertices before which a walk that has met no surface is never ended by roulette.
 const SURE_VERTICES: u32 = 12u;
+/// Roulette sets in where the estimate of what a walk can still bring falls below the reciprocals of these.
+const REACH_IN_WATER: f32 = 3.0;
+const REACH_FROM_SURFACE: f32 = 5.0;
 const EQUIANGULAR_SHARE: f32 = 0.25;
 /// Distance from a lamp, in optical depths, within which a ray passes close to it.
 const CLOSE_RAY: f32 = 0.1;
@@ -264,21 +268,38 @@ fn next_end(u: f32) -> End {
     if HAS_SCATTERING {
         t = minus_ln(u) / scene.lamp_sigma[walk.spectral.chosen];
     }
-    let to_boundary = distance_to_surface(walk.origin, walk.direction);
-    let hit = closest(walk.origin, walk.direction, min(t, to_boundary), walk.start_primitive);
-    var end = End(NOTHING, INFINITE, NONE, no_point());
-    if hit.primitive != NONE {
-        end = End(SURFACE, hit.t, hit.primitive, surface_point(hit, walk.direction));
-    } else if t < to_boundary {
-        return End(SCATTER, t, NONE, no_point());
-    } else if to_boundary < INFINITE {
-        end = End(BOUNDARY, to_boundary, NONE, no_point());
-    }
-    if HAS_MEDIUM && end.kind != NOTHING {
+    let end = free_end(t);
+    if HAS_MEDIUM && (end.kind == SURFACE || end.kind == BOUNDARY) {
         walk.spectral = spectral_pass(walk.spectral, scene.lamp_sigma, end.t);
         walk.length += end.t;
     }
     return end;
+}
+
+/// What ends a segment on which the walk would scatter after `t`.
+fn free_end(t: f32) -> End {
+    let to_boundary = distance_to_surface(walk.origin, walk.direction);
+    let hit = closest(walk.origin, walk.direction, min(t, to_boundary), walk.start_primitive);
+    if hit.primitive != NONE {
+        return End(SURFACE, hit.t, hit.primitive, surface_point(hit, walk.direction));
+    }
+    if t < to_boundary {
+        return End(SCATTER, t, NONE, no_point());
+    }
+    return End(select(NOTHING, BOUNDARY, to_boundary < INFINITE), to_boundary, NONE, no_point());
+}
+
+/// Goes on to a scattering; its effect on the weights is left out.
+fn go_to_scattering(t: f32) {
+    walk.origin += t * walk.direction;
+    if HAS_SURFACE {
+        walk.origin.z = min(walk.origin.z, scene.surface_height_m);
+    }
+    walk.start_primitive = NONE;
+    walk.length += t;
+    walk.scatterings += 1u;
+    walk.events += 1u;
+    walk.unscattered = false;
 }
 
 /// The underside of the water surface: reflected with its reflectance as the probability.
@@ -304,16 +325,7 @@ fn survives() -> bool {
     if !walk.met_surface && walk.scatterings <= SURE_VERTICES {
         return true;
     }
-    var nearest2 = INFINITE;
-    for (var i = 0u; i < scene.lamp_count; i++) {
-        let offset = lamps[i].position - walk.origin;
-        nearest2 = min(nearest2, dot(offset, offset));
-    }
-    let reach = select(3.0, 1.0, walk.met_surface);
-    let importance = reach * largest(spectral_weight(walk.spectral))
-        * exp(-min(0.5 * scene.c_min * sqrt(nearest2), 80.0)) / (1.0 + nearest2);
-    let patience = select(1.0, LATE_SURVIVAL, walk.events > SURE_EVENTS);
-    let survival = min(importance, patience);
+    let survival = survival_of_walk(largest(spectral_weight(walk.spectral)));
     if survival >= 1.0 {
         return true;
     }
@@ -322,4 +334,16 @@ fn survives() -> bool {
     }
     walk.spectral.value /= survival;
     return true;
+}
+
+/// Probability with which a walk of this weight goes on where roulette has set in; 1 or more: for certain.
+fn survival_of_walk(weight: f32) -> f32 {
+    var nearest2 = INFINITE;
+    for (var i = 0u; i < scene.lamp_count; i++) {
+        let offset = lamps[i].position - walk.origin;
+        nearest2 = min(nearest2, dot(offset, offset));
+    }
+    let reach = select(REACH_IN_WATER, REACH_FROM_SURFACE, walk.met_surface);
+    let importance = reach * weight * exp(-min(0.5 * scene.c_min * sqrt(nearest2), 80.0)) / (1.0 + nearest2);
+    return min(importance, select(1.0, LATE_SURVIVAL, walk.events > SURE_EVENTS));
 }

@@ -14,6 +14,7 @@ override HAS_REFRACTION: bool = true;
 override HAS_QUADS: bool = true;
 override HAS_TRIANGLES: bool = true;
 override HAS_TEXTURES: bool = true;
+override HAS_VARIED_REFLECTANCE: bool = true;
 override HAS_GEOMETRY_IN_AIR: bool = true;
 override HAS_SUN: bool = true;
 override HAS_SKY: bool = true;
@@ -67,6 +68,10 @@ struct Scene {
     texture_table: u32,
     field_table: u32,
     film_layers: u32,
+    a_min: f32,
+    b_mean: f32,
+    padding_1: u32,
+    padding_2: u32,
 }
 
 struct Dispatch {

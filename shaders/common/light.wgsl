@@ -1,5 +1,5 @@
 // Lamps: points on them, intensity, what is seen of their disks. Twin: crates/render/src/prepare/lamps.rs.
-// Checked by: crates/render/src/gpu/twins.rs.
+// Checked by: crates/render/src/gpu/twins/lamps.rs.
 import package::common::layout::{NONE, PI, lamps, word_f32};
 import package::common::math::circle;
 

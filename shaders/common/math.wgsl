@@ -1,6 +1,6 @@
 // Functions whose accuracy WGSL leaves open, and directions without cancellation.
 // Twins: std's f64 functions and crates/render/src/integrator/sampling/directions.rs.
-// Checked by: crates/render/src/gpu/twins.rs.
+// Checked by: crates/render/src/gpu/twins/numbers.rs.
 import package::common::layout::PI;
 
 /// e^x − 1, relative error 1e-6.

@@ -1,6 +1,6 @@
 // Attenuation in homogeneous water and the weight of a path in three channels.
 // Twins: crates/render/src/prepare/medium.rs and crates/render/src/integrator/cpu/spectral.rs; the densities of the
-// strategies are carried as logarithms, relative to the largest. Checked by: crates/render/src/gpu/twins.rs.
+// strategies are carried as logarithms, relative to the largest. Checked by: crates/render/src/gpu/twins/lamps.rs.
 import package::common::layout::{HAS_MEDIUM, scene};
 
 /// The logarithm of zero.
@@ -61,4 +61,11 @@ fn spectral_scatter(s: Spectral, sigma: vec3f, ln_sigma: vec3f, t: f32) -> Spect
 /// The path went on unscattered for `t`, with probability e^(−σt).
 fn spectral_pass(s: Spectral, sigma: vec3f, t: f32) -> Spectral {
     return spectral_step(s, -sigma * t, -scene.c * t);
+}
+
+/// A fresh path after `scatterings` with free flights of `length` in all, the last of them perhaps unfinished.
+fn spectral_after(s: Spectral, scatterings: u32, length: f32) -> Spectral {
+    let n = f32(scatterings);
+    let ln_scattered = select(vec3f(0.0), n * scene.ln_b, scatterings > 0u);
+    return spectral_step(s, n * scene.lamp_ln_sigma - scene.lamp_sigma * length, ln_scattered - scene.c * length);
 }

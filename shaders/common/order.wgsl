@@ -1,5 +1,5 @@
 // How many scatterings a bridge has: q(k | D), a Poisson law with a geometric tail.
-// Twin: crates/render/src/integrator/cpu/order.rs. Checked by: crates/render/src/gpu/twins.rs.
+// Twin: crates/render/src/integrator/cpu/order.rs. Checked by: crates/render/src/gpu/twins/lamps.rs.
 import package::common::layout::{NONE, scene, word_f32};
 import package::common::math::expm1;
 

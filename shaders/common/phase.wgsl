@@ -1,5 +1,5 @@
 // Phase function and its inverse CDF as piecewise cubics. Twin: crates/media/src/phase/fast/.
-// Checked by: crates/render/src/gpu/twins.rs.
+// Checked by: crates/render/src/gpu/twins/numbers.rs.
 import package::common::layout::{scene, word_f32, words};
 
 /// Largest key of a table, the float below 1/2, as bits.

@@ -1,5 +1,5 @@
 // Random numbers keyed by (seed, pixel, sample, stream), as bits and as floats.
-// Twins: crates/render/src/integrator/sampling/{rng,sobol,draws}.rs. Checked by: crates/render/src/gpu/twins.rs.
+// Twins: crates/render/src/integrator/sampling/{rng,sobol,draws}.rs. Checked by: crates/render/src/gpu/twins/numbers.rs.
 import package::common::layout::{dispatch, scene, words};
 
 const MAX_BATCH: u32 = 4096u;
@@ -9,6 +9,7 @@ var<private> rng_state: vec4u;
 /// What keys the leading numbers: scrambling and index of the point.
 var<private> scramble: u32;
 var<private> point_index: u32;
+var<private> draws_pixel: u32;
 
 fn hash_mix(v: vec4u) -> vec4u {
     var w = v;
@@ -68,8 +69,8 @@ fn uniform_number() -> f32 {
 
 /// Starts the draws of sample `index` of the dispatch's batch at `pixel`; `stream` separates the paths of a sample.
 fn start_draws(pixel: u32, index: u32, stream: u32) {
-    rng_state = rng_new(dispatch.seed_low, dispatch.seed_high, pixel, dispatch.batch, 2u * stream);
-    scramble = next_bits();
+    draws_pixel = pixel;
+    scramble = scramble_of(stream);
     point_index = index;
     // The key of the pseudorandom numbers: seed xor 0x5851f42d4c957f2d.
     rng_state = rng_new(
@@ -79,6 +80,15 @@ fn start_draws(pixel: u32, index: u32, stream: u32) {
         dispatch.batch * MAX_BATCH + index,
         2u * stream + 1u,
     );
+}
+
+/// What scrambles the leading numbers of `stream`.
+fn scramble_of(stream: u32) -> u32 {
+    let state = rng_state;
+    rng_state = rng_new(dispatch.seed_low, dispatch.seed_high, draws_pixel, dispatch.batch, 2u * stream);
+    let bits = next_bits();
+    rng_state = state;
+    return bits;
 }
 
 /// A hash of 32 bits (Wellons 2018).

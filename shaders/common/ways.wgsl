@@ -1,5 +1,5 @@
 // The ways in which one path to a lamp can be made, combined by the balance heuristic.
-// Twin: crates/render/src/integrator/cpu/ways.rs. Checked by: crates/render/src/gpu/twins.rs.
+// Twin: crates/render/src/integrator/cpu/ways.rs. Checked by: crates/render/src/gpu/twins/lamps.rs.
 import package::common::bridge::{bridge, bridge_place, extra_place, trail_place};
 import package::common::layout::{HAS_SCATTERING, dispatch, scene, scratch};
 import package::common::math::ln_1p;

@@ -1,5 +1,5 @@
 // Shared functions over tables of inputs: row i of the scratch buffer holds four numbers, of which function
-// `max_events` of the list below makes up to four, in the film. Checked by: crates/render/src/gpu/twins.rs.
+// `max_events` of the list below makes up to four, in the film. Checked by: crates/render/src/gpu/twins/.
 import package::common::bridge::{bridge, bridge_draw, bridge_place, extra_place};
 import package::common::bvh::{closest, occluded, surface_point};
 import package::common::camera::{camera_direction};
@@ -12,6 +12,7 @@ import package::common::medium::{spectral_pass, spectral_scatter, spectral_start
 import package::common::order::{order_ln_tail, order_sample, order_sample_scattered, scattered_share};
 import package::common::phase::{phase_sample_x, phase_value};
 import package::common::rng::{leading_bits, next_bits, start_draws};
+import package::probe::inputs::direction_of;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
@@ -24,13 +25,6 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     film[4u * id.x + 1u] = result.y;
     film[4u * id.x + 2u] = result.z;
     film[4u * id.x + 3u] = result.w;
-}
-
-/// A unit direction from two numbers in (0, 1).
-fn direction_of(u: f32, v: f32) -> vec3f {
-    let up = 2.0 * u - 1.0;
-    let across = sqrt(max(1.0 - up * up, 0.0));
-    return vec3f(across * circle(v), up);
 }
 
 fn evaluate(a: vec4f) -> vec4f {

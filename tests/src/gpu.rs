@@ -1,13 +1,10 @@
 //! The graphics adapter that tests share.
 
-use std::{
-    env,
-    sync::{LazyLock, atomic::AtomicBool},
-};
+use std::sync::{LazyLock, atomic::AtomicBool};
 
 use uw_render::{
     film::Film,
-    gpu::{self, AdapterChoice, Gpu, GpuError},
+    gpu::{self, AdapterChoice, Gpu, GpuError, skipped::skip_test},
     integrator::{Plan, RenderStats},
     prepare::Prepared,
     scene::Scene,
@@ -15,19 +12,12 @@ use uw_render::{
 
 static SHARED: LazyLock<Result<Gpu, GpuError>> = LazyLock::new(|| Gpu::open(AdapterChoice::Best));
 
-/// The adapter, or `None` where there is none and `UW_REQUIRE_GPU` does not ask for one; then the test says that it was
-/// skipped.
+/// The adapter, or `None` where there is none; then the test that asks, once, is counted as skipped.
 ///
 /// # Panics
 /// When `UW_REQUIRE_GPU` is 1 and there is no adapter.
 pub fn device() -> Option<&'static Gpu> {
-    match &*SHARED {
-        Ok(gpu) => Some(gpu),
-        Err(error) if env::var("UW_REQUIRE_GPU").is_ok_and(|v| v == "1") => {
-            panic!("UW_REQUIRE_GPU is set, but {error}")
-        }
-        Err(_) => None,
-    }
+    SHARED.as_ref().inspect_err(|error| skip_test(error)).ok()
 }
 
 /// Renders `scene` to the end on `gpu`.

@@ -16,15 +16,6 @@ fn resized(mut scene: Scene, width: u32, height: u32) -> Scene {
     scene
 }
 
-/// The adapter; without one says which test is skipped.
-pub(crate) fn device(test: &str) -> Option<&'static Gpu> {
-    let gpu = gpu::device();
-    if gpu.is_none() {
-        println!("{test}: skipped, there is no graphics adapter");
-    }
-    gpu
-}
-
 /// z-test of tiles and of the picture mean: the rms of the z-scores within four standard deviations of that of as many
 /// normal numbers, none beyond 4.8 (chance 1 in 1500 in the largest picture here).
 fn assert_same_picture(name: &str, ours: &Film, theirs: &Film) {
@@ -51,8 +42,7 @@ fn assert_same_picture(name: &str, ours: &Film, theirs: &Film) {
 }
 
 /// Renders on both sides and compares; the completed samples are counted and no path may have been cut.
-pub(crate) fn compare(test: &str, scene: &Scene, samples: u32) {
-    let Some(gpu) = device(test) else { return };
+pub(crate) fn compare(gpu: &Gpu, test: &str, scene: &Scene, samples: u32) {
     let (film, stats) = gpu::render(gpu, scene, &plan(samples, 5));
     println!(
         "{test}: {:.0} paths/s on {:?}, {:?}",
@@ -79,29 +69,31 @@ pub(crate) fn compare(test: &str, scene: &Scene, samples: u32) {
 
 #[test]
 fn clear_water_with_a_point_lamp() {
-    compare("s1", &corpus_scene("s1_clear"), 64);
+    let Some(gpu) = gpu::device() else { return };
+    compare(gpu, "s1", &corpus_scene("s1_clear"), 64);
 }
 
 #[test]
 fn clear_water_with_a_disk_lamp() {
-    compare("s1d", &corpus_scene("s1d_clear_disk"), 64);
+    let Some(gpu) = gpu::device() else { return };
+    compare(gpu, "s1d", &corpus_scene("s1d_clear_disk"), 64);
 }
 
 #[test]
 fn turbid_water_with_a_point_lamp() {
-    compare("s2", &corpus_scene("s2_turbid"), 64);
+    let Some(gpu) = gpu::device() else { return };
+    compare(gpu, "s2", &corpus_scene("s2_turbid"), 64);
 }
 
 #[test]
 fn daylight_over_a_plate() {
-    compare("s3", &resized(corpus_scene("s3_sun"), 160, 90), 64);
+    let Some(gpu) = gpu::device() else { return };
+    compare(gpu, "s3", &resized(corpus_scene("s3_sun"), 160, 90), 64);
 }
 
 #[test]
 fn the_same_seed_gives_the_same_bits() {
-    let Some(gpu) = device("same bits") else {
-        return;
-    };
+    let Some(gpu) = gpu::device() else { return };
     let scene = resized(corpus_scene("s2_turbid"), 2 * TILE as u32, TILE as u32);
     let pictures = [0, 1].map(|_| Tiles::of(&gpu::render(gpu, &scene, &plan(4, 9)).0));
     assert_eq!(pictures[0], pictures[1]);

@@ -56,6 +56,16 @@ pub enum GpuError {
         /// What it says.
         reason: String,
     },
+    /// A kernel has lost samples: a fault of the driver or of the kernel, which would show as a dark picture.
+    #[error("{kernel} made {made} of {wanted} samples of a batch on this graphics adapter")]
+    LostSamples {
+        /// The kernel.
+        kernel: &'static str,
+        /// Samples of all pixels that it says to have made.
+        made: u64,
+        /// Samples that it was to make.
+        wanted: u64,
+    },
     /// The device was lost.
     #[error("the graphics adapter was lost: {reason}")]
     Lost {

@@ -1,23 +1,16 @@
 //! Devices that fail: every fault comes back as an error, none as a panic, a hang or a picture.
 
-use std::{env, path::Path, sync::atomic::AtomicBool};
+use std::{path::Path, sync::atomic::AtomicBool};
 
-use super::{AdapterChoice, Gpu, GpuError, adapters, render};
+use super::{
+    AdapterChoice, Gpu, GpuError, adapters, render, render::render_edited, skipped::skip_test,
+};
 use crate::{
-    integrator::{Plan, RenderError},
+    film::FilmLayer,
+    integrator::{Plan, RenderError, RenderStats},
     prepare::Prepared,
     scene::Scene,
 };
-
-/// Says that a test is skipped without an adapter, which `UW_REQUIRE_GPU=1` does not allow.
-#[expect(clippy::print_stdout, reason = "a skipped test has to say so")]
-pub(super) fn adapter_is_missing(error: &GpuError) {
-    assert!(
-        !env::var("UW_REQUIRE_GPU").is_ok_and(|v| v == "1"),
-        "UW_REQUIRE_GPU is set, but {error}"
-    );
-    println!("skipped: {error}");
-}
 
 fn scene(width: u32, height: u32) -> Prepared {
     let text = format!(
@@ -45,7 +38,7 @@ fn device() -> Option<Gpu> {
     match Gpu::open(AdapterChoice::Best) {
         Ok(gpu) => Some(gpu),
         Err(error) => {
-            adapter_is_missing(&error);
+            skip_test(&error);
             None
         }
     }
@@ -125,7 +118,7 @@ fn a_fault_of_the_device_is_kept() {
 #[test]
 fn an_unknown_adapter_is_named_with_the_known_ones() {
     let Some(first) = adapters().into_iter().next() else {
-        adapter_is_missing(&GpuError::no_adapter());
+        skip_test(&GpuError::no_adapter());
         return;
     };
     let error = Gpu::open(AdapterChoice::Named("no such adapter")).map(|_| ());
@@ -134,4 +127,66 @@ fn an_unknown_adapter_is_named_with_the_known_ones() {
         text.contains("no such adapter") && text.contains(&first.name),
         "{text}"
     );
+}
+
+/// A picture of the sky by a kernel of whose text `from` has become `to`; its mean and its statistics.
+fn render_broken(gpu: &Gpu, from: &str, to: &str) -> Result<(f64, RenderStats), RenderError> {
+    let edit = |text: String| {
+        assert!(text.contains(from), "{from} is no part of the kernel");
+        text.replace(from, to)
+    };
+    let go_on = AtomicBool::new(false);
+    let (film, stats) = render_edited(gpu, &scene(64, 64), &plan(), &go_on, &|_| {}, &edit)?;
+    let pixels = film.layer(FilmLayer::Total);
+    let mean = pixels.iter().map(|p| p[1]).sum::<f64>() / pixels.len() as f64;
+    Ok((mean, stats))
+}
+
+#[test]
+fn lost_samples_are_an_error() {
+    let Some(gpu) = device() else { return };
+    for (from, to) in [
+        // Lanes that end without a word.
+        (
+            "let work = lane_start(id.x);",
+            "let work = lane_start(id.x); if id.x % 7u == 3u { return; }",
+        ),
+        // Counts that fall short, and that never get there.
+        (
+            "completed[work.pixel] = made;",
+            "completed[work.pixel] = min(made, 1u);",
+        ),
+        (
+            "if made < dispatch.batch_samples {",
+            "completed[work.pixel] = made - 1u; if false {",
+        ),
+    ] {
+        let result = render_broken(&gpu, from, to).map(|r| r.1);
+        let Err(RenderError::Gpu(error @ GpuError::LostSamples { made, wanted, .. })) = result
+        else {
+            panic!("{to}: {result:?}");
+        };
+        assert!(made < wanted, "{to}: {error}");
+    }
+}
+
+/// Lanes whose loops are cut where a dispatch makes more than one sample: repeated with fewer, nothing is missing.
+#[test]
+fn lanes_that_were_cut_are_repeated() {
+    let Some(gpu) = device() else { return };
+    let (from, to) = (
+        "index += 1u;",
+        "index += 1u; if index > work.first + 1u { index -= 1u; break; }",
+    );
+    let whole = render_broken(&gpu, "index += 1u;", "index += 1u;").expect("nothing is broken");
+    let (mean, stats) = render_broken(&gpu, from, to).expect("comes to its end");
+    assert_eq!(stats.cut_paths, 0);
+    assert_eq!(stats.samples_per_pixel, 4);
+    assert!((mean / whole.0 - 1.0).abs() < 1e-6, "{mean} {}", whole.0);
+    // Where not even one sample fits, what there is counts as cut.
+    let never = "if probe < 10u * (dispatch.loop_probe + 1u) ||";
+    let (_, stats) =
+        render_broken(&gpu, "if probe < dispatch.loop_probe ||", never).expect("comes to its end");
+    assert_eq!(stats.samples_per_pixel, 4);
+    assert_eq!(u64::from(stats.cut_paths), 4 * 64 * 64);
 }

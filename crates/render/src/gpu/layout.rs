@@ -80,6 +80,10 @@ records! {
         texture_table: u32,
         field_table: u32,
         film_layers: u32,
+        a_min: f32,
+        b_mean: f32,
+        padding_1: u32,
+        padding_2: u32,
     }
     /// What one dispatch does.
     Dispatch {

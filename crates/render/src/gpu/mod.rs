@@ -12,6 +12,7 @@ pub mod layout;
 mod pipeline;
 mod render;
 pub mod shaders;
+pub mod skipped;
 mod tables;
 mod tree;
 #[cfg(test)]

@@ -3,7 +3,6 @@
 use super::{
     Gpu, GpuError,
     layout::{Counters, Dispatch},
-    shaders::compose,
     upload::Tables,
 };
 use crate::prepare::{Needs, Prepared};
@@ -40,6 +39,7 @@ pub(super) struct Loaded<'a> {
     completed: wgpu::Buffer,
     counters: wgpu::Buffer,
     counters_read: wgpu::Buffer,
+    completed_read: wgpu::Buffer,
     film_read: wgpu::Buffer,
     bind_group: wgpu::BindGroup,
     layout: wgpu::PipelineLayout,
@@ -98,6 +98,7 @@ impl<'a> Loaded<'a> {
             slots,
             film_read: maker.readable(film_bytes),
             counters_read: maker.readable(size_of::<Counters>() as u64),
+            completed_read: maker.readable(4 * u64::from(pixels)),
             film,
             #[cfg(test)]
             scratch,
@@ -112,18 +113,30 @@ impl<'a> Loaded<'a> {
         Ok(loaded)
     }
 
-    /// The pipeline of a shader, specialised to what the scene needs.
+    /// The pipeline of a shader.
     ///
     /// # Errors
     /// A fault of the shader or of the device.
+    #[cfg(test)]
     pub(super) fn pipeline(&self, name: &str) -> Result<wgpu::ComputePipeline, GpuError> {
-        let text = compose(name)?;
+        self.pipeline_of(name, &super::shaders::compose(name)?)
+    }
+
+    /// The pipeline of the composed shader `text`, specialised to what the scene needs.
+    ///
+    /// # Errors
+    /// A fault of the shader or of the device.
+    pub(super) fn pipeline_of(
+        &self,
+        name: &str,
+        text: &str,
+    ) -> Result<wgpu::ComputePipeline, GpuError> {
         let module = self
             .gpu
             .device
             .create_shader_module(wgpu::ShaderModuleDescriptor {
                 label: Some(name),
-                source: wgpu::ShaderSource::Wgsl(text.as_str().into()),
+                source: wgpu::ShaderSource::Wgsl(text.into()),
             });
         // A constant that the shader does not have would be refused.
         let declared: Vec<_> = self
@@ -188,15 +201,31 @@ impl<'a> Loaded<'a> {
         })
     }
 
+    /// The samples of the batch that each pixel has.
+    ///
+    /// # Errors
+    /// A fault of the device.
+    pub(super) fn read_completed(&self) -> Result<Vec<u32>, GpuError> {
+        self.copy_and_read(&self.completed, &self.completed_read)
+    }
+
     /// The film: per pixel its layers, three channels each.
     ///
     /// # Errors
     /// A fault of the device.
     pub(super) fn read_film(&self) -> Result<Vec<f32>, GpuError> {
+        self.copy_and_read(&self.film, &self.film_read)
+    }
+
+    fn copy_and_read<T: bytemuck::Pod>(
+        &self,
+        buffer: &wgpu::Buffer,
+        staging: &wgpu::Buffer,
+    ) -> Result<Vec<T>, GpuError> {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        encoder.copy_buffer_to_buffer(&self.film, 0, &self.film_read, 0, self.film.size());
+        encoder.copy_buffer_to_buffer(buffer, 0, staging, 0, buffer.size());
         self.gpu.queue.submit([encoder.finish()]);
-        self.gpu.read(&self.film_read)
+        self.gpu.read(staging)
     }
 }
 
@@ -210,6 +239,7 @@ fn constants(needs: &Needs, tables: &Tables, scene: &Prepared) -> Vec<(&'static 
         ("HAS_QUADS", !tables.quads.is_empty()),
         ("HAS_TRIANGLES", !tables.nodes.is_empty()),
         ("HAS_TEXTURES", needs.textures),
+        ("HAS_VARIED_REFLECTANCE", needs.varied_reflectance),
         ("HAS_GEOMETRY_IN_AIR", needs.geometry_in_air),
         ("HAS_SUN", needs.sun),
         ("HAS_SKY", needs.sky),

@@ -11,6 +11,7 @@ use super::{
     Gpu, GpuError,
     layout::{Counters, Dispatch},
     pipeline::{Loaded, WORKGROUP},
+    shaders::compose,
     upload::Tables,
 };
 use crate::{
@@ -42,6 +43,21 @@ pub fn render(
     cancel: &AtomicBool,
     observe: &(dyn Fn(&Progress) + Sync),
 ) -> Result<(Film, RenderStats), RenderError> {
+    render_edited(gpu, scene, plan, cancel, observe, &|text| text)
+}
+
+/// The same with kernels whose text has gone through `edit`; tests break them with it.
+///
+/// # Errors
+/// As in [`render`].
+pub(super) fn render_edited(
+    gpu: &Gpu,
+    scene: &Prepared,
+    plan: &Plan,
+    cancel: &AtomicBool,
+    observe: &(dyn Fn(&Progress) + Sync),
+    edit: &dyn Fn(String) -> String,
+) -> Result<(Film, RenderStats), RenderError> {
     let setup = Instant::now();
     let cpu_start = ProcessTime::now();
     let selection = select(scene, plan);
@@ -50,10 +66,10 @@ pub fn render(
     let loaded = Loaded::new(gpu, scene, &tables)?;
     let mut kernels = Vec::new();
     if !selection.lamps.is_empty() {
-        kernels.push(Kernel::new(&loaded, "kernels/lamps")?);
+        kernels.push(Kernel::new(&loaded, "kernels/lamps", edit)?);
     }
     if selection.ambient {
-        kernels.push(Kernel::new(&loaded, "kernels/ambient")?);
+        kernels.push(Kernel::new(&loaded, "kernels/ambient", edit)?);
     }
     let setup_s = setup.elapsed().as_secs_f64();
     let mut job = Job {
@@ -98,15 +114,22 @@ pub fn render(
 
 /// A kernel and how fast it is.
 struct Kernel {
+    name: &'static str,
     pipeline: wgpu::ComputePipeline,
     /// Samples that a dispatch of the wanted length makes.
     work: f64,
 }
 
 impl Kernel {
-    fn new(loaded: &Loaded<'_>, name: &str) -> Result<Self, GpuError> {
+    fn new(
+        loaded: &Loaded<'_>,
+        name: &'static str,
+        edit: &dyn Fn(String) -> String,
+    ) -> Result<Self, GpuError> {
+        let text = edit(compose(name)?);
         Ok(Self {
-            pipeline: loaded.pipeline(name)?,
+            name,
+            pipeline: loaded.pipeline_of(name, &text)?,
             work: FIRST_WORK,
         })
     }
@@ -187,9 +210,32 @@ impl Job<'_> {
                     self.report(first_pixel / self.scene.camera.width);
                 }
             }
+            self.check_completed(kernel, samples)?;
         }
         self.rows_before += u64::from(self.scene.camera.height);
         Ok(())
+    }
+
+    /// Whether `kernel` has made `samples` of every pixel: what a driver does to its lanes need not show otherwise.
+    fn check_completed(&self, kernel: usize, samples: u32) -> Result<(), GpuError> {
+        let completed = self.loaded.read_completed()?;
+        let pixels = &completed[..self.loaded.pixels as usize];
+        if pixels.iter().all(|&made| made == samples) {
+            return Ok(());
+        }
+        Err(self.lost_samples(
+            kernel,
+            pixels.iter().map(|&made| u64::from(made)).sum(),
+            samples,
+        ))
+    }
+
+    fn lost_samples(&self, kernel: usize, made: u64, samples: u32) -> GpuError {
+        GpuError::LostSamples {
+            kernel: self.kernels[kernel].name,
+            made,
+            wanted: u64::from(self.loaded.pixels) * u64::from(samples),
+        }
     }
 
     /// Number of pixels of the next dispatches: at least one sample each within the wanted time.
@@ -210,7 +256,8 @@ impl Job<'_> {
     ) -> Result<(), Stop> {
         let mut most = MOST_SAMPLES;
         let mut forced = false;
-        loop {
+        // One sample a dispatch, and the halvings before: a kernel that needs more makes none.
+        for _ in 0..2 * batch_samples + MOST_SAMPLES {
             if self.cancelled() || (batch > 0 && self.out_of_time()) {
                 return Err(Stop::Asked);
             }
@@ -244,6 +291,9 @@ impl Job<'_> {
                 most = (dispatch.samples / 2).max(1);
             }
         }
+        let completed = self.loaded.read_completed()?;
+        let made = completed.iter().map(|&made| u64::from(made)).sum();
+        Err(self.lost_samples(kernel, made, batch_samples).into())
     }
 
     fn count(&mut self, counters: &Counters) {

@@ -23,6 +23,7 @@ sources![
     "common/bvh",
     "common/light",
     "common/film",
+    "common/lane",
     "common/camera",
     "common/order",
     "common/bridge",
@@ -30,6 +31,7 @@ sources![
     "common/ways",
     "common/lamp_walk",
     "common/lamp_join",
+    "common/lamp_landing",
     "common/lamp_path",
     "common/daylight",
     "common/ambient_flight",
@@ -37,11 +39,20 @@ sources![
     "common/ambient_path",
     "kernels/lamps",
     "kernels/ambient",
+    "probe/inputs",
     "probe/functions",
+    "probe/lamps",
+    "probe/daylight",
 ];
 
 /// Shaders with an entry point.
-pub const KERNELS: &[&str] = &["kernels/lamps", "kernels/ambient", "probe/functions"];
+pub const KERNELS: &[&str] = &[
+    "kernels/lamps",
+    "kernels/ambient",
+    "probe/functions",
+    "probe/lamps",
+    "probe/daylight",
+];
 
 /// The text of a shader with everything that it imports.
 ///

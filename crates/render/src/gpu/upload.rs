@@ -124,6 +124,8 @@ fn camera(scene: &Prepared) -> Scene {
 fn water(medium: &Medium, record: &mut Scene, words: &mut Words) {
     record.b = single(medium.b);
     record.c = single(medium.c);
+    record.a_min = medium.a_min as f32;
+    record.b_mean = medium.b_mean() as f32;
     record.c_min = medium.c_min as f32;
     record.c_max = medium.c_max as f32;
     record.ln_b = logarithms(medium.ln_b);

@@ -25,7 +25,7 @@ const SKY_SHARE: f64 = 0.1;
 const SKY_EVENTS: usize = 4;
 
 /// Distance to a scattering that happens before `length`.
-pub(super) fn draw_within(
+pub(crate) fn draw_within(
     scene: &Prepared,
     strategies: &Strategies,
     length: f64,
@@ -46,7 +46,7 @@ pub(super) fn draw_within(
 
 /// What happens next on a segment that ends at the water surface or nowhere: a scattering, or a meeting with
 /// the surface. Where everything that leaves has been scored, it always stays.
-pub(super) fn draw_within_water(
+pub(crate) fn draw_within_water(
     scene: &Prepared,
     strategies: &Strategies,
     end: &End,

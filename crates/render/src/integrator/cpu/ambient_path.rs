@@ -24,16 +24,16 @@ use crate::{
 /// A walk about to go along its direction.
 #[derive(Clone, Copy, Debug)]
 pub struct Walk {
-    pub(super) origin: DVec3,
-    pub(super) direction: DVec3,
-    pub(super) from: Primitive,
-    pub(super) in_air: bool,
-    pub(super) scattered: bool,
-    pub(super) met_surface: bool,
+    pub(crate) origin: DVec3,
+    pub(crate) direction: DVec3,
+    pub(crate) from: Primitive,
+    pub(crate) in_air: bool,
+    pub(crate) scattered: bool,
+    pub(crate) met_surface: bool,
     /// Whether the next choices take the leading random numbers.
-    pub(super) leading: bool,
-    pub(super) events: usize,
-    pub(super) spectral: Spectral,
+    pub(crate) leading: bool,
+    pub(crate) events: usize,
+    pub(crate) spectral: Spectral,
 }
 
 impl Walk {

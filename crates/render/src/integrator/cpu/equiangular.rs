@@ -12,7 +12,7 @@ const CLOSE: f64 = 0.1;
 
 /// The distribution for one ray and one lamp.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Equiangular {
+pub(crate) struct Equiangular {
     /// Distance along the ray to the point closest to the lamp, m; may be negative.
     foot: f64,
     /// Distance of that point from the lamp, m, > 0.

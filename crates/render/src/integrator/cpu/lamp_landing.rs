@@ -27,18 +27,18 @@ const STREAM: u32 = 3;
 const INDIRECT: f64 = 0.2;
 
 /// A walk on the first surface that it meets.
-pub(super) struct Landing {
-    pub(super) walk: Walk,
-    pub(super) point: SurfacePoint,
+pub(crate) struct Landing {
+    pub(crate) walk: Walk,
+    pub(crate) point: SurfacePoint,
 }
 
 /// What the scouts of one walk share.
-pub(super) struct Scouts<'a> {
-    pub(super) scene: &'a Prepared,
-    pub(super) active: &'a [usize],
-    pub(super) ray: &'a CameraRay,
-    pub(super) first: FirstSegment,
-    pub(super) max_events: usize,
+pub(crate) struct Scouts<'a> {
+    pub(crate) scene: &'a Prepared,
+    pub(crate) active: &'a [usize],
+    pub(crate) ray: &'a CameraRay,
+    pub(crate) first: FirstSegment,
+    pub(crate) max_events: usize,
 }
 
 impl Scouts<'_> {
@@ -177,7 +177,7 @@ impl Scouts<'_> {
     }
 
     /// Estimate of the light that a walk brings from where it landed; positive wherever there can be any.
-    fn worth(&self, landing: &Landing, medium: &Medium, work: &LampWorkspace) -> f64 {
+    pub(crate) fn worth(&self, landing: &Landing, medium: &Medium, work: &LampWorkspace) -> f64 {
         let Landing { walk, point } = landing;
         let weight = walk.spectral.weight();
         let reflected: f64 = (0..3).map(|k| weight[k] * point.reflectance[k]).sum();

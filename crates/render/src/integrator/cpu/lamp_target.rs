@@ -24,28 +24,28 @@ const EVEN_SHARE: f64 = 0.1;
 
 /// A lamp as paths are joined to it: itself or its mirror image in the water surface.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Target {
-    pub(super) lamp: usize,
-    pub(super) mirrored: bool,
+pub(crate) struct Target {
+    pub(crate) lamp: usize,
+    pub(crate) mirrored: bool,
     /// Reciprocal of the probability of having chosen between lamp and image.
-    pub(super) weight: f64,
+    pub(crate) weight: f64,
 }
 
 /// Buffers and tables of one worker.
 #[derive(Clone, Debug)]
 pub struct LampWorkspace {
-    pub(super) law: OrderLaw,
-    pub(super) bridge: Bridge,
-    pub(super) trail: Trail,
-    pub(super) crossings: Vec<f64>,
-    pub(super) targets: Vec<Target>,
+    pub(crate) law: OrderLaw,
+    pub(crate) bridge: Bridge,
+    pub(crate) trail: Trail,
+    pub(crate) crossings: Vec<f64>,
+    pub(crate) targets: Vec<Target>,
     /// Number of path vertices made so far, for the statistics.
     pub vertices: u64,
 }
 
 impl LampWorkspace {
     /// Buffers for walks in `medium`.
-    pub(super) fn new(medium: Option<&Medium>) -> Self {
+    pub(crate) fn new(medium: Option<&Medium>) -> Self {
         let albedo = medium.map_or(0.0, Medium::largest_albedo);
         Self {
             law: OrderLaw::new(albedo),

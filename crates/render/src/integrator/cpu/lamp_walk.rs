@@ -39,26 +39,26 @@ pub enum FirstSegment {
 
 /// The state of a walk, in real space; `mirrored` tells whether it has reflected an odd number of times.
 #[derive(Clone, Copy)]
-pub(super) struct Walk {
-    pub(super) origin: DVec3,
+pub(crate) struct Walk {
+    pub(crate) origin: DVec3,
     pub(super) direction: DVec3,
     pub(super) from: Primitive,
-    pub(super) mirrored: bool,
+    pub(crate) mirrored: bool,
     /// Length since the water was entered, m.
     pub(super) length: f64,
     /// Product of the surface reflectances met so far.
     pub(super) reflected: f64,
     pub(super) scatterings: usize,
     pub(super) events: usize,
-    pub(super) met_surface: bool,
+    pub(crate) met_surface: bool,
     /// Whether nothing has happened since the camera but that the first surface was met.
-    pub(super) unscattered: bool,
-    pub(super) spectral: Spectral,
+    pub(crate) unscattered: bool,
+    pub(crate) spectral: Spectral,
 }
 
 impl Walk {
     /// At the start of the camera ray's part in the water.
-    pub(super) fn start(segment: Segment) -> Self {
+    pub(crate) fn start(segment: Segment) -> Self {
         Self {
             origin: segment.origin,
             direction: segment.direction,
@@ -287,7 +287,7 @@ pub(super) fn survives(
 }
 
 /// Probability with which a walk of this weight goes on where roulette has set in; 1 or more: for certain.
-pub(super) fn survival(scene: &Prepared, active: &[usize], walk: &Walk, weight: f64) -> f64 {
+pub(crate) fn survival(scene: &Prepared, active: &[usize], walk: &Walk, weight: f64) -> f64 {
     let nearest2 = active
         .iter()
         .map(|&i| scene.lamps[i].position.distance_squared(walk.origin))

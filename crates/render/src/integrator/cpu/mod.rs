@@ -1,26 +1,26 @@
 //! The native path tracer.
 
-mod ambient_flight;
-mod ambient_path;
+pub(crate) mod ambient_flight;
+pub(crate) mod ambient_path;
 mod ambient_surface;
-mod ambient_window;
+pub(crate) mod ambient_window;
 pub(crate) mod bridge;
-mod camera_ray;
+pub(crate) mod camera_ray;
 mod direct_lamps;
-mod equiangular;
+pub(crate) mod equiangular;
 mod lamp_join;
-mod lamp_landing;
+pub(crate) mod lamp_landing;
 mod lamp_path;
 mod lamp_pixels;
 pub(crate) mod lamp_target;
-mod lamp_walk;
+pub(crate) mod lamp_walk;
 pub(crate) mod order;
 mod score;
 pub(crate) mod spectral;
-mod sun_line;
-mod unfold;
+pub(crate) mod sun_line;
+pub(crate) mod unfold;
 mod unscattered;
-mod ways;
+pub(crate) mod ways;
 
 pub use score::Scores;
 pub use unscattered::{Beam, unscattered_beams};

@@ -24,11 +24,11 @@ pub struct Line {
 
 /// The sunlit part of the water: what a line's integral is made of.
 #[derive(Clone, Copy, Debug)]
-struct Attenuation {
+pub(crate) struct Attenuation {
     /// −ln of the attenuation at the start of the segment.
-    start: f64,
+    pub(crate) start: f64,
     /// Its growth per metre along the segment, 1/m; may be negative.
-    rate: f64,
+    pub(crate) rate: f64,
 }
 
 impl Attenuation {
@@ -41,7 +41,7 @@ impl Attenuation {
 
     /// Integral of the attenuation over the segment, m.
     #[inline]
-    fn integral(&self, length: f64) -> f64 {
+    pub(crate) fn integral(&self, length: f64) -> f64 {
         if length == f64::INFINITY {
             return (-self.start).exp() / self.rate;
         }
@@ -58,7 +58,7 @@ impl Attenuation {
     }
 
     /// A point of the segment with density proportional to the attenuation.
-    fn sample(&self, length: f64, u: f64) -> f64 {
+    pub(crate) fn sample(&self, length: f64, u: f64) -> f64 {
         if length == f64::INFINITY {
             return -u.ln() / self.rate;
         }

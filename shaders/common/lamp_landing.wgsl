@@ -1,0 +1,178 @@
+// Where a walk lands: one of several first surface points, chosen by what it can bring.
+// Twin: crates/render/src/integrator/cpu/lamp_landing.rs. Checked by: crates/render/src/gpu/twins/lamps.rs (the estimate), tests/system/gpu.rs.
+import package::common::bvh::SurfacePoint;
+import package::common::camera::{BOUNDARY, CameraRay, End, SCATTER, SURFACE, no_point};
+import package::common::lamp_join::vertex_count;
+import package::common::lamp_walk::{FREE, SCATTERED, SURE_VERTICES, THROUGH, Walk, add_ln_density, free_end, go_to_scattering, reflect_at_boundary, survival_of_walk, target_centre, target_count, targets, unfolded, walk, walk_start};
+import package::common::layout::{HAS_SCATTERING, HAS_VARIED_REFLECTANCE, NONE, dispatch, lamps, scene};
+import package::common::light::lamp_relative_intensity;
+import package::common::math::{expm1, ln_1p, minus_ln, turn};
+import package::common::medium::{spectral_after, spectral_start, spectral_weight};
+import package::common::phase::phase_sample_x;
+import package::common::rng::{leading, leading_bits, next_bits, point_index, scramble, scramble_of, uniform_number};
+
+/// Scouts of a walk that falls freely, and of one that surely scatters.
+const SCOUTS: u32 = 3u;
+const SCOUTS_WHERE_CLEAR: u32 = 2u;
+/// Stream of their leading numbers.
+const STREAM: u32 = 3u;
+/// Light that comes from outside a lamp's beam or along a surface, relative to what comes straight.
+const INDIRECT: f32 = 0.2;
+
+/// A place on a surface, if there is one.
+struct Landing {
+    found: bool,
+    point: SurfacePoint,
+}
+
+/// Scouts pay where surfaces differ.
+fn scout_count(first: u32) -> u32 {
+    if !HAS_VARIED_REFLECTANCE || !HAS_SCATTERING || first == THROUGH {
+        return 0u;
+    }
+    return select(SCOUTS, SCOUTS_WHERE_CLEAR, first == SCATTERED);
+}
+
+/// One of `landing` (of the walk that made bridges, if it met a surface) and the scouts' landings; `walk` is then the one
+/// that landed there.
+fn choose_landing(ray: CameraRay, first: u32, landing: Landing) -> Landing {
+    let count = scout_count(first);
+    if count == 0u {
+        return landing;
+    }
+    var chosen = landing;
+    var chosen_walk = walk;
+    var worth = 0.0;
+    var sum = 0.0;
+    let own_scramble = scramble;
+    let own_index = point_index;
+    scramble = scramble_of(STREAM);
+    // The walk itself comes first, so that one place in the code estimates its worth and theirs.
+    for (var i = 0u; i <= count; i++) {
+        var found = landing;
+        if i > 0u {
+            point_index = own_index * count + i - 1u;
+            found = send_scout(ray, first);
+        }
+        if !found.found {
+            continue;
+        }
+        let its_worth = worth_of(found.point);
+        sum += its_worth;
+        if i == 0u {
+            worth = its_worth;
+        } else if its_worth > 0.0 {
+            if uniform_number() * sum < its_worth {
+                chosen = found;
+                chosen_walk = walk;
+                worth = its_worth;
+            }
+        }
+    }
+    scramble = own_scramble;
+    point_index = own_index;
+    walk = chosen_walk;
+    if !(worth > 0.0) {
+        chosen.found = false;
+        return chosen;
+    }
+    walk.spectral.value *= sum / f32(count + 1u) / worth;
+    return chosen;
+}
+
+/// A walk to the first surface; its weights are found at the end, from its length and its scatterings.
+fn send_scout(ray: CameraRay, first: u32) -> Landing {
+    let nowhere = Landing(false, no_point());
+    walk_start(ray);
+    walk.spectral = spectral_start(scene.lamp_strategies, uniform_number());
+    let sigma = scene.lamp_sigma[walk.spectral.chosen];
+    var factor = ray.entry_factor;
+    var end = scout_first_end(ray, first, sigma);
+    var bits = leading_bits(3u);
+    var v = leading(4u);
+    loop {
+        vertex_count += 1u;
+        if end.kind == SCATTER {
+            go_to_scattering(end.t);
+            let survival = scout_survival(factor);
+            if survival == 0.0 {
+                return nowhere;
+            }
+            factor /= survival;
+            walk.direction = turn(walk.direction, phase_sample_x(bits), v);
+        } else if end.kind == SURFACE {
+            walk.length += end.t;
+            walk.origin += end.t * walk.direction;
+            walk.start_primitive = end.primitive;
+            walk.spectral = spectral_after(walk.spectral, walk.scatterings, walk.length);
+            walk.spectral.value *= factor;
+            if first == SCATTERED {
+                let depth = scene.lamp_sigma * ray.length;
+                let within = max(-vec3f(expm1(-depth.x), expm1(-depth.y), expm1(-depth.z)), vec3f(1e-30));
+                add_ln_density(-log(within));
+            }
+            return Landing(true, end.point);
+        } else if end.kind == BOUNDARY {
+            walk.length += end.t;
+            if !reflect_at_boundary(end.t) {
+                return nowhere;
+            }
+        } else {
+            return nowhere;
+        }
+        end = free_end(minus_ln(uniform_number()) / sigma);
+        bits = next_bits();
+        v = uniform_number();
+    }
+    return nowhere;
+}
+
+/// The end of the first segment.
+fn scout_first_end(ray: CameraRay, first: u32, sigma: f32) -> End {
+    let u = leading(2u);
+    var t = minus_ln(u) / sigma;
+    if first == SCATTERED {
+        t = min(-ln_1p(u * expm1(-sigma * ray.length)) / sigma, ray.length);
+    } else if t >= ray.length {
+        return ray.end;
+    }
+    return End(SCATTER, t, NONE, no_point());
+}
+
+/// Probability with which the scout goes on from a scattering; 0 when it does not.
+fn scout_survival(factor: f32) -> f32 {
+    if walk.events >= dispatch.max_events {
+        return 0.0;
+    }
+    if walk.scatterings <= SURE_VERTICES {
+        return 1.0;
+    }
+    let survival = min(survival_of_walk(factor * exp(-min(scene.a_min * walk.length, 80.0))), 1.0);
+    if survival >= 1.0 {
+        return 1.0;
+    }
+    if !(survival > 0.0) || uniform_number() >= survival {
+        return 0.0;
+    }
+    return survival;
+}
+
+/// Estimate of the light that `walk` brings from where it landed; positive wherever there can be any.
+fn worth_of(point: SurfacePoint) -> f32 {
+    let reflected = dot(spectral_weight(walk.spectral), point.reflectance);
+    let position = unfolded(walk.origin);
+    var light = 0.0;
+    for (var i = 0u; i < target_count; i++) {
+        let offset = target_centre(targets[i]) - position;
+        let distance2 = max(dot(offset, offset), 1e-6);
+        let distance = sqrt(distance2);
+        let towards = offset / distance;
+        let cosine = max(dot(point.shading_normal, towards), 0.0);
+        let beam = lamp_relative_intensity(targets[i].lamp, -towards);
+        // From what the pixel sees unscattered only the light that scatters on its way there is this walk's.
+        let share = select(1.0, max(-expm1(-scene.b_mean * distance), 1e-3), walk.unscattered);
+        let attenuated = exp(-min(scene.c_min * distance, 69.0)) / distance2;
+        light += (INDIRECT + beam) * (INDIRECT + cosine) * share * attenuated;
+    }
+    return reflected * light;
+}

@@ -1,0 +1,50 @@
+// What a lane of a kernel makes: some samples of one pixel; and how it ends, so that no sample is lost unseen.
+// Twin: crates/render/src/gpu/render.rs (`run_block`, `completed`). Checked by: crates/render/src/gpu/faults.rs.
+import package::common::film::{clear_sums, commit_sums, lane};
+import package::common::layout::{completed, counters, dispatch, scene};
+
+/// The samples `first..last` of the dispatch's batch at `pixel`.
+struct LaneWork {
+    pixel: u32,
+    column: u32,
+    row: u32,
+    first: u32,
+    last: u32,
+}
+
+/// Starts lane `id`, which has to be one of the dispatch's pixels.
+fn lane_start(id: u32) -> LaneWork {
+    lane = id;
+    clear_sums();
+    let pixel = dispatch.first_pixel + id;
+    let first = completed[pixel];
+    let last = min(first + dispatch.samples, dispatch.batch_samples);
+    return LaneWork(pixel, pixel % scene.width, pixel / scene.width, first, last);
+}
+
+/// Ends the lane, which has made all samples before `reached`: keeps its light and what it counted, unless its loops
+/// were cut and the host can repeat it with fewer samples.
+fn lane_end(work: LaneWork, reached: u32, paths: u32, vertices: u32) {
+    // A driver that limits the loops of an invocation ends this one early too.
+    var probe = 0u;
+    while probe < dispatch.loop_probe {
+        probe += 1u;
+    }
+    if probe < dispatch.loop_probe || reached < work.last {
+        atomicAdd(&counters.exhausted, 1u);
+        if dispatch.forced == 0u {
+            atomicAdd(&counters.unfinished, 1u);
+            return;
+        }
+        atomicAdd(&counters.cut_paths, 1u);
+    }
+    commit_sums(work.pixel, 1.0 / f32(dispatch.batch_samples));
+    // A single sample that does not fit counts as made, and above as cut.
+    let made = select(reached, work.last, dispatch.forced != 0u);
+    completed[work.pixel] = made;
+    atomicAdd(&counters.paths, paths);
+    atomicAdd(&counters.vertices, vertices);
+    if made < dispatch.batch_samples {
+        atomicAdd(&counters.unfinished, 1u);
+    }
+}
