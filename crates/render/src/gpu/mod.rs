@@ -10,6 +10,7 @@ pub mod layout;
 mod pipeline;
 mod render;
 pub mod shaders;
+mod stepper;
 mod tables;
 mod tree;
 #[cfg(test)]
@@ -20,3 +21,4 @@ pub use choice::Backend;
 pub use device::{AdapterChoice, AdapterInfo, Gpu, adapters};
 pub use error::GpuError;
 pub use render::render;
+pub use stepper::Stepper;

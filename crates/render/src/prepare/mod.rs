@@ -8,6 +8,8 @@ mod lamps;
 mod medium;
 mod needs;
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 pub use daylight::{Boundary, SunBeam};
@@ -28,8 +30,8 @@ pub struct Prepared {
     pub medium: Option<Medium>,
     /// The water surface; `None` when the medium fills all space.
     pub boundary: Option<Boundary>,
-    /// Surfaces.
-    pub geometry: Geometry,
+    /// Surfaces, shared by all scenes that differ in other things only.
+    pub geometry: Arc<Geometry>,
     /// Lamps in scene order.
     pub lamps: Vec<PreparedLamp>,
     /// Names of the lamps.
@@ -53,9 +55,14 @@ pub struct Prepared {
 impl Prepared {
     /// Flattens `scene`.
     pub fn build(scene: &Scene) -> Self {
+        Self::build_with(scene, Arc::new(Geometry::build(scene)))
+    }
+
+    /// Flattens everything in `scene` but its quads, meshes, materials and textures, which are not looked at:
+    /// `geometry` takes their place.
+    pub fn build_with(scene: &Scene, geometry: Arc<Geometry>) -> Self {
         let medium = scene.water.as_ref().and_then(Medium::build);
         let boundary = Boundary::build(scene);
-        let geometry = Geometry::build(scene);
         let lamps: Vec<_> = scene.lamps.iter().map(PreparedLamp::build).collect();
         // Without a surface the sun would be infinitely far away through the water.
         let lit = boundary.is_some() || medium.is_none();

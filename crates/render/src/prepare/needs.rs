@@ -58,7 +58,7 @@ impl Needs {
             refraction: boundary.is_some_and(|b| b.index != 1.0),
             geometry: !geometry.is_empty(),
             geometry_in_air: boundary.is_some_and(above),
-            textures: !scene.textures.is_empty(),
+            textures: !geometry.textures.is_empty(),
             lamps: lamps.iter().any(|l| l.intensity.iter().any(|&i| i > 0.0)),
             sun: sun.is_some(),
             sky: scene.sky_radiance.iter().any(|&l| l > 0.0),
