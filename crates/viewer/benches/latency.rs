@@ -6,6 +6,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use uw_render::prepare::Prepared;
 use uw_viewer::model::{Coefficients, Display, OpenScene};
 use uw_viewer::worker::{Goal, Job, Place, View, Worker};
 
@@ -20,7 +21,7 @@ fn main() {
     // Nothing can be done about a closed standard output.
     let _ = writeln!(
         out,
-        "scene: time to the first picture, median and longest, ms; its size; time to full size, s"
+        "scene: time to the first picture, median and longest, ms; its size; preparation, ms; time to full size, s"
     );
     for name in [
         "clear_lamp",
@@ -65,15 +66,21 @@ fn measure(path: &Path) -> String {
         // As between events of a slider that is dragged.
         std::thread::sleep(Duration::from_millis(16));
     }
+    let start = Instant::now();
+    let scene = settings.scene().expect("valid");
+    let prepared = Prepared::build_with(&scene, Arc::clone(&open.geometry));
+    let preparation = start.elapsed().as_secs_f64();
+    drop(prepared);
     let full = wait(&worker, |f| f.coarseness == 1).since_request_s;
     times.sort_by(f64::total_cmp);
     let ms = |t: f64| 1000.0 * t;
     format!(
-        "{:.0}, {:.0}; {} x {}; {full:.1}",
+        "{:.0}, {:.0}; {} x {}; {:.0}; {full:.1}",
         ms(times[times.len() / 2]),
         ms(times[times.len() - 1]),
         size.0,
-        size.1
+        size.1,
+        ms(preparation)
     )
 }
 

@@ -40,6 +40,14 @@ impl Default for Link {
 }
 
 impl Link {
+    /// The daemon at this host and port.
+    pub fn to(address: String) -> Self {
+        Self {
+            address,
+            ..Self::default()
+        }
+    }
+
     /// Whether an answer is waited for.
     pub fn is_waiting(&self) -> bool {
         self.answer.is_some()

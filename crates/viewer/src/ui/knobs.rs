@@ -1,6 +1,7 @@
 //! Rows of knobs that panels share.
 
 use egui::{DragValue, Slider, Ui};
+use egui_plot::AxisHints;
 use glam::DVec3;
 
 use super::theme::CHANNELS;
@@ -88,4 +89,12 @@ pub fn direction(ui: &mut Ui, name: &str, value: &mut DVec3) -> bool {
 pub fn heading(ui: &mut Ui, text: &str) {
     ui.add_space(6.0);
     ui.label(egui::RichText::new(text).strong());
+}
+
+/// The y axis of a small plot, with labels close together.
+pub fn y_axis(label: &str) -> AxisHints<'static> {
+    AxisHints::new_y()
+        .label(label)
+        .label_spacing(egui::Rangef::new(10.0, 18.0))
+        .min_thickness(36.0)
 }

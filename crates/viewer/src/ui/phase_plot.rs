@@ -6,6 +6,8 @@ use egui::{Color32, Ui};
 use egui_plot::{Line, LineStyle, Plot, PlotPoints};
 use uw_media::phase::{Phase, PhaseFunction, Tabulated};
 
+use super::knobs::y_axis;
+
 /// Smallest and largest angle of the plot, degrees.
 const RANGE_DEG: (f64, f64) = (0.1, 180.0);
 /// Points of a curve.
@@ -48,11 +50,12 @@ pub fn show(ui: &mut Ui, name: &str, phase: &Phase) {
         .allow_scroll(false)
         .allow_boxed_zoom(false)
         .x_axis_label("scattering angle, degrees")
-        .y_axis_label("1/sr")
+        .custom_y_axes(vec![
+            y_axis("1/sr").formatter(move |mark, _| power(mark.value)),
+        ])
         .x_grid_spacer(|input| decades(input.bounds, 1))
         .y_grid_spacer(|input| decades(input.bounds, 2))
         .x_axis_formatter(move |mark, _| power(mark.value))
-        .y_axis_formatter(move |mark, _| power(mark.value))
         .grid_spacing(egui::Rangef::new(4.0, 20.0))
         .legend(egui_plot::Legend::default())
         .show(ui, |plot| {
@@ -76,7 +79,7 @@ fn decades((from, to): (f64, f64), step: i32) -> Vec<egui_plot::GridMark> {
         .filter(|power| power % step == 0)
         .map(|power| egui_plot::GridMark {
             value: f64::from(power),
-            step_size: 1.0,
+            step_size: f64::from(step),
         })
         .collect()
 }

@@ -8,6 +8,7 @@ use egui_plot::{
 };
 use uw_calib::Profile;
 
+use super::knobs::y_axis;
 use super::theme::{CHANNELS, HERE, SUGGESTED, channel_colours};
 use crate::guidance::answer::{Answer, MAP_SIZE, ScoreMap};
 use crate::model::FalseColour;
@@ -62,14 +63,14 @@ pub fn profile(ui: &mut Ui, profile: &Arc<Profile>) {
     ui.columns(2, |columns| {
         still("K_z", 120.0)
             .x_axis_label("depth, m")
-            .y_axis_label("K_z")
+            .custom_y_axes(vec![y_axis("K_z")])
             .include_y(0.0)
             .show(&mut columns[0], |plot| {
                 lines(plot, &depth, "", colours, LineStyle::Solid);
             });
         still("K_c", 120.0)
             .x_axis_label("distance, m")
-            .y_axis_label("K_c, counts")
+            .custom_y_axes(vec![y_axis("K_c, counts")])
             .include_y(0.0)
             .show(&mut columns[1], |plot| {
                 lines(plot, &on, " on", colours, LineStyle::Solid);
@@ -84,7 +85,7 @@ pub fn map(ui: &mut Ui, answer: &Answer) {
     let texture = answer.map.as_ref().map(|map| (map_texture(ui, map), map));
     still("objective", 210.0)
         .x_axis_label("distance, m")
-        .y_axis_label("lamp, %")
+        .custom_y_axes(vec![y_axis("lamp, %")])
         .set_margin_fraction(egui::vec2(0.0, 0.0))
         .legend(Legend::default())
         .show(ui, |plot| {

@@ -97,7 +97,7 @@ impl Toasts {
             .show(ctx, |ui| {
                 for (i, toast) in self.0.iter().enumerate() {
                     let frame = Frame::popup(ui.style()).stroke((1.5, toast.level.colour()));
-                    let shown = frame.show(ui, |ui| {
+                    frame.show(ui, |ui| {
                         ui.set_max_width(420.0);
                         ui.horizontal_top(|ui| {
                             ui.label(RichText::new("•").heading().color(toast.level.colour()));
@@ -107,7 +107,6 @@ impl Toasts {
                             }
                         });
                     });
-                    let _ = shown;
                     ui.add_space(4.0);
                 }
             });

@@ -4,6 +4,7 @@
 //! first coarse picture that takes no longer than [`stages::GRACE`] is finished, so that pictures go on coming while
 //! a slider is dragged. Pictures carry their generation: the window shows one of an older generation as such.
 
+mod daylight;
 mod engine;
 mod run;
 mod stages;

@@ -12,11 +12,14 @@ use uw_render::{
     integrator::Plan,
     layers::{self, RenderLayer},
     prepare::Prepared,
-    scene::Camera,
+    scene::{Camera, Scene},
 };
 
 use super::{
-    Activity, Export, Frame, Goal, Job, Mouth, News, Place, Shared, View, engine::Engine, stages,
+    Activity, Export, Frame, Goal, Job, Mouth, News, Place, Shared, View,
+    daylight::{Known, Steering},
+    engine::Engine,
+    stages,
 };
 use crate::model::display;
 
@@ -48,6 +51,7 @@ pub(super) fn work(shared: &Shared, news: &Sender<News>, place: Place) {
         pool,
         gpu: place.gpu,
         rate: stages::FIRST_RATE,
+        known_daylight: None,
     };
     let mut done = None;
     while let Some((job, asked)) = thread.next_job(done) {
@@ -63,6 +67,8 @@ struct Thread<'a> {
     gpu: Option<Gpu>,
     /// Samples per second of the last stage.
     rate: f64,
+    /// The newest field of daylight.
+    known_daylight: Option<Known>,
 }
 
 /// Why a stage ended.
@@ -126,11 +132,16 @@ impl Thread<'_> {
                 });
             }
         };
-        let mut prepared = Prepared::build_with(&scene, Arc::clone(&job.geometry));
+        let mut prepared = Prepared::build_unsteered(&scene, Arc::clone(&job.geometry));
+        let mut steering = Steering::begin(self.known_daylight.as_ref(), job, &mut prepared);
         let (width, height) = (job.settings.camera.width, job.settings.camera.height);
         let mut coarseness = stages::first_coarseness(width, height, self.rate);
         let first = coarseness;
         loop {
+            if coarseness == 1 && !self.wait_for_daylight(&mut steering, job, &scene, &mut prepared)
+            {
+                return;
+            }
             let small = job
                 .settings
                 .camera
@@ -160,7 +171,25 @@ impl Thread<'_> {
                     self.mouth.say(News::FellBack { message });
                 }
             }
+            steering.take_up(&mut self.known_daylight, job, &scene, &mut prepared, asked);
         }
+    }
+
+    /// Sees to it that the field of daylight is there; `false` when the job was left meanwhile.
+    fn wait_for_daylight(
+        &mut self,
+        steering: &mut Steering,
+        job: &Job,
+        scene: &Scene,
+        prepared: &mut Prepared,
+    ) -> bool {
+        while !steering.is_there() {
+            if self.is_left(job.generation) {
+                return false;
+            }
+            steering.wait(&mut self.known_daylight, job, scene, prepared);
+        }
+        true
     }
 
     fn backend(&self) -> Arc<str> {

@@ -23,11 +23,9 @@ pub(crate) fn viewer() -> Harness<'static, Viewer> {
     harness
 }
 
-/// Clicks what has this label and lets the window answer.
+/// Clicks what has this label, also where it has scrolled out of view, and lets the window answer.
 fn click(harness: &mut Harness<'_, Viewer>, label: &str) {
-    harness.get_by_label(label).scroll_to_me();
-    harness.run_steps(2);
-    harness.get_by_label(label).click();
+    harness.get_by_label(label).click_accesskit();
     harness.run_steps(3);
 }
 
@@ -221,7 +219,7 @@ fn a_scene_is_saved_and_opened_through_the_dialog() {
     for (key, accept) in [(Key::S, "Save"), (Key::O, "Open")] {
         harness.key_press_modifiers(Modifiers::COMMAND, key);
         harness.run_steps(3);
-        let field = harness.get_by_label("File");
+        let field = harness.get_by_role_and_label(egui::Role::TextInput, "File");
         field.focus();
         harness.run_steps(2);
         harness.key_press_modifiers(Modifiers::COMMAND, Key::A);
@@ -292,30 +290,7 @@ fn a_daemon_gives_the_same_advice_as_the_library() {
     use uw_guidance::{Limits, Model, Objective, Observation, Service};
     let model_path = crate::support::repository().join("assets/models/default.json");
     let model = Model::read(&model_path).expect("shipped");
-    let samples = |top: f64| {
-        (1..=6).map(move |i| {
-            let at = 0.5 * f64::from(i);
-            let value = top * (-0.5 * at).exp();
-            (at, [value, 1.5 * value, value])
-        })
-    };
-    let profile = uw_calib::Profile::new(
-        samples(1.0)
-            .map(|(depth_m, k_z)| uw_calib::DepthSample { depth_m, k_z })
-            .collect(),
-        samples(20.0)
-            .map(|(distance_m, k_c)| uw_calib::ContrastSample { distance_m, k_c })
-            .collect(),
-        samples(10.0)
-            .map(|(distance_m, k_c)| uw_calib::ContrastSample { distance_m, k_c })
-            .collect(),
-        uw_calib::Source {
-            made_by: "test".to_owned(),
-            images: 0,
-            note: None,
-        },
-    )
-    .expect("valid");
+    let profile = crate::support::profile();
     let now = Observation {
         depth_m: 2.0,
         distance_m: 1.5,
@@ -328,8 +303,7 @@ fn a_daemon_gives_the_same_advice_as_the_library() {
     let service = Service::new(model, "default", profile.clone(), objective);
     let running = uw_guidance::spawn("127.0.0.1:0", service, Limits::default()).expect("a port");
     let address = running.local_addr().to_string();
-    let mut link = uw_viewer::guidance::daemon::Link::default();
-    link.address = address;
+    let mut link = uw_viewer::guidance::daemon::Link::to(address);
     let (sender, woken) = channel();
     link.ask(
         now,
@@ -360,4 +334,46 @@ fn a_daemon_gives_the_same_advice_as_the_library() {
     }
     let said = &toasts.all().last().expect("a message").text;
     assert!(said.contains("uwguide --model"), "{said}");
+}
+
+#[test]
+fn a_recorded_operation_is_played_and_the_camera_follows() {
+    let folder = tempfile::tempdir().expect("folder");
+    let path = folder.path().join("operation.jsonl");
+    std::fs::write(&path, crate::support::recording()).expect("written");
+    let mut harness = viewer();
+    harness.state_mut().guidance.profile = Some(std::sync::Arc::new(crate::support::profile()));
+    harness.key_press(Key::F4);
+    harness.run_steps(3);
+    let steps = harness.state_mut().guidance.open_record(&path);
+    assert_eq!(steps, Ok(6));
+    harness.run_steps(3);
+    click(&mut harness, "camera follows");
+    click(&mut harness, "Next");
+    let viewer = harness.state();
+    let operation = viewer.guidance.operation.as_ref().expect("open");
+    assert_eq!(operation.at, 1);
+    // The second state: 1.3 m deep, 1.2 m from the wall at x = 1.5 m, lamps at 10 %.
+    let camera = &viewer.settings.camera;
+    assert!(
+        (camera.position_m.z + 1.3).abs() < 1e-9,
+        "{}",
+        camera.position_m
+    );
+    assert!(
+        (camera.position_m.x - 0.3).abs() < 1e-6,
+        "{}",
+        camera.position_m
+    );
+    assert_eq!(viewer.settings.lamps[0].level_pct, 10.0);
+    let answer = viewer
+        .guidance
+        .answer
+        .as_ref()
+        .expect("advice for the recorded state");
+    assert_eq!(answer.observation.distance_m, 1.2);
+    click(&mut harness, "Play");
+    until(&mut harness, "the end", |v| {
+        v.guidance.operation.as_ref().is_some_and(|o| o.at == 5)
+    });
 }

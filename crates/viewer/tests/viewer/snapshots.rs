@@ -6,7 +6,7 @@ use uw_viewer::model::FalseColour;
 use uw_viewer::worker::{Activity, Goal};
 
 use crate::panels::until;
-use crate::support::{has_gpu, small};
+use crate::support::{has_gpu, profile, recording, small};
 
 /// A viewer whose picture is finished after a few samples, so that it is always the same.
 fn finished(tab: Tab, light: bool, prepare: impl FnOnce(&mut Viewer)) -> Harness<'static, Viewer> {
@@ -43,9 +43,10 @@ fn finished(tab: Tab, light: bool, prepare: impl FnOnce(&mut Viewer)) -> Harness
 
 fn compare(harness: &mut Harness<'_, Viewer>, name: &str) {
     // Speed and processor are those of the machine.
+    let bottom = harness.ctx.content_rect().bottom();
     harness.mask(egui::Rect::from_min_max(
-        egui::pos2(310.0, 681.0),
-        egui::pos2(1272.0, 712.0),
+        egui::pos2(310.0, bottom - 39.0),
+        egui::pos2(1272.0, bottom - 8.0),
     ));
     // Other versions of the software adapter round the edges of glyphs otherwise.
     let options = SnapshotOptions::new()
@@ -63,13 +64,41 @@ fn panels_look_as_they_did() {
     for (tab, light, name) in [
         (Tab::Water, false, "water"),
         (Tab::Scene, false, "scene"),
-        (Tab::Guidance, false, "guidance"),
         (Tab::Water, true, "water_light"),
     ] {
         let mut harness = finished(tab, light, |_| {});
         compare(&mut harness, name);
         results.extend_harness(&mut harness);
     }
+}
+
+#[test]
+fn advice_looks_as_it_did() {
+    if !has_gpu() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("folder");
+    let path = folder.path().join("operation.jsonl");
+    std::fs::write(&path, recording()).expect("written");
+    let mut harness = finished(Tab::Guidance, false, |viewer| {
+        viewer.guidance.profile = Some(std::sync::Arc::new(profile()));
+        viewer.guidance.open_record(&path).expect("a recording");
+    });
+    harness.set_size(egui::vec2(1280.0, 1150.0));
+    harness.run_steps(3);
+    until(&mut harness, "the larger picture", |v| {
+        v.is_current() && v.frame().is_some_and(|f| f.activity == Activity::Done)
+    });
+    harness.run_steps(3);
+    assert!(
+        harness
+            .state()
+            .guidance
+            .answer
+            .as_ref()
+            .is_some_and(|a| a.map.is_some())
+    );
+    compare(&mut harness, "guidance");
 }
 
 #[test]
