@@ -5,10 +5,12 @@ use std::process::ExitCode;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use clap::{Parser, ValueEnum};
+use uw_calib::Profile;
 use uw_render::gpu::Backend;
 use uw_render::image::{Counts, Frame as Stored, write_frame};
 
 use crate::app::{Options, Tab, Viewer};
+use crate::guidance::operation::Operation;
 use crate::model::{OpenScene, Settings, recent::Recent};
 use crate::ui::theme;
 use crate::worker::{Goal, Place};
@@ -44,6 +46,9 @@ pub struct Args {
     /// Calibration profile for the guidance panel
     #[arg(long, value_name = "FILE.json")]
     pub profile: Option<PathBuf>,
+    /// Recorded operation for the guidance panel, as `uwguide --record` writes it
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
     /// Light instead of dark
     #[arg(long)]
     pub light: bool,
@@ -113,6 +118,7 @@ enum Failure {
 fn start(args: &Args) -> Result<(), Failure> {
     let options = options(args).map_err(Failure::Input)?;
     let opened = first_scene(args, options.assets.as_deref()).map_err(Failure::Input)?;
+    let (profile, operation) = guidance_files(args).map_err(Failure::Input)?;
     let (width, height) = args.size;
     let viewport = egui::ViewportBuilder::default()
         .with_title("uwguide viewer")
@@ -128,7 +134,7 @@ fn start(args: &Args) -> Result<(), Failure> {
     };
     let outcome = Arc::new(Mutex::new(None));
     let for_app = Arc::clone(&outcome);
-    let (args, profile) = (args.clone(), args.profile.clone());
+    let args = args.clone();
     eframe::run_native(
         "uwguide viewer",
         native,
@@ -146,9 +152,8 @@ fn start(args: &Args) -> Result<(), Failure> {
                 TabName::Scene => Tab::Scene,
                 TabName::Guidance => Tab::Guidance,
             };
-            if let Some(profile) = profile {
-                viewer.guidance.open_profile(&profile)?;
-            }
+            viewer.guidance.profile = profile;
+            viewer.guidance.operation = operation;
             let screenshot = args.screenshot.map(|path| Screenshot {
                 path,
                 after_samples: args.after_samples,
@@ -167,6 +172,16 @@ fn start(args: &Args) -> Result<(), Failure> {
         Some(Err(message)) => Err(Failure::Running(message)),
         _ => Ok(()),
     }
+}
+
+/// Profile and recording of the arguments.
+fn guidance_files(args: &Args) -> Result<(Option<Arc<Profile>>, Option<Operation>), String> {
+    let profile = args.profile.as_deref().map(Profile::read).transpose();
+    let operation = args.record.as_deref().map(Operation::read).transpose();
+    Ok((
+        profile.map_err(|e| e.to_string())?.map(Arc::new),
+        operation.map_err(|e| e.to_string())?,
+    ))
 }
 
 fn options(args: &Args) -> Result<Options, String> {
@@ -266,4 +281,20 @@ fn write_png(path: &Path, image: &egui::ColorImage) -> Result<(), String> {
         counts: Counts::Bits8(counts.collect()),
     };
     write_frame(path, &frame).map_err(|e| e.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn arguments_are_consistent_and_sizes_are_checked() {
+        Args::command().debug_assert();
+        assert_eq!(parse_size("1280x720"), Ok((1280, 720)));
+        for text in ["1280", "0x0", "1280x", "-5x720", "99999x720"] {
+            assert!(parse_size(text).is_err(), "{text}");
+        }
+    }
 }

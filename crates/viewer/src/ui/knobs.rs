@@ -98,3 +98,10 @@ pub fn y_axis(label: &str) -> AxisHints<'static> {
         .label_spacing(egui::Rangef::new(10.0, 18.0))
         .min_thickness(36.0)
 }
+
+/// The x axis of a small plot, with labels close together.
+pub fn x_axis(label: &str) -> AxisHints<'static> {
+    AxisHints::new_x()
+        .label(label)
+        .label_spacing(egui::Rangef::new(20.0, 36.0))
+}

@@ -6,7 +6,7 @@ use egui::{Slider, Ui};
 use egui_plot::{Legend, Line, LineStyle, Plot, PlotPoints, VLine};
 
 use super::guidance::triple;
-use super::knobs::{heading, y_axis};
+use super::knobs::{heading, x_axis, y_axis};
 use super::theme::SUGGESTED;
 use crate::app::{FilePurpose, Viewer};
 
@@ -106,7 +106,7 @@ fn courses(ui: &mut Ui, operation: &crate::guidance::operation::Operation) {
                 .allow_scroll(false)
                 .allow_boxed_zoom(false)
                 .grid_spacing(egui::Rangef::new(8.0, 60.0))
-                .x_axis_label("step")
+                .custom_x_axes(vec![x_axis("step")])
                 .custom_y_axes(vec![y_axis(name)])
                 .include_y(0.0)
                 .legend(Legend::default())

@@ -8,7 +8,7 @@ use egui_plot::{
 };
 use uw_calib::Profile;
 
-use super::knobs::y_axis;
+use super::knobs::{x_axis, y_axis};
 use super::theme::{CHANNELS, HERE, SUGGESTED, channel_colours};
 use crate::guidance::answer::{Answer, MAP_SIZE, ScoreMap};
 use crate::model::FalseColour;
@@ -62,14 +62,14 @@ pub fn profile(ui: &mut Ui, profile: &Arc<Profile>) {
     let colours = channel_colours(ui);
     ui.columns(2, |columns| {
         still("K_z", 120.0)
-            .x_axis_label("depth, m")
+            .custom_x_axes(vec![x_axis("depth, m")])
             .custom_y_axes(vec![y_axis("K_z")])
             .include_y(0.0)
             .show(&mut columns[0], |plot| {
                 lines(plot, &depth, "", colours, LineStyle::Solid);
             });
         still("K_c", 120.0)
-            .x_axis_label("distance, m")
+            .custom_x_axes(vec![x_axis("distance, m")])
             .custom_y_axes(vec![y_axis("K_c, counts")])
             .include_y(0.0)
             .show(&mut columns[1], |plot| {
@@ -84,7 +84,7 @@ pub fn profile(ui: &mut Ui, profile: &Arc<Profile>) {
 pub fn map(ui: &mut Ui, answer: &Answer) {
     let texture = answer.map.as_ref().map(|map| (map_texture(ui, map), map));
     still("objective", 210.0)
-        .x_axis_label("distance, m")
+        .custom_x_axes(vec![x_axis("distance, m")])
         .custom_y_axes(vec![y_axis("lamp, %")])
         .set_margin_fraction(egui::vec2(0.0, 0.0))
         .legend(Legend::default())

@@ -4,7 +4,7 @@ use egui::{Color32, Ui};
 use egui_plot::{Line, Plot, PlotPoint, PlotPoints, Span};
 use uw_media::{Bands, Interval};
 
-use super::knobs::y_axis;
+use super::knobs::{x_axis, y_axis};
 use super::theme::{CHANNELS, channel_colours};
 use crate::model::water::spectrum_at;
 
@@ -53,7 +53,7 @@ pub fn show(ui: &mut Ui, place: f64, bands: &mut Bands) {
         .include_x(RANGE_NM.1)
         .include_y(0.0)
         .set_margin_fraction(egui::vec2(0.0, 0.08))
-        .x_axis_label("wavelength, nm")
+        .custom_x_axes(vec![x_axis("wavelength, nm")])
         .custom_y_axes(vec![y_axis("1/m")])
         .grid_spacing(egui::Rangef::new(8.0, 60.0));
     let shown = plot.show(ui, |plot| {

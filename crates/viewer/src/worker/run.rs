@@ -162,7 +162,14 @@ impl Thread<'_> {
                 self.full(&mut stage)
             };
             match end {
-                Ok(End::Complete) if coarseness > 1 => coarseness /= 2,
+                Ok(End::Complete) if coarseness > 1 => {
+                    // Each stage costs a graphics adapter new kernels, and it is fast.
+                    coarseness = if self.gpu.is_some() {
+                        1
+                    } else {
+                        coarseness / 2
+                    };
+                }
                 Ok(_) => return,
                 Err(error) => {
                     // The same stage again, on the processor.

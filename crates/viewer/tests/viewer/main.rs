@@ -1,6 +1,7 @@
 //! Tests of the viewer: scene files and worker without a window, panels by clicking, the real program.
 
 mod bad_files;
+mod exports;
 mod panels;
 mod program;
 mod scene_files;
