@@ -128,7 +128,7 @@ fn start(args: &Args) -> Result<(), Failure> {
         .with_drag_and_drop(true);
     let native = eframe::NativeOptions {
         viewport,
-        // It costs a software adapter as much as all the rest of the drawing.
+        // It costs a software adapter time, and pictures have noise of their own.
         dithering: false,
         ..Default::default()
     };
