@@ -1,27 +1,22 @@
 // Daylight and emitting surfaces: a camera walk that scores sun and sky along every segment.
 // Twins: crates/render/src/integrator/cpu/{ambient_path,ambient_flight,ambient_surface}.rs.
 // Checked by: tests/system/gpu.rs.
-import package::common::ambient_walk::{AmbientWalk, IN_AIR, LEADING, MET_SURFACE, SCATTERED_BEFORE, copies_of, along, copies_made, diffuse_irradiance, direction_numbers, has, has_reference, light_ahead, light_on_surface, pending, pop_walk, push_walk, relative_light, score, set_reference, sin2_half_to_sun, survival_of, turned_walk};
+import package::common::ambient_flight::{draw_flight, scatter_ambient};
+import package::common::ambient_walk::{AmbientWalk, IN_AIR, LEADING, MET_SURFACE, SCATTERED_BEFORE, along, copies_made, copies_of, diffuse_irradiance, direction_numbers, has, has_reference, light_ahead, light_on_surface, pending, pop_walk, push_walk, relative_light, score, set_reference, sin2_half_to_sun, survival_of, turned_walk};
 import package::common::bvh::{SurfacePoint, closest, occluded, surface_point};
-import package::common::camera::{BOUNDARY, End, NOTHING, SCATTER, SURFACE, full_segment, no_point};
+import package::common::camera::{BOUNDARY, End, NOTHING, SCATTER, SURFACE, full_segment};
 import package::common::daylight::{scattered_sunlight, sun_reaches};
 import package::common::interface::{depth_of, external_reflectance, flip, internal_reflectance, is_above, refract_into_water};
 import package::common::layout::{HAS_GEOMETRY_IN_AIR, HAS_MEDIUM, HAS_SCATTERING, HAS_SKY, HAS_SUN, HAS_SURFACE, INFINITE, NONE, PI, counters, dispatch, scene};
-import package::common::math::{circle, cosine_hemisphere, expm1, ln_1p, minus_ln, sin2_half};
-import package::common::medium::{Spectral, spectral_pass, spectral_scatter, spectral_start, spectral_weight, transmittance, used};
+import package::common::math::cosine_hemisphere;
+import package::common::medium::{spectral_start, spectral_weight, transmittance};
 import package::common::phase::{phase_sample_x, phase_value};
 import package::common::rng::{leading, uniform_number, unit};
 
-/// Shares of directions drawn around the sun and in the cone through which the sky is seen.
-const SUN_SHARE: f32 = 0.15;
-const SKY_SHARE: f32 = 0.1;
-/// Scatterings that may be drawn towards the sky.
-const SKY_EVENTS: u32 = 4u;
 /// Share of directions drawn around the sun at a surface.
 const SUN_SHARE_SURFACE: f32 = 0.3;
 /// Segments of all walks of a sample, after which those that are left are cut and counted.
 const MOST_SEGMENTS: u32 = 8192u;
-const TAU: f32 = 6.2831853;
 
 /// Traces the walks of one sample that looks along `direction`; returns the number of path vertices.
 fn ambient_trace(direction: vec3f) -> u32 {
@@ -119,84 +114,25 @@ fn follow(walk: AmbientWalk, end: End, light: vec3f) {
         } else {
             u = uniform_number();
         }
-        if end.kind == SURFACE {
-            send_within(w, sigma, end.t, u);
-        } else if end.kind == BOUNDARY {
-            send_below_surface(w, sigma, end.t, u);
-        } else if HAS_SCATTERING && w.events < dispatch.max_events {
-            var copy = w;
-            let t = minus_ln(u) / sigma[w.spectral.chosen];
-            copy.spectral = spectral_scatter(w.spectral, sigma, log(max(sigma, vec3f(1e-30))), t);
-            scatter_ambient(copy, t);
+        var copy = w;
+        let flight = draw_flight(w, end, sigma, u);
+        copy.spectral = flight.spectral;
+        if flight.kind == SCATTER {
+            if HAS_SCATTERING && w.events < dispatch.max_events {
+                scatter_ambient(copy, flight.t);
+            }
+        } else if flight.kind == BOUNDARY {
+            copy.origin += flight.t * w.direction;
+            leave_boundary(copy);
         }
         w.flags &= ~LEADING;
     }
 }
 
-/// 1 − e^(−σ length) per strategy, not below what a logarithm can take.
-fn chance_within(sigma: vec3f, length: f32) -> vec3f {
-    let depth = sigma * length;
-    return max(-vec3f(expm1(-depth.x), expm1(-depth.y), expm1(-depth.z)), vec3f(1e-30));
-}
-
-fn add_ambient_ln(s: Spectral, ln: vec3f) -> Spectral {
-    var next = s;
-    next.ln_density = used(s.ln_density + ln, s.count);
-    return next;
-}
-
-/// A scattering before `length`, for certain.
-fn send_within(walk: AmbientWalk, sigma: vec3f, length: f32, u: f32) {
-    if !HAS_SCATTERING {
-        return;
-    }
-    var w = walk;
-    let chosen = sigma[w.spectral.chosen];
-    let t = min(-ln_1p(u * expm1(-chosen * length)) / chosen, length);
-    w.spectral = spectral_scatter(w.spectral, sigma, log(max(sigma, vec3f(1e-30))), t);
-    w.spectral = add_ambient_ln(w.spectral, -log(chance_within(sigma, length)));
-    scatter_ambient(w, t);
-}
-
-/// A scattering, or a meeting with the surface. Where everything that leaves has been scored, it stays in the water.
-fn send_below_surface(walk: AmbientWalk, sigma: vec3f, length: f32, u: f32) {
+/// At the underside of the water surface: reflected, or into the air where there is something to see.
+fn leave_boundary(walk: AmbientWalk) {
     var w = walk;
     let reflectance = internal_reflectance(w.direction.z);
-    let leaving = select(1.0 - reflectance, 0.0, HAS_GEOMETRY_IN_AIR);
-    if !HAS_SCATTERING {
-        w.spectral.value *= transmittance(length) * (1.0 - leaving);
-        w.origin += length * w.direction;
-        leave_boundary(w, reflectance);
-        return;
-    }
-    let through = exp(-min(sigma * length, vec3f(87.0)));
-    let staying = max(select(vec3f(1.0) - leaving * through, chance_within(sigma, length), vec3<bool>(leaving == 1.0)), vec3f(1e-30));
-    let chosen = w.spectral.chosen;
-    let reached = (1.0 - leaving) * through[chosen] / staying[chosen];
-    if u < reached {
-        w.spectral = spectral_pass(w.spectral, sigma, length);
-        var ln = -log(staying);
-        if !HAS_GEOMETRY_IN_AIR {
-            w.spectral.value *= reflectance;
-            ln += vec3f(log(max(reflectance, 1e-30)));
-        }
-        w.spectral = add_ambient_ln(w.spectral, ln);
-        w.origin += length * w.direction;
-        leave_boundary(w, reflectance);
-        return;
-    }
-    let v = (u - reached) / (1.0 - reached);
-    let t = min(-ln_1p(v * expm1(-sigma[chosen] * length)) / sigma[chosen], length);
-    w.spectral = spectral_scatter(w.spectral, sigma, log(max(sigma, vec3f(1e-30))), t);
-    w.spectral = add_ambient_ln(w.spectral, -log(staying));
-    if w.events < dispatch.max_events {
-        scatter_ambient(w, t);
-    }
-}
-
-/// At the underside of the water surface: reflected, or into the air where there is something to see.
-fn leave_boundary(walk: AmbientWalk, reflectance: f32) {
-    var w = walk;
     w.origin.z = scene.surface_height_m;
     w.start_primitive = NONE;
     w.flags &= ~LEADING;
@@ -252,64 +188,6 @@ fn air_segment(walk: AmbientWalk) {
         w.flags &= ~IN_AIR;
         w.spectral.value /= scene.refractive_index * scene.refractive_index;
     }
-    push_walk(w);
-}
-
-/// A scattering after `t`: a new direction around the old one, around the sun or towards the sky.
-fn scatter_ambient(walk: AmbientWalk, t: f32) {
-    var w = walk;
-    w.origin += t * w.direction;
-    if HAS_SURFACE {
-        w.origin.z = min(w.origin.z, scene.surface_height_m);
-    }
-    w.start_primitive = NONE;
-    w.flags |= SCATTERED_BEFORE;
-    w.events += 1u;
-    let numbers = direction_numbers(w);
-    let towards_sky = HAS_SURFACE && HAS_SKY && w.events <= SKY_EVENTS;
-    let sun_share = select(0.0, SUN_SHARE, HAS_SUN);
-    let sky_share = select(0.0, SKY_SHARE, towards_sky);
-    let index = scene.refractive_index;
-    let lowest = sqrt(max(1.0 - 1.0 / (index * index), 0.0));
-    let old = w.from_sun;
-    var choice = 1.0;
-    if sun_share + sky_share > 0.0 {
-        choice = uniform_number();
-    }
-    // The angle from the axis it was drawn around is known without cancellation.
-    var own = -1.0;
-    var from_sun = -1.0;
-    if choice < sun_share {
-        from_sun = phase_sample_x(numbers.bits);
-        w = turned_walk(w, true, from_sun, numbers.v);
-    } else if choice < sun_share + sky_share {
-        let up = lowest + (1.0 - lowest) * unit(numbers.bits);
-        w = along(w, vec3f(sqrt(max(1.0 - up * up, 0.0)) * circle(numbers.v), up));
-    } else {
-        own = phase_sample_x(numbers.bits);
-        w = turned_walk(w, false, own, numbers.v);
-    }
-    if sun_share + sky_share > 0.0 {
-        if own < 0.0 {
-            own = sin2_half(old, w.from_sun);
-        }
-        let phase = phase_value(own);
-        var density = (1.0 - sun_share - sky_share) * phase;
-        if HAS_SUN {
-            if from_sun < 0.0 {
-                from_sun = sin2_half_to_sun(w);
-            }
-            density += sun_share * phase_value(from_sun);
-        }
-        if towards_sky && w.direction.z >= lowest {
-            density += sky_share / (TAU * (1.0 - lowest));
-        }
-        if !(phase > 0.0) {
-            return;
-        }
-        w.spectral.value *= phase / density;
-    }
-    w.flags &= ~LEADING;
     push_walk(w);
 }
 

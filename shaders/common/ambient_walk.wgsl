@@ -7,7 +7,7 @@ import package::common::film::{AMBIENT, add_light, lane};
 import package::common::interface::depth_of;
 import package::common::layout::{HAS_DAYLIGHT_FIELD, HAS_MEDIUM, HAS_SUN, PI, counters, dispatch, scene, scratch};
 import package::common::math::{expm1, turn_change, turned};
-import package::common::medium::{Spectral, spectral_weight, transmittance};
+import package::common::medium::{Spectral, largest, spectral_weight, transmittance};
 import package::common::rng::{leading, leading_bits, next_bits, uniform_number, unit};
 
 const LOWEST: f32 = 0.5;
@@ -144,20 +144,12 @@ fn set_reference(weight: vec3f, expected: vec3f) {
     }
 }
 
-/// Light ahead relative to the reference, mean over the channels that have any.
+/// Light ahead relative to the reference, in the channel that has most of it.
 fn relative_light(weight: vec3f, light: vec3f) -> f32 {
     if !has_reference {
         return 1.0;
     }
-    var sum = 0.0;
-    var count = 0.0;
-    for (var k = 0u; k < 3u; k++) {
-        if reference[k] > 0.0 {
-            sum += weight[k] * light[k] / reference[k];
-            count += 1.0;
-        }
-    }
-    return select(0.0, sum / max(count, 1.0), count > 0.0);
+    return largest(select(vec3f(0.0), weight * light / reference, reference > vec3f(0.0)));
 }
 
 /// Roulette below the window; certain death only where nothing at all is ahead.
@@ -174,9 +166,9 @@ struct Copies {
 fn copies_of(w: AmbientWalk, light: vec3f) -> Copies {
     let value = relative_light(spectral_weight(w.spectral), light);
     if value > HIGHEST && copies_made < COPIES_PER_SAMPLE && w.events <= SURE_EVENTS {
-        // Never more than the stack has room for: fewer copies weigh more each.
-        let room = f32(stack_size()) - f32(pending + FORKS);
-        let copies = max(min(round(min(value, MOST_COPIES)), room), 1.0);
+        // Never more than the stack has room for: fewer copies weigh more each. A first scattering splits each copy.
+        let room = (f32(stack_size()) - f32(pending + FORKS)) / select(1.0, 3.0, w.events == 0u);
+        let copies = max(min(round(min(value, MOST_COPIES)), floor(room)), 1.0);
         copies_made += u32(copies) - 1u;
         return Copies(u32(copies), 1.0 / copies);
     }

@@ -10,88 +10,114 @@ import package::common::rng::uniform_number;
 
 const COSINES: u32 = 40u;
 const DEPTHS: u32 = 97u;
-const AZIMUTHS: u32 = 9u;
 /// Largest exponent of the correction for narrowly scattered sunlight.
 const MAX_NARROW: f32 = 30.0;
-/// Words that describe a channel: c, greatest depth, decay, narrow rate, then the places of three tables.
-const CHANNEL_WORDS: u32 = 7u;
+/// Words of the record before the places of the tables: greatest depth, decays, narrow rates, cosine and sine of the sun's
+/// azimuth, nodes in azimuth.
+const DECAYS: u32 = 1u;
+const NARROW_RATES: u32 = 4u;
+const SUN_AZIMUTH: u32 = 7u;
+const AZIMUTH_NODES: u32 = 9u;
+const SCATTERED: u32 = 10u;
+const DOWN: u32 = 11u;
+const UP: u32 = 12u;
+const SUN_SHARES: u32 = 13u;
 
-/// Node above a depth, fraction of the way to the next one, and −ln of the decay beyond the last.
-struct DepthNode {
+/// Node above a depth, fraction of the way to the next one, and how far it is beyond the last, m.
+struct Place {
     node: u32,
     fraction: f32,
-    beyond: f32,
+    beyond_m: f32,
 }
 
-fn depth_node(channel: u32, depth_m: f32) -> DepthNode {
-    let depth = word_f32(channel) * max(depth_m, 0.0);
-    let greatest = word_f32(channel + 1u);
+fn place_of(depth_m: f32) -> Place {
+    let depth = max(depth_m, 0.0);
+    let greatest = word_f32(scene.field_table);
     if depth >= greatest {
-        return DepthNode(DEPTHS - 2u, 1.0, word_f32(channel + 2u) * (depth - greatest));
+        return Place(DEPTHS - 2u, 1.0, depth - greatest);
     }
     let place = sqrt(depth / greatest) * f32(DEPTHS - 1u);
     let node = min(u32(place), DEPTHS - 2u);
-    return DepthNode(node, place - f32(node), 0.0);
+    return Place(node, place - f32(node), 0.0);
 }
 
-fn blend(table: u32, node: DepthNode) -> f32 {
-    let ln = mix(word_f32(table + node.node), word_f32(table + node.node + 1u), node.fraction) - node.beyond;
-    return exp(clamp(ln, -87.0, 87.0));
+/// Three numbers from the word `first` of the record on, or an entry of a table.
+fn triple(first: u32) -> vec3f {
+    return vec3f(word_f32(first), word_f32(first + 1u), word_f32(first + 2u));
 }
 
-/// Place in azimuth from the sun: node and fraction.
-fn azimuth_place(view: vec3f) -> vec2f {
-    let sun = scene.field_table + 3u * CHANNEL_WORDS;
-    if words[sun] == 0u {
-        return vec2f(0.0);
+/// Entry `i` of the table whose place is the word `table` of the record.
+fn entry(table: u32, i: u32) -> vec3f {
+    return triple(words[scene.field_table + table] + 4u * i);
+}
+
+fn exponential(place: Place, ln: vec3f) -> vec3f {
+    return exp(clamp(ln - place.beyond_m * triple(scene.field_table + DECAYS), vec3f(-87.0), vec3f(87.0)));
+}
+
+/// Bin of the cosine below a direction and the weight of the next one; the same for azimuths.
+struct FieldDirection {
+    bin: u32,
+    weight: f32,
+    azimuth: u32,
+    azimuth_weight: f32,
+    azimuths: u32,
+}
+
+fn field_direction(view: vec3f) -> FieldDirection {
+    let place = clamp(0.5 * (view.z + 1.0) * f32(COSINES) - 0.5, 0.0, f32(COSINES - 1u));
+    let bin = min(u32(place), COSINES - 2u);
+    let azimuths = words[scene.field_table + AZIMUTH_NODES];
+    if azimuths == 1u {
+        return FieldDirection(bin, place - f32(bin), 0u, 0.0, 1u);
     }
     let across = max(length(view.xy), 1e-30);
-    let cosine = (view.x * word_f32(sun + 1u) + view.y * word_f32(sun + 2u)) / across;
-    let place = sqrt(clamp(0.5 * (1.0 - cosine), 0.0, 1.0)) * f32(AZIMUTHS - 1u);
-    let low = min(floor(place), f32(AZIMUTHS - 2u));
-    return vec2f(low, place - low);
+    let sun = scene.field_table + SUN_AZIMUTH;
+    let cosine = (view.x * word_f32(sun) + view.y * word_f32(sun + 1u)) / across;
+    let turn = sqrt(clamp(0.5 * (1.0 - cosine), 0.0, 1.0)) * f32(azimuths - 1u);
+    let low = min(u32(turn), azimuths - 2u);
+    return FieldDirection(bin, place - f32(bin), low, turn - f32(low), azimuths);
 }
 
-fn scattered_in(channel: u32, depth_m: f32, view: vec3f, line: f32) -> f32 {
-    let place = clamp(0.5 * (view.z + 1.0) * f32(COSINES) - 0.5, 0.0, f32(COSINES - 1u));
-    let low = min(u32(place), COSINES - 2u);
-    let azimuth = azimuth_place(view);
-    let node = depth_node(channel, depth_m);
-    var corners: array<f32, 4>;
-    for (var i = 0u; i < 4u; i++) {
-        let row = (node.node + (i >> 1u)) * COSINES + low + (i & 1u);
-        let at = words[channel + 4u] + row * AZIMUTHS + u32(azimuth.x);
-        corners[i] = mix(word_f32(at), word_f32(at + 1u), azimuth.y);
+/// Logarithm of the radiance at a node and a bin.
+fn ln_scattered(d: FieldDirection, node: u32, bin: u32) -> vec3f {
+    let i = (node * COSINES + bin) * d.azimuths + d.azimuth;
+    if d.azimuths == 1u {
+        return entry(SCATTERED, i);
     }
-    let weight = place - f32(low);
-    let ln = mix(mix(corners[0], corners[1], weight), mix(corners[2], corners[3], weight), node.fraction);
-    let broad = exp(clamp(ln - node.beyond, -87.0, 87.0));
-    if view.z <= 0.0 || line == 0.0 {
-        return broad;
-    }
-    return max(broad, line * expm1(min(word_f32(channel + 3u) * depth_m, MAX_NARROW)));
+    return mix(entry(SCATTERED, i), entry(SCATTERED, i + 1u), d.azimuth_weight);
 }
 
 /// Radiance at `depth_m` in direction `view` that scattered more than once, or that came from the sky and scattered.
 fn field_scattered(depth_m: f32, view: vec3f, line: vec3f) -> vec3f {
-    let first = scene.field_table;
-    return vec3f(
-        scattered_in(first, depth_m, view, line.x),
-        scattered_in(first + CHANNEL_WORDS, depth_m, view, line.y),
-        scattered_in(first + 2u * CHANNEL_WORDS, depth_m, view, line.z),
-    );
+    let place = place_of(depth_m);
+    let d = field_direction(view);
+    let upper = mix(ln_scattered(d, place.node, d.bin), ln_scattered(d, place.node, d.bin + 1u), d.weight);
+    let lower = mix(ln_scattered(d, place.node + 1u, d.bin), ln_scattered(d, place.node + 1u, d.bin + 1u), d.weight);
+    let broad = exponential(place, mix(upper, lower, place.fraction));
+    if view.z <= 0.0 {
+        return broad;
+    }
+    let narrow = min(triple(scene.field_table + NARROW_RATES) * depth_m, vec3f(MAX_NARROW));
+    return max(broad, line * max(exp(narrow) - vec3f(1.0), narrow));
+}
+
+/// Share of directions to draw around the sun at `depth_m` when going along `view`, per strategy, from the nearest node.
+fn field_sun_share(depth_m: f32, view: vec3f) -> vec3f {
+    let place = place_of(depth_m);
+    let d = field_direction(view);
+    let node = place.node + select(0u, 1u, place.fraction > 0.5);
+    let bin = d.bin + select(0u, 1u, d.weight > 0.5);
+    let azimuth = d.azimuth + select(0u, 1u, d.azimuth_weight > 0.5);
+    return entry(SUN_SHARES, (node * COSINES + bin) * d.azimuths + azimuth);
 }
 
 /// Plane irradiance at `depth_m` on a surface whose normal has the vertical component `up`, without the sun's beam.
 fn field_irradiance(depth_m: f32, up: f32) -> vec3f {
-    var irradiance: vec3f;
-    let upwards = 0.5 * (1.0 + up);
-    for (var k = 0u; k < 3u; k++) {
-        let channel = scene.field_table + k * CHANNEL_WORDS;
-        let node = depth_node(channel, depth_m);
-        irradiance[k] = upwards * blend(words[channel + 5u], node) + (1.0 - upwards) * blend(words[channel + 6u], node);
-    }
-    return irradiance;
+    let place = place_of(depth_m);
+    let down = mix(entry(DOWN, place.node), entry(DOWN, place.node + 1u), place.fraction);
+    let upward = mix(entry(UP, place.node), entry(UP, place.node + 1u), place.fraction);
+    return mix(exponential(place, upward), exponential(place, down), 0.5 * (1.0 + up));
 }
 
 /// Integral over a segment of e^(−start − rate·t), m.

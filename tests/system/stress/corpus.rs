@@ -171,6 +171,10 @@ fn textures_of_every_size() {
             material.reflectance = [0.25, 0.5, 0.75];
             material.texture = None;
         }
+        // One that no surface has, so that walks choose among landings as they do before a texture.
+        let mut unused = scene.materials[0].clone();
+        unused.reflectance = [0.5; 3];
+        scene.materials.push(unused);
         let plain = render(&scene, &plan(16, 1)).0;
         assert_eq!(unsound(&textured), None);
         for k in 0..3 {

@@ -2,9 +2,14 @@
 
 use criterion::Criterion;
 use glam::DVec3;
+use uw_render::gpu::{AdapterChoice, Gpu};
 use uw_render::scene::{Scene, SceneError, Sun, WaterSurface};
 
+use super::gpu::bench_picture;
 use super::scenes::{Unit, bench_samples, read};
+
+/// Width and height of the pictures on the graphics adapter.
+const GPU_PICTURE: (u32, u32) = (128, 72);
 
 /// A change of the scene.
 type Change = fn(&mut Scene);
@@ -39,19 +44,45 @@ const DAYLIGHT: [(&str, &[Change]); 8] = [
     ("untextured", &[under_a_surface, untextured]),
 ];
 
-/// The rates of all variants.
+/// The rates of all variants on the processor, and of whole small pictures on the graphics adapter where there is one.
 pub fn bench(criterion: &mut Criterion) -> Result<(), SceneError> {
     let turbid = read("s2_turbid")?;
-    for (name, variants) in [("features/lamp", LAMP), ("features/daylight", DAYLIGHT)] {
-        let mut group = criterion.benchmark_group(name);
-        for (variant, changes) in variants {
+    let device = Gpu::open(AdapterChoice::Best).ok();
+    for (light, variants) in [("lamp", LAMP), ("daylight", DAYLIGHT)] {
+        let scenes = variants.map(|(variant, changes)| {
             let mut scene = turbid.clone();
             changes.iter().for_each(|change| change(&mut scene));
-            bench_samples(&mut group, variant, &scene, Unit::Samples);
+            (variant, scene)
+        });
+        let mut group = criterion.benchmark_group(format!("features/{light}"));
+        for (variant, scene) in &scenes {
+            bench_samples(&mut group, variant, scene, Unit::Samples);
+        }
+        group.finish();
+        let Some(device) = &device else { continue };
+        let mut group = criterion.benchmark_group(format!("features/gpu/{light}"));
+        group.sample_size(10);
+        for (variant, scene) in scenes {
+            bench_picture(
+                &mut group,
+                variant,
+                &at_size(scene, GPU_PICTURE),
+                Some(device),
+            );
         }
         group.finish();
     }
     Ok(())
+}
+
+/// The scene with a picture of another size and the same view.
+fn at_size(mut scene: Scene, (width, height): (u32, u32)) -> Scene {
+    let camera = &mut scene.camera;
+    let factor = f64::from(width) / f64::from(camera.width);
+    camera.focal_px *= factor;
+    camera.centre_px *= factor;
+    (camera.width, camera.height) = (width, height);
+    scene
 }
 
 fn grey(scene: &mut Scene) {

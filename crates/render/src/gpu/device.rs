@@ -148,10 +148,8 @@ impl Gpu {
             keep(&for_errors, of_device(&error));
         }));
         let for_loss = Arc::clone(&fault);
-        device.set_device_lost_callback(move |reason, message| {
-            if reason != wgpu::DeviceLostReason::Destroyed {
-                keep(&for_loss, GpuError::Lost { reason: message });
-            }
+        device.set_device_lost_callback(move |_, message| {
+            keep(&for_loss, GpuError::Lost { reason: message });
         });
         Ok(Self {
             device,

@@ -6,6 +6,8 @@
 mod choice;
 mod device;
 mod error;
+#[cfg(test)]
+mod faults;
 pub mod layout;
 mod pipeline;
 mod render;

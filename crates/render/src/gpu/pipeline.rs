@@ -1,7 +1,5 @@
 //! Buffers, bindings and pipelines of one scene.
 
-use wgpu::util::DeviceExt;
-
 use super::{
     Gpu, GpuError,
     layout::{Counters, Dispatch},
@@ -262,18 +260,19 @@ impl Maker<'_> {
     }
 
     fn uniform(&self, contents: &[u8]) -> wgpu::Buffer {
-        let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
-        self.init("uniform", contents, usage)
+        self.init("uniform", contents, wgpu::BufferUsages::UNIFORM)
     }
 
+    /// A buffer with `contents`; not one mapped for them, because mapping panics where a device is lost or full.
     fn init(&self, what: &str, contents: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {
-        self.gpu
-            .device
-            .create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some(what),
-                contents,
-                usage,
-            })
+        let buffer = self.gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(what),
+            size: contents.len() as u64,
+            usage: usage | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        self.gpu.queue.write_buffer(&buffer, 0, contents);
+        buffer
     }
 
     fn readable(&self, bytes: u64) -> wgpu::Buffer {

@@ -146,6 +146,7 @@ impl<'a> Job<'a> {
         observe: &'a (dyn Fn(&Progress) + Sync),
     ) -> Result<Self, GpuError> {
         let selection = select(scene, plan);
+        gpu.check()?;
         let tables = Tables::build(scene, &selection.lamps)?;
         let loaded = Loaded::new(gpu, scene, &tables)?;
         let mut kernels = Vec::new();

@@ -32,6 +32,7 @@ sources![
     "common/lamp_join",
     "common/lamp_path",
     "common/daylight",
+    "common/ambient_flight",
     "common/ambient_walk",
     "common/ambient_path",
     "kernels/lamps",

@@ -8,8 +8,6 @@ use crate::{
     scene::{Texture, TextureFilter},
 };
 
-use super::layout::LN_ZERO;
-
 /// Words under construction; each addition returns the place of its first word.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Words(pub(super) Vec<u32>);
@@ -73,32 +71,23 @@ impl Words {
         }))
     }
 
-    /// The field of daylight: per channel 1 (depths are in metres), greatest depth, decay, narrow rate and the places of its three tables;
-    /// then whether there is an azimuth of the sun, and its cosine and sine.
+    /// The field of daylight: greatest depth, decays, narrow rates, cosine and sine of the sun's azimuth, number of nodes in
+    /// azimuth and the places of the four tables, whose entries are three channels and padding.
     pub(super) fn field(&mut self, field: &DaylightField) -> u32 {
-        const HEADER: usize = 3 * 7 + 3;
-        let place = self.place();
-        self.0.resize(self.0.len() + HEADER, 0);
-        for k in 0..3 {
-            let numbers = [
-                1.0,
-                field.table.max_depth_m,
-                f64::from(field.table.decay_per_m[k]),
-                field.narrow_rate[k],
-            ];
-            let record = place as usize + 7 * k;
-            for (i, number) in numbers.into_iter().enumerate() {
-                self.0[record + i] = (number as f32).to_bits();
-            }
-            for (i, table) in field.table.channel(k).into_iter().enumerate() {
-                self.0[record + 4 + i] =
-                    self.floats(table.iter().map(|&v| f64::from(v.max(LN_ZERO))));
-            }
-        }
-        if let Some((x, y)) = field.sun_azimuth {
-            let sun = place as usize + 21;
-            self.0[sun..sun + 3].copy_from_slice(&[1, (x as f32).to_bits(), (y as f32).to_bits()]);
-        }
+        let (azimuths, tables) = field.table.parts();
+        let tables = tables.map(|entries| {
+            let place = self.place();
+            self.0
+                .extend(entries.as_flattened().iter().map(|v| v.to_bits()));
+            place
+        });
+        let (x, y) = field.sun_azimuth.unwrap_or_default();
+        let [r, g, b, _] = field.table.decay_per_m.map(f64::from);
+        let place = self.floats([field.table.max_depth_m, r, g, b]);
+        self.floats(field.narrow_rate);
+        self.floats([x, y]);
+        self.0.push(azimuths as u32);
+        self.0.extend(tables);
         place
     }
 

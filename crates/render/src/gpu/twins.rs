@@ -1,7 +1,6 @@
 //! Shared functions of the shaders over tables of inputs, against their twins in f64.
 
 use std::{
-    env,
     f64::consts::TAU,
     path::Path,
     sync::{LazyLock, Mutex},
@@ -10,7 +9,10 @@ use std::{
 use glam::DVec3;
 use uw_media::phase::PhaseTable;
 
-use super::{AdapterChoice, Gpu, GpuError, layout::Dispatch, pipeline::Loaded, upload::Tables};
+use super::{
+    AdapterChoice, Gpu, GpuError, faults::adapter_is_missing, layout::Dispatch, pipeline::Loaded,
+    upload::Tables,
+};
 use crate::{
     integrator::{
         cpu::{bridge::Bridge, order::OrderLaw, spectral::Spectral},
@@ -89,10 +91,10 @@ fn relative(relative: f64) -> Within {
 fn probe(scene: &Prepared, function: u32, inputs: &[[f32; 4]]) -> Option<Vec<[f32; 4]>> {
     let gpu = match &*GPU {
         Ok(gpu) => gpu,
-        Err(error) if env::var("UW_REQUIRE_GPU").is_ok_and(|v| v == "1") => {
-            panic!("UW_REQUIRE_GPU is set, but {error}")
+        Err(error) => {
+            adapter_is_missing(error);
+            return None;
         }
-        Err(_) => return None,
     };
     let _turn = TURN.lock().unwrap_or_else(|e| e.into_inner());
     let tables = Tables::build(scene, &[0]).expect("tables");

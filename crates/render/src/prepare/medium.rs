@@ -18,6 +18,8 @@ pub struct Medium {
     pub c_min: f64,
     /// Largest attenuation coefficient, 1/m.
     pub c_max: f64,
+    /// Smallest absorption coefficient, 1/m.
+    pub a_min: f64,
     /// Natural logarithm of `b`; negative infinity where b is 0.
     pub ln_b: [f64; 3],
     /// Phase function for the inner loop.
@@ -96,6 +98,7 @@ impl Medium {
             c,
             c_min: c.iter().copied().fold(f64::INFINITY, f64::min),
             c_max: c.iter().copied().fold(0.0, f64::max),
+            a_min: water.iops.a.iter().copied().fold(f64::INFINITY, f64::min),
             ln_b: b.map(f64::ln),
             phase: PhaseTable::new(&water.phase),
             mean_cosine: water.phase.mean_cosine(),
@@ -108,6 +111,11 @@ impl Medium {
     /// Whether any channel scatters.
     pub fn scatters(&self) -> bool {
         self.by_scattering.count > 0
+    }
+
+    /// Mean scattering coefficient of the channels, 1/m.
+    pub fn b_mean(&self) -> f64 {
+        self.b.iter().sum::<f64>() / 3.0
     }
 
     /// Largest single scattering albedo b/c of the channels.

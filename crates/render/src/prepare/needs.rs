@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::{Boundary, Geometry, Medium, PreparedLamp, SunBeam};
-use crate::scene::Scene;
+use crate::scene::{Material, Scene};
 
 /// Features a scene can reach.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -24,6 +24,8 @@ pub struct Needs {
     pub geometry_in_air: bool,
     /// There are textures.
     pub textures: bool,
+    /// Surfaces differ in reflectance, from place to place or from one to the next.
+    pub varied_reflectance: bool,
     /// There are lamps.
     pub lamps: bool,
     /// The sun shines.
@@ -59,6 +61,7 @@ impl Needs {
             geometry: !geometry.is_empty(),
             geometry_in_air: boundary.is_some_and(above),
             textures: !geometry.textures.is_empty(),
+            varied_reflectance: varied_reflectance(geometry),
             lamps: lamps.iter().any(|l| l.intensity.iter().any(|&i| i > 0.0)),
             sun: sun.is_some(),
             sky: scene.sky_radiance.iter().any(|&l| l > 0.0),
@@ -82,6 +85,7 @@ impl Needs {
             (self.geometry, "geometry"),
             (self.geometry_in_air, "geometry in air"),
             (self.textures, "textures"),
+            (self.varied_reflectance, "varied reflectance"),
             (self.lamps, "lamps"),
             (self.sun, "sun"),
             (self.sky, "sky"),
@@ -91,4 +95,10 @@ impl Needs {
         .filter_map(|(needed, name)| (!needed).then_some(name))
         .collect()
     }
+}
+
+fn varied_reflectance(geometry: &Geometry) -> bool {
+    let differ = |pair: &[Material]| pair[0].reflectance != pair[1].reflectance;
+    let materials = &geometry.materials;
+    materials.iter().any(|m| m.texture.is_some()) || materials.windows(2).any(differ)
 }

@@ -2,6 +2,7 @@
 //!
 //! The last surface vertex before the lamp decides who counts a path: every surface hit of the walk makes a
 //! bridge; volume vertices do so only before the first surface hit (the veil) and after one close to a lamp.
+//! Which surface point a pixel's walk goes on from is chosen among several ([`super::lamp_landing`]).
 
 use std::f64::consts::PI;
 
@@ -10,6 +11,7 @@ use glam::DVec3;
 use super::{
     camera_ray::{CameraRay, End},
     lamp_join::{Site, join, meet_lamps},
+    lamp_landing::{Landing, Scouts},
     lamp_target::{LampWorkspace, choose_targets},
     lamp_walk::{FirstSegment, Walk, first_end, next_end, reflect_at_boundary, survives},
     score::Scores,
@@ -20,7 +22,7 @@ use crate::{
         Draws,
         directions::{cosine_hemisphere, turn},
     },
-    prepare::{Prepared, Primitive, SurfacePoint},
+    prepare::{Prepared, SurfacePoint},
 };
 
 /// Distance of a surface from a lamp, in optical depths, below which the water between them is joined to the lamp too.
@@ -44,26 +46,37 @@ pub fn trace(
         .as_ref()
         .map(|m| m.by_scattering)
         .unwrap_or_default();
-    let mut spectral = Spectral::start(&strategies, draws.uniform());
-    spectral.scale_all(ray.entry_factor);
-    let mut walk = Walk {
-        spectral,
-        ..Walk::start(start)
-    };
+    let mut walk = Walk::start(start);
+    walk.spectral = Spectral::start(&strategies, draws.uniform());
+    walk.spectral.scale_all(ray.entry_factor);
     work.trail.start();
     choose_targets(scene, active, ray, draws, &mut work.targets);
-    let mut segment = Some(first);
+    let landed = to_first_surface(
+        scene, active, ray, first, max_events, &mut walk, draws, work, scores,
+    );
+    let scouts = Scouts {
+        scene,
+        active,
+        ray,
+        first,
+        max_events,
+    };
+    let landing = landed.map(|point| Landing { walk, point });
+    let Some(Landing { mut walk, point }) = scouts.choose(landing, draws, work) else {
+        return;
+    };
+    if !meet_surface(scene, &point, max_events, &mut walk, draws, work, scores)
+        || !survives(scene, active, &mut walk, draws)
+    {
+        return;
+    }
     while walk.events < max_events {
-        let end = match segment.take() {
-            Some(kind) => first_end(scene, ray, kind, &work.targets, &mut walk, draws),
-            None => next_end(scene, &mut walk, draws.uniform()),
-        };
+        let end = next_end(scene, &mut walk, draws.uniform());
         work.vertices += 1;
         let alive = match end {
             End::Scatter(t) => scatter(scene, t, max_events, &mut walk, draws, work, scores),
             End::Surface(t, point, primitive) => {
-                walk.origin += t * walk.direction;
-                walk.from = primitive;
+                walk.reach(t, primitive);
                 meet_surface(scene, &point, max_events, &mut walk, draws, work, scores)
             }
             End::Boundary(t) => reflect_at_boundary(scene, t, &mut walk, draws),
@@ -73,6 +86,44 @@ pub fn trace(
             return;
         }
     }
+}
+
+/// Follows the walk to the first surface, with bridges from where it scatters; `None` where it ends before.
+fn to_first_surface(
+    scene: &Prepared,
+    active: &[usize],
+    ray: &CameraRay,
+    first: FirstSegment,
+    max_events: usize,
+    walk: &mut Walk,
+    draws: &mut Draws,
+    work: &mut LampWorkspace,
+    scores: &mut Scores,
+) -> Option<SurfacePoint> {
+    let mut segment = Some(first);
+    while walk.events < max_events {
+        let end = match segment.take() {
+            Some(kind) => {
+                let u = draws.leading(2);
+                first_end(scene, ray, kind, &work.targets, walk, u)
+            }
+            None => next_end(scene, walk, draws.uniform()),
+        };
+        work.vertices += 1;
+        let alive = match end {
+            End::Scatter(t) => scatter(scene, t, max_events, walk, draws, work, scores),
+            End::Surface(t, point, primitive) => {
+                walk.reach(t, primitive);
+                return Some(point);
+            }
+            End::Boundary(t) => reflect_at_boundary(scene, t, walk, draws),
+            End::Nothing => false,
+        };
+        if !alive || !survives(scene, active, walk, draws) {
+            return None;
+        }
+    }
+    None
 }
 
 /// A scattering after `t`: bridges if no surface was met, then a new direction.
@@ -88,12 +139,7 @@ fn scatter(
     let Some(medium) = &scene.medium else {
         return false;
     };
-    walk.origin += t * walk.direction;
-    walk.from = Primitive::None;
-    walk.length += t;
-    walk.scatterings += 1;
-    walk.events += 1;
-    walk.unscattered = false;
+    walk.go_to_scattering(t);
     walk.spectral.scatter(medium, &medium.by_scattering, t);
     let leading = walk.scatterings == 1 && walk.events == 1;
     let joined = !walk.met_surface || work.trail.companions;

@@ -17,7 +17,11 @@ use crate::{
 };
 
 /// Volume vertices before which a walk that has met no surface is never ended by roulette.
-const SURE_VERTICES: usize = 12;
+pub(super) const SURE_VERTICES: usize = 12;
+
+/// Roulette sets in where the estimate of what a walk can still bring falls below the reciprocals of these.
+const REACH_IN_WATER: f64 = 3.0;
+const REACH_FROM_SURFACE: f64 = 5.0;
 
 /// Share of first scatterings that are drawn evenly over the angle under which a lamp sees them.
 const EQUIANGULAR_SHARE: f64 = 0.25;
@@ -34,6 +38,7 @@ pub enum FirstSegment {
 }
 
 /// The state of a walk, in real space; `mirrored` tells whether it has reflected an odd number of times.
+#[derive(Clone, Copy)]
 pub(super) struct Walk {
     pub(super) origin: DVec3,
     pub(super) direction: DVec3,
@@ -88,6 +93,22 @@ impl Walk {
         }
     }
 
+    /// Goes on to a scattering; its effect on the weights is left out.
+    pub(super) fn go_to_scattering(&mut self, t: f64) {
+        self.origin += t * self.direction;
+        self.from = Primitive::None;
+        self.length += t;
+        self.scatterings += 1;
+        self.events += 1;
+        self.unscattered = false;
+    }
+
+    /// Goes on to a surface.
+    pub(super) fn reach(&mut self, t: f64, primitive: Primitive) {
+        self.origin += t * self.direction;
+        self.from = primitive;
+    }
+
     pub(super) fn unfolded_direction(&self, direction: DVec3) -> DVec3 {
         if self.mirrored {
             flip(direction)
@@ -104,7 +125,7 @@ pub(super) fn first_end(
     kind: FirstSegment,
     targets: &[Target],
     walk: &mut Walk,
-    draws: &mut Draws,
+    u: f64,
 ) -> End {
     let (Some(medium), Some(start)) = (&scene.medium, ray.in_water) else {
         return ray.end();
@@ -116,7 +137,7 @@ pub(super) fn first_end(
     }
     let strategies = &medium.by_scattering;
     let within = strategies.sigma.map(|s| -(-s * start.length).exp_m1());
-    let mut u = draws.leading(2);
+    let mut u = u;
     if kind == FirstSegment::Free {
         let chance = within[walk.spectral.chosen];
         if u >= chance {
@@ -188,27 +209,35 @@ fn flight(scene: &Prepared, walk: &Walk, u: f64) -> f64 {
 
 /// Draws a free flight and finds what ends the segment; passes the weights where nothing scattered.
 pub(super) fn next_end(scene: &Prepared, walk: &mut Walk, u: f64) -> End {
-    let t = flight(scene, walk, u);
-    let to_boundary = scene.distance_to_boundary(walk.origin, walk.direction);
-    let end =
-        match scene
-            .geometry
-            .closest(walk.origin, walk.direction, t.min(to_boundary), walk.from)
-        {
-            Some(hit) => End::Surface(
-                hit.t,
-                scene.geometry.surface_point(&hit, walk.direction),
-                hit.primitive,
-            ),
-            None if t < to_boundary => return End::Scatter(t),
-            None if to_boundary < f64::INFINITY => End::Boundary(to_boundary),
-            None => End::Nothing,
-        };
-    if let (Some(medium), Some(t)) = (&scene.medium, end.distance()) {
+    let end = free_end(scene, walk, flight(scene, walk, u));
+    if let (Some(medium), false, Some(t)) = (
+        &scene.medium,
+        matches!(end, End::Scatter(_)),
+        end.distance(),
+    ) {
         walk.spectral.pass(medium, &medium.by_scattering, t);
         walk.length += t;
     }
     end
+}
+
+/// What ends a segment on which the walk would scatter after `t`.
+pub(super) fn free_end(scene: &Prepared, walk: &Walk, t: f64) -> End {
+    let to_boundary = scene.distance_to_boundary(walk.origin, walk.direction);
+    let reach = t.min(to_boundary);
+    match scene
+        .geometry
+        .closest(walk.origin, walk.direction, reach, walk.from)
+    {
+        Some(hit) => End::Surface(
+            hit.t,
+            scene.geometry.surface_point(&hit, walk.direction),
+            hit.primitive,
+        ),
+        None if t < to_boundary => End::Scatter(t),
+        None if to_boundary < f64::INFINITY => End::Boundary(to_boundary),
+        None => End::Nothing,
+    }
 }
 
 /// The underside of the water surface: reflected with its reflectance as the probability.
@@ -246,21 +275,7 @@ pub(super) fn survives(
     if !walk.met_surface && walk.scatterings <= SURE_VERTICES {
         return true;
     }
-    let nearest2 = active
-        .iter()
-        .map(|&i| scene.lamps[i].position.distance_squared(walk.origin))
-        .fold(f64::INFINITY, f64::min);
-    let c_min = scene.medium.as_ref().map_or(0.0, |m| m.c_min);
-    let reach = if walk.met_surface { 1.0 } else { 3.0 };
-    let importance =
-        reach * walk.spectral.largest_weight() * (-0.5 * c_min * nearest2.sqrt()).exp()
-            / (1.0 + nearest2);
-    let patience = if walk.events > SURE_EVENTS {
-        LATE_SURVIVAL
-    } else {
-        1.0
-    };
-    let survival = importance.min(patience);
+    let survival = survival(scene, active, walk, walk.spectral.largest_weight());
     if survival >= 1.0 {
         return true;
     }
@@ -269,4 +284,25 @@ pub(super) fn survives(
     }
     walk.spectral.scale_all(1.0 / survival);
     true
+}
+
+/// Probability with which a walk of this weight goes on where roulette has set in; 1 or more: for certain.
+pub(super) fn survival(scene: &Prepared, active: &[usize], walk: &Walk, weight: f64) -> f64 {
+    let nearest2 = active
+        .iter()
+        .map(|&i| scene.lamps[i].position.distance_squared(walk.origin))
+        .fold(f64::INFINITY, f64::min);
+    let c_min = scene.medium.as_ref().map_or(0.0, |m| m.c_min);
+    let reach = if walk.met_surface {
+        REACH_FROM_SURFACE
+    } else {
+        REACH_IN_WATER
+    };
+    let importance = reach * weight * (-0.5 * c_min * nearest2.sqrt()).exp() / (1.0 + nearest2);
+    let patience = if walk.events > SURE_EVENTS {
+        LATE_SURVIVAL
+    } else {
+        1.0
+    };
+    importance.min(patience)
 }

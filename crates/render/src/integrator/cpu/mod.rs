@@ -9,6 +9,7 @@ mod camera_ray;
 mod direct_lamps;
 mod equiangular;
 mod lamp_join;
+mod lamp_landing;
 mod lamp_path;
 mod lamp_pixels;
 pub(crate) mod lamp_target;
@@ -208,7 +209,7 @@ impl<'a> Worker<'a> {
     fn is_clear(&self, ray: &CameraRay) -> bool {
         match (&self.scene.medium, ray.in_water) {
             (Some(medium), Some(segment)) if medium.scatters() => {
-                medium.b.iter().sum::<f64>() / 3.0 * segment.length < SPLIT_BELOW
+                medium.b_mean() * segment.length < SPLIT_BELOW
             }
             _ => true,
         }

@@ -109,6 +109,28 @@ impl Spectral {
         self.normalise();
     }
 
+    /// A fresh path after `scatterings` with free flights of `length` in all, the last of them perhaps unfinished.
+    pub fn after(mut self, medium: &Medium, scatterings: usize, length: f64) -> Self {
+        let n = scatterings as f64;
+        let ln_density = |j: usize| n * medium.ln_sigma[j] - medium.by_scattering.sigma[j] * length;
+        let mut largest = ln_density(0);
+        for j in 1..self.count {
+            largest = largest.max(ln_density(j));
+        }
+        for k in 0..3 {
+            let ln_scattered = if scatterings > 0 {
+                n * medium.ln_b[k]
+            } else {
+                0.0
+            };
+            self.value[k] = (ln_scattered - medium.c[k] * length - largest).exp();
+        }
+        for j in 0..self.count {
+            self.density[j] = (ln_density(j) - largest).exp();
+        }
+        self
+    }
+
     /// Makes the largest density 1.
     #[inline]
     fn normalise(&mut self) {

@@ -46,6 +46,11 @@ impl Draws {
         }
     }
 
+    /// The number of the sample in its batch.
+    pub fn index(&self) -> u32 {
+        self.index
+    }
+
     /// The draws of another path of the same sample.
     pub fn of_stream(&self, stream: u32) -> Self {
         Self::new(self.seed, self.pixel, self.batch, self.index, stream)

@@ -9,7 +9,7 @@ const LARGEST_RATIO: f64 = 30.0;
 const BELOW: f64 = 8.0;
 
 /// Values per channel and padding, which makes a row one vector.
-type Entry = [f32; 4];
+pub(crate) type Entry = [f32; 4];
 
 /// Logarithms of radiances (so that steep decays are interpolated well) and irradiances, and shares.
 #[derive(Clone, Debug)]
@@ -100,18 +100,16 @@ impl Table {
         table
     }
 
-    /// Logarithms of radiances ([depth][cosine][azimuth], all azimuths) and of downward and upward irradiances ([depth]) of
-    /// channel `k`.
-    pub(crate) fn channel(&self, k: usize) -> [Vec<f32>; 3] {
-        let rows = self.ln_scattered.chunks(self.azimuths);
-        let scattered = rows
-            .flat_map(|row| (0..AZIMUTHS).map(move |azimuth| row[azimuth.min(row.len() - 1)][k]));
-        let column = |t: &[Entry]| t.iter().map(|entry| entry[k]).collect();
-        [
-            scattered.collect(),
-            column(&self.ln_down),
-            column(&self.ln_up),
-        ]
+    /// Nodes in azimuth, and the tables as they lie: logarithms of radiances ([depth][cosine][azimuth]), of downward and of
+    /// upward irradiances ([depth]), and shares of the sun (like radiances, empty without a sun).
+    pub(crate) fn parts(&self) -> (usize, [&[Entry]; 4]) {
+        let tables = [
+            &self.ln_scattered,
+            &self.ln_down,
+            &self.ln_up,
+            &self.sun_share,
+        ];
+        (self.azimuths, tables.map(Vec::as_slice))
     }
 
     /// Where `depth_m` lies in the table.

@@ -1,0 +1,181 @@
+// Free flights of walks that look for daylight, and scatterings.
+// Twin: crates/render/src/integrator/cpu/ambient_flight.rs. Checked by: tests/system/gpu.rs.
+import package::common::ambient_walk::{AmbientWalk, DirectionNumbers, LEADING, SCATTERED_BEFORE, along, direction_numbers, push_walk, sin2_half_to_sun, turned_walk};
+import package::common::camera::{BOUNDARY, End, SCATTER, SURFACE};
+import package::common::daylight::field_sun_share;
+import package::common::interface::{depth_of, internal_reflectance};
+import package::common::layout::{HAS_DAYLIGHT_FIELD, HAS_GEOMETRY_IN_AIR, HAS_SCATTERING, HAS_SKY, HAS_SUN, HAS_SURFACE, NONE, scene};
+import package::common::math::{circle, expm1, ln_1p, minus_ln, sin2_half};
+import package::common::medium::{Spectral, spectral_pass, spectral_scatter, transmittance, used};
+import package::common::phase::{phase_sample_x, phase_value};
+import package::common::rng::{uniform_number, unit};
+
+/// Shares of directions drawn around the sun where no field tells it, and in the cone through which the sky is seen.
+const SUN_SHARE: f32 = 0.15;
+const SKY_SHARE: f32 = 0.1;
+/// Scatterings that may be drawn towards the sky.
+const SKY_EVENTS: u32 = 4u;
+/// Kinds of directions at a scattering.
+const AROUND_SUN: u32 = 0u;
+const TOWARDS_SKY: u32 = 1u;
+const AROUND_OLD: u32 = 2u;
+const TAU: f32 = 6.2831853;
+
+/// 1 − e^(−σ length) per strategy, not below what a logarithm can take.
+fn chance_within(sigma: vec3f, length: f32) -> vec3f {
+    let depth = sigma * length;
+    return max(-vec3f(expm1(-depth.x), expm1(-depth.y), expm1(-depth.z)), vec3f(1e-30));
+}
+
+fn add_ambient_ln(s: Spectral, ln: vec3f) -> Spectral {
+    var next = s;
+    next.ln_density = used(s.ln_density + ln, s.count);
+    return next;
+}
+
+/// What happens next on a segment: SCATTER, BOUNDARY or NOTHING, after `t`.
+struct Flight {
+    kind: u32,
+    t: f32,
+    spectral: Spectral,
+}
+
+/// Before a surface a scattering for certain. Below the water's surface a scattering or a meeting with it: where everything
+/// that leaves has been scored, the walk stays in the water. Elsewhere a flight in water that goes on for ever.
+fn draw_flight(w: AmbientWalk, end: End, sigma: vec3f, u: f32) -> Flight {
+    var flight = Flight(end.kind, end.t, w.spectral);
+    let below_surface = HAS_SURFACE && end.kind == BOUNDARY;
+    var reflectance = 1.0;
+    var leaving = 0.0;
+    if below_surface {
+        reflectance = internal_reflectance(w.direction.z);
+        leaving = select(1.0 - reflectance, 0.0, HAS_GEOMETRY_IN_AIR);
+    }
+    if !HAS_SCATTERING {
+        flight.spectral.value *= transmittance(end.t) * (1.0 - leaving);
+        return flight;
+    }
+    let chosen = w.spectral.chosen;
+    let within = chance_within(sigma, end.t);
+    var staying = vec3f(1.0);
+    var v = u;
+    if end.kind == SURFACE {
+        staying = within;
+    } else if below_surface {
+        let through = exp(-min(sigma * end.t, vec3f(87.0)));
+        staying = max(select(vec3f(1.0) - leaving * through, within, vec3<bool>(leaving == 1.0)), vec3f(1e-30));
+        let reached = (1.0 - leaving) * through[chosen] / staying[chosen];
+        if u < reached {
+            flight.spectral = spectral_pass(w.spectral, sigma, end.t);
+            var ln = -log(staying);
+            if !HAS_GEOMETRY_IN_AIR {
+                flight.spectral.value *= reflectance;
+                ln += vec3f(log(max(reflectance, 1e-30)));
+            }
+            flight.spectral = add_ambient_ln(flight.spectral, ln);
+            return flight;
+        }
+        v = (u - reached) / (1.0 - reached);
+    }
+    flight.kind = SCATTER;
+    if end.kind == SURFACE || below_surface {
+        flight.t = min(-ln_1p(-v * within[chosen]) / sigma[chosen], end.t);
+    } else {
+        flight.t = minus_ln(v) / sigma[chosen];
+    }
+    flight.spectral = spectral_scatter(w.spectral, sigma, log(max(sigma, vec3f(1e-30))), flight.t);
+    flight.spectral = add_ambient_ln(flight.spectral, -log(staying));
+    return flight;
+}
+
+/// Expected numbers of directions drawn at a scattering: around the old one and around the sun, per strategy; in the cone
+/// through which the sky is seen.
+struct Counts {
+    own: vec3f,
+    sun: vec3f,
+    sky: f32,
+}
+
+fn counts_of(w: AmbientWalk) -> Counts {
+    let sees_sky = HAS_SURFACE && HAS_SKY;
+    if w.events == 1u {
+        return Counts(vec3f(1.0), vec3f(select(0.0, 1.0, HAS_SUN)), select(0.0, 1.0, sees_sky));
+    }
+    var sun = vec3f(0.0);
+    if HAS_SUN {
+        sun = vec3f(SUN_SHARE);
+        if HAS_DAYLIGHT_FIELD {
+            sun = field_sun_share(depth_of(w.origin), w.direction);
+        }
+    }
+    let sky = select(0.0, SKY_SHARE, sees_sky && w.events <= SKY_EVENTS);
+    return Counts(vec3f(1.0 - sky) - sun, sun, sky);
+}
+
+/// Cosine of the edge of the cone through which the sky is seen from below.
+fn lowest_sky() -> f32 {
+    let index = scene.refractive_index;
+    return sqrt(max(1.0 - 1.0 / (index * index), 0.0));
+}
+
+/// A scattering after `t`: new directions around the old one, around the sun or towards the sky. The first scattering makes
+/// one of each, later ones one of them.
+fn scatter_ambient(walk: AmbientWalk, t: f32) {
+    var w = walk;
+    w.origin += t * w.direction;
+    if HAS_SURFACE {
+        w.origin.z = min(w.origin.z, scene.surface_height_m);
+    }
+    w.start_primitive = NONE;
+    w.flags |= SCATTERED_BEFORE;
+    w.events += 1u;
+    let numbers = direction_numbers(w);
+    w.flags &= ~LEADING;
+    let counts = counts_of(w);
+    let first = w.events == 1u;
+    var choice = 1.0;
+    if !first && (HAS_SUN || counts.sky > 0.0) {
+        choice = uniform_number();
+    }
+    let sun = counts.sun[w.spectral.chosen];
+    // One after the other through the same code, because compilers copy what is called from several places.
+    for (var kind = AROUND_SUN; kind <= AROUND_OLD; kind++) {
+        let lower = select(select(sun + counts.sky, sun, kind == TOWARDS_SKY), 0.0, kind == AROUND_SUN);
+        let upper = select(select(2.0, sun + counts.sky, kind == TOWARDS_SKY), sun, kind == AROUND_SUN);
+        if (first || (lower <= choice && choice < upper)) && is_possible(kind, counts) {
+            go_along(w, kind, numbers, counts);
+        }
+    }
+}
+
+fn is_possible(kind: u32, counts: Counts) -> bool {
+    return kind == AROUND_OLD || (kind == AROUND_SUN && HAS_SUN) || (kind == TOWARDS_SKY && counts.sky > 0.0);
+}
+
+/// Sends a copy of `w` on along a direction of one kind, weighted by all ways of drawing it.
+fn go_along(w: AmbientWalk, kind: u32, numbers: DirectionNumbers, counts: Counts) {
+    let lowest = lowest_sky();
+    var copy: AmbientWalk;
+    // sin²(θ/2) from the axis that the direction was drawn around is known without cancellation.
+    var x = 0.0;
+    if kind == TOWARDS_SKY {
+        let up = lowest + (1.0 - lowest) * unit(numbers.bits);
+        copy = along(w, vec3f(sqrt(max(1.0 - up * up, 0.0)) * circle(numbers.v), up));
+    } else {
+        x = phase_sample_x(numbers.bits);
+        copy = turned_walk(w, kind == AROUND_SUN, x, numbers.v);
+    }
+    let phase = phase_value(select(sin2_half(w.from_sun, copy.from_sun), x, kind == AROUND_OLD));
+    if !(phase > 0.0) {
+        return;
+    }
+    var density = counts.own;
+    if HAS_SUN {
+        density += counts.sun * (phase_value(select(sin2_half_to_sun(copy), x, kind == AROUND_SUN)) / phase);
+    }
+    if counts.sky > 0.0 && copy.direction.z >= lowest {
+        density += vec3f(counts.sky / (TAU * (1.0 - lowest)) / phase);
+    }
+    copy.spectral = add_ambient_ln(copy.spectral, log(max(density, vec3f(1e-30))));
+    push_walk(copy);
+}
