@@ -224,7 +224,7 @@ fn a_scene_is_saved_and_opened_through_the_dialog() {
         harness.run_steps(2);
         harness.key_press_modifiers(Modifiers::COMMAND, Key::A);
         harness
-            .get_by_label("File")
+            .get_by_role_and_label(egui::Role::TextInput, "File")
             .type_text(&path.display().to_string());
         harness.run_steps(2);
         click(&mut harness, accept);
