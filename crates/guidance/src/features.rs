@@ -3,7 +3,9 @@
 //! A model file lists input names in its own order; loading compares names and units with this table, and
 //! nothing else in the program refers to an input by its position.
 
-use uw_calib::{Profile, ProfileError};
+use std::sync::Arc;
+
+use uw_calib::{ContrastSample, Profile, ProfileError};
 
 use crate::observation::Observation;
 
@@ -16,8 +18,51 @@ pub struct Candidate {
     pub light_pct: f64,
 }
 
+/// The calibrated contrast over distance, for inputs that look at the candidate's place.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ContrastCurves {
+    on: Arc<[ContrastSample]>,
+    off: Arc<[ContrastSample]>,
+}
+
+impl ContrastCurves {
+    /// The curves of a profile.
+    pub fn of(profile: &Profile) -> Self {
+        Self {
+            on: profile.contrast_on().into(),
+            off: profile.contrast_off().into(),
+        }
+    }
+
+    /// K_c with lamps on at a distance in m, 8-bit counts: linear between samples, the outermost ones beyond them,
+    /// 0 without a profile.
+    pub fn on(&self, distance_m: f64) -> [f64; 3] {
+        along(&self.on, distance_m)
+    }
+
+    /// The same with lamps off.
+    pub fn off(&self, distance_m: f64) -> [f64; 3] {
+        along(&self.off, distance_m)
+    }
+}
+
+fn along(samples: &[ContrastSample], distance_m: f64) -> [f64; 3] {
+    let after = samples.partition_point(|s| s.distance_m < distance_m);
+    match (
+        after.checked_sub(1).map(|i| &samples[i]),
+        samples.get(after),
+    ) {
+        (Some(a), Some(b)) => {
+            let t = (distance_m - a.distance_m) / (b.distance_m - a.distance_m);
+            std::array::from_fn(|k| (1.0 - t) * a.k_c[k] + t * b.k_c[k])
+        }
+        (Some(end), None) | (None, Some(end)) => end.k_c,
+        (None, None) => [0.0; 3],
+    }
+}
+
 /// What stays the same for all candidates: the observation and the calibration at its place.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Situation {
     /// K_z at the current depth, no unit.
     pub k_z: [f64; 3],
@@ -27,6 +72,8 @@ pub struct Situation {
     pub k_c_off: [f64; 3],
     /// What the vehicle knows.
     pub observation: Observation,
+    /// K_c over distance.
+    pub curves: ContrastCurves,
 }
 
 impl Situation {
@@ -37,6 +84,7 @@ impl Situation {
             k_c_on: profile.k_c_on(observation.distance_m)?,
             k_c_off: profile.k_c_off(observation.distance_m)?,
             observation: *observation,
+            curves: ContrastCurves::of(profile),
         })
     }
 }
@@ -83,8 +131,8 @@ const fn varying(name: &'static str, unit: &'static str, of: VaryingValue) -> Fe
 /// Unit of contrasts and means.
 pub const COUNTS: &str = "8bit_counts";
 
-/// All inputs a model can have: the fixed ones all, and one of the two pairs at the end.
-pub static FEATURES: [Feature; 22] = [
+/// All inputs a model can have: the fixed ones all, one of the two pairs after them, and all or none of the last six.
+pub static FEATURES: [Feature; 28] = [
     fixed("kz_r", "1", |s| s.k_z[0]),
     fixed("kz_g", "1", |s| s.k_z[1]),
     fixed("kz_b", "1", |s| s.k_z[2]),
@@ -111,12 +159,40 @@ pub static FEATURES: [Feature; 22] = [
     }),
     varying("target_distance", "m", |_, c| c.distance_m),
     varying("target_light", "percent", |_, c| c.light_pct),
+    varying("target_kc_on_r", COUNTS, |s, c| {
+        s.curves.on(c.distance_m)[0]
+    }),
+    varying("target_kc_on_g", COUNTS, |s, c| {
+        s.curves.on(c.distance_m)[1]
+    }),
+    varying("target_kc_on_b", COUNTS, |s, c| {
+        s.curves.on(c.distance_m)[2]
+    }),
+    varying("target_kc_off_r", COUNTS, |s, c| {
+        s.curves.off(c.distance_m)[0]
+    }),
+    varying("target_kc_off_g", COUNTS, |s, c| {
+        s.curves.off(c.distance_m)[1]
+    }),
+    varying("target_kc_off_b", COUNTS, |s, c| {
+        s.curves.off(c.distance_m)[2]
+    }),
 ];
 
 /// The inputs that tell candidates apart, of which a model has exactly one pair.
 pub const CANDIDATE_PAIRS: [[&str; 2]; 2] = [
     ["delta_distance", "delta_light"],
     ["target_distance", "target_light"],
+];
+
+/// The calibration at the candidate's distance; a model has all of them or none.
+pub const TARGET_PROFILE: [&str; 6] = [
+    "target_kc_on_r",
+    "target_kc_on_g",
+    "target_kc_on_b",
+    "target_kc_off_r",
+    "target_kc_off_g",
+    "target_kc_off_b",
 ];
 
 /// The input of that name.
@@ -127,6 +203,25 @@ pub fn feature(name: &str) -> Option<&'static Feature> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Samples at 28 and 30 m, `at` and 2 more, rising by 1 from channel to channel.
+    fn curve(at: f64) -> Arc<[ContrastSample]> {
+        let sample = |distance_m, at| ContrastSample {
+            distance_m,
+            k_c: [at, at + 1.0, at + 2.0],
+        };
+        [sample(28.0, at), sample(30.0, at + 2.0)].into()
+    }
+
+    #[test]
+    fn curves_end_in_their_outermost_samples() {
+        let curves = ContrastCurves {
+            on: curve(5.0),
+            off: Arc::default(),
+        };
+        assert_eq!((curves.on(1.0)[0], curves.on(99.0)[0]), (5.0, 7.0));
+        assert_eq!(curves.off(1.0), [0.0; 3]);
+    }
 
     #[test]
     fn names_are_unique_and_values_are_their_own() {
@@ -140,6 +235,10 @@ mod tests {
                 depth_m: 12.0,
                 mean: [13.0, 14.0, 15.0],
                 std: [16.0, 17.0, 18.0],
+            },
+            curves: ContrastCurves {
+                on: curve(40.0),
+                off: curve(50.0),
             },
         };
         let candidate = Candidate {
@@ -156,7 +255,10 @@ mod tests {
                 18 => 19.0,
                 19 => 20.0,
                 20 => 29.0,
-                _ => 31.0,
+                21 => 31.0,
+                // Halfway between samples at 28 and 30 m.
+                22..25 => 41.0 + (k - 22) as f64,
+                _ => 51.0 + (k - 25) as f64,
             };
             assert_eq!(value, expected, "{}", feature.name);
             assert_eq!(

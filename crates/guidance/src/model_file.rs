@@ -10,7 +10,9 @@ use serde_json::Value;
 use thiserror::Error;
 use uw_calib::json::{FieldError, Object, array, nearest, number};
 
-use crate::features::{CANDIDATE_PAIRS, COUNTS, FEATURES, Feature, FeatureValue, feature};
+use crate::features::{
+    CANDIDATE_PAIRS, COUNTS, FEATURES, Feature, FeatureValue, TARGET_PROFILE, feature,
+};
 use crate::mlp::{Activation, Layer, Model};
 
 /// Slope of `leaky_relu` below zero where a layer does not give one; the default of Keras' activation.
@@ -162,10 +164,20 @@ fn check_complete(inputs: &[&'static Feature]) -> Result<(), FieldError> {
         let got = format!("{} inputs without {}", inputs.len(), missing.join(", "));
         return Err(FieldError::invalid("inputs", "complete", got));
     }
+    let ahead = TARGET_PROFILE.iter().filter(|name| has(name)).count();
+    if ahead != 0 && ahead != TARGET_PROFILE.len() {
+        let expected = format!("with all of {} or none", TARGET_PROFILE.join(", "));
+        return Err(FieldError::invalid(
+            "inputs",
+            expected,
+            format!("{ahead} of them"),
+        ));
+    }
     let varying: Vec<&str> = inputs
         .iter()
         .filter(|f| matches!(f.value, FeatureValue::Varying(_)))
         .map(|f| f.name)
+        .filter(|name| !TARGET_PROFILE.contains(name))
         .collect();
     let is_pair = CANDIDATE_PAIRS
         .iter()

@@ -7,8 +7,13 @@
 //!   candidate's distance d in units of `contrast_scale` and z the depth in m;
 //! - c = mean(K_z(z))² / kappa_c, in m.
 //!
-//! Two presets: "release" with the constants and forms of the published method's released script, and
-//! "paper" with the sum over channels and the plain z of its text. (The script looks K_c up by truncation,
+//! The form "overlap" replaces it: score = visibility · overlap, for surveys whose consecutive views have to be matched.
+//! Visibility m_c^p/(m_c^p + h^p) is the share of features that are found again: noise drowns what has little contrast,
+//! and more contrast than needed gains nothing. Overlap 1 - d_0/d is the share of a view that the next one shows, with
+//! d_0 the distance at which consecutive views only touch: step / (2 tan(half the field of view along the track)).
+//!
+//! Three presets: "release" with the constants and forms of the published method's released script, and
+//! "paper" with the sum over channels and the plain z of its text, "tracking" with the form "overlap". (The script looks K_c up by truncation,
 //! which makes b a step function; here it is interpolated.)
 
 use uw_calib::json::{FieldError, Object};
@@ -32,6 +37,15 @@ pub enum DepthTerm {
     OnePlusHalfZ,
 }
 
+/// How contrast and distance become one score.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// The weighted sum of contrast term and distance term.
+    Sum,
+    /// Visibility times overlap of consecutive views.
+    Overlap,
+}
+
 /// Weights, forms and bounds of the score.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Objective {
@@ -49,6 +63,14 @@ pub struct Objective {
     pub contrast_scale: f64,
     /// Form of the denominator of b.
     pub depth_term: DepthTerm,
+    /// How the terms become one score.
+    pub form: Form,
+    /// h of the form [`Form::Overlap`]: m_c at which half of the features are found again, > 0.
+    pub half_contrast: f64,
+    /// p of the form [`Form::Overlap`]: how sharply features drown below h, > 0.
+    pub sharpness: f64,
+    /// d_0 of the form [`Form::Overlap`]: distance at which consecutive views only touch, m, >= 0.
+    pub touch_distance_m: f64,
     /// Smallest and largest distance of a candidate, m.
     pub distance_m: [f64; 2],
     /// Smallest and largest lamp level of a candidate, percent.
@@ -56,7 +78,7 @@ pub struct Objective {
 }
 
 /// Fields of an objective in a request or a configuration.
-const FIELDS: [&str; 10] = [
+const FIELDS: [&str; 14] = [
     "preset",
     "lambda_c",
     "lambda_d",
@@ -65,6 +87,10 @@ const FIELDS: [&str; 10] = [
     "contrast",
     "contrast_scale",
     "depth_term",
+    "form",
+    "half_contrast",
+    "sharpness",
+    "touch_distance_m",
     "distance_m",
     "light_pct",
 ];
@@ -86,6 +112,10 @@ impl Objective {
             contrast: ContrastTerm::Mean,
             contrast_scale: 15.0,
             depth_term: DepthTerm::OnePlusHalfZ,
+            form: Form::Sum,
+            half_contrast: 0.4,
+            sharpness: 3.0,
+            touch_distance_m: 0.433,
             distance_m: [0.5, 3.0],
             light_pct: [0.0, 100.0],
         }
@@ -101,12 +131,21 @@ impl Objective {
         }
     }
 
+    /// Preset "tracking": views that can be matched with the next one, half a metre on with a field of view of 60°.
+    pub fn tracking() -> Self {
+        Self {
+            form: Form::Overlap,
+            ..Self::release()
+        }
+    }
+
     /// This objective with the fields of `overrides` over it; a `preset` among them is taken first.
     pub fn with(&self, overrides: &Object) -> Result<Self, FieldError> {
         overrides.only(&FIELDS)?;
-        let mut o = match choice(overrides, "preset", &["release", "paper"])? {
+        let mut o = match choice(overrides, "preset", &["release", "paper", "tracking"])? {
             Some(0) => Self::release(),
-            Some(_) => Self::paper(),
+            Some(1) => Self::paper(),
+            Some(_) => Self::tracking(),
             None => *self,
         };
         set(overrides, "lambda_c", &mut o.lambda_c)?;
@@ -120,6 +159,12 @@ impl Objective {
         if let Some(k) = choice(overrides, "depth_term", &["z", "1+z/2"])? {
             o.depth_term = [DepthTerm::Z, DepthTerm::OnePlusHalfZ][k];
         }
+        if let Some(k) = choice(overrides, "form", &["sum", "overlap"])? {
+            o.form = [Form::Sum, Form::Overlap][k];
+        }
+        set(overrides, "half_contrast", &mut o.half_contrast)?;
+        set(overrides, "sharpness", &mut o.sharpness)?;
+        set(overrides, "touch_distance_m", &mut o.touch_distance_m)?;
         if overrides.get("distance_m").is_some() {
             o.distance_m = overrides.numbers("distance_m")?;
         }
@@ -131,7 +176,12 @@ impl Objective {
     }
 
     fn check(&self, named: &Object) -> Result<(), FieldError> {
-        for (name, value) in [("lambda_c", self.lambda_c), ("lambda_d", self.lambda_d)] {
+        let not_negative = [
+            ("lambda_c", self.lambda_c),
+            ("lambda_d", self.lambda_d),
+            ("touch_distance_m", self.touch_distance_m),
+        ];
+        for (name, value) in not_negative {
             if value < 0.0 {
                 return Err(FieldError::out_of_range(named.path_of(name), ">= 0", value));
             }
@@ -140,6 +190,8 @@ impl Objective {
             ("kappa_b", self.kappa_b),
             ("kappa_c", self.kappa_c),
             ("contrast_scale", self.contrast_scale),
+            ("half_contrast", self.half_contrast),
+            ("sharpness", self.sharpness),
         ];
         for (name, value) in positive {
             if value <= 0.0 {
@@ -227,18 +279,33 @@ impl<'a> Criterion<'a> {
         }
     }
 
-    /// lambda_c · m_c + lambda_d · m_d; NaN where the contrast is.
+    /// lambda_c · m_c + lambda_d · m_d, or visibility · overlap; NaN where the contrast is.
     pub fn score(&self, contrast: [f64; 3], distance_m: f64) -> f64 {
         let sum = contrast.iter().sum::<f64>() / self.objective.contrast_scale;
         let m_c = match self.objective.contrast {
             ContrastTerm::Sum => sum,
             ContrastTerm::Mean => sum / 3.0,
         };
-        self.objective.lambda_c * m_c + self.objective.lambda_d * self.distance_term(distance_m)
+        let m_d = self.distance_term(distance_m);
+        match self.objective.form {
+            Form::Sum => self.objective.lambda_c * m_c + self.objective.lambda_d * m_d,
+            Form::Overlap => self.visibility(m_c) * m_d,
+        }
     }
 
-    /// m_d, in [0, 1]; 0 where b is infinite or the width c is 0.
+    /// Share of features that are found again, in [0, 1); NaN where the contrast is.
+    fn visibility(&self, m_c: f64) -> f64 {
+        // A predicted contrast below 0 is none.
+        let ratio = if m_c < 0.0 { 0.0 } else { m_c } / self.objective.half_contrast;
+        // 1 - 1/(1 + ratio^p), which also a ratio to the power of infinity takes to 1.
+        1.0 - 1.0 / (1.0 + ratio.powf(self.objective.sharpness))
+    }
+
+    /// m_d or the overlap, in [0, 1]; m_d is 0 where b is infinite or the width c is 0.
     pub fn distance_term(&self, distance_m: f64) -> f64 {
+        if self.objective.form == Form::Overlap {
+            return (1.0 - self.objective.touch_distance_m / distance_m).max(0.0);
+        }
         let offset_m = distance_m - self.preferred_distance_m(distance_m);
         if offset_m.is_finite() && self.width_m > 0.0 {
             (-0.5 * (offset_m / self.width_m).powi(2)).exp()
@@ -253,9 +320,12 @@ impl<'a> Criterion<'a> {
         self.factor_m * (alpha + beta * distance_m).max(0.0).sqrt()
     }
 
-    /// c, m.
+    /// c, m; 0 of the form [`Form::Overlap`], which has no ridge.
     pub fn width_m(&self) -> f64 {
-        self.width_m
+        match self.objective.form {
+            Form::Sum => self.width_m,
+            Form::Overlap => 0.0,
+        }
     }
 
     /// Distances in [min, max] where the distance term has a peak or a kink: solutions of d = b(d), points
@@ -263,7 +333,7 @@ impl<'a> Criterion<'a> {
     /// follow from quadratic equations.
     pub fn peaks_m(&self, min_m: f64, max_m: f64) -> Vec<f64> {
         let mut peaks: Vec<f64> = Vec::new();
-        if !self.factor_m.is_finite() {
+        if !self.factor_m.is_finite() || self.objective.form == Form::Overlap {
             return peaks;
         }
         for pair in self.contrast_off.windows(2) {

@@ -1,10 +1,12 @@
 //! A water and a target: the scenes of its views.
 
+use std::fmt;
 use std::path::Path;
+use std::str::FromStr;
 
 use glam::{DVec2, DVec3};
 use uw_media::{
-    Bands, MediaError, WaterType, channel_iops,
+    Bands, Iops, MediaError, WaterType, channel_iops,
     phase::{FournierForand, Phase},
 };
 use uw_render::scene::{
@@ -21,12 +23,94 @@ const PARTICLE_INDEX: f64 = 1.10;
 const WATER_INDEX: f64 = 1.34;
 /// Half the edge of a target, m.
 const TARGET_HALF_M: f64 = 12.0;
+/// How far an upright target goes on below the point the camera looks at, m; at least.
+const BELOW_CENTRE_M: f64 = 12.0;
 
-/// A water body: Jerlov type and backscatter fraction.
+/// A water on Jerlov's scale: one of his types, or a mixture of two written as `IB-II@0.4` (0.4 of the way
+/// from IB to II).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum WaterKind {
+    /// One of the ten types.
+    Type(WaterType),
+    /// Absorption and scattering linear between two types.
+    Between {
+        /// The first type.
+        from: WaterType,
+        /// The second type.
+        to: WaterType,
+        /// How far it is from the first, in [0, 1].
+        share: f64,
+    },
+}
+
+impl WaterKind {
+    /// Absorption and scattering per channel.
+    pub fn iops(&self) -> Result<Iops, MediaError> {
+        match *self {
+            Self::Type(of) => channel_iops(of, &Bands::Mean),
+            Self::Between { from, to, share } => {
+                let (x, y) = (
+                    channel_iops(from, &Bands::Mean)?,
+                    channel_iops(to, &Bands::Mean)?,
+                );
+                let mix = |x: [f64; 3], y: [f64; 3]| {
+                    std::array::from_fn(|k| (1.0 - share) * x[k] + share * y[k])
+                };
+                Ok(Iops {
+                    a: mix(x.a, y.a),
+                    b: mix(x.b, y.b),
+                })
+            }
+        }
+    }
+}
+
+impl From<WaterType> for WaterKind {
+    fn from(of: WaterType) -> Self {
+        Self::Type(of)
+    }
+}
+
+impl fmt::Display for WaterKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Type(of) => write!(f, "{of}"),
+            Self::Between { from, to, share } => write!(f, "{from}-{to}@{share}"),
+        }
+    }
+}
+
+impl FromStr for WaterKind {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let one = |name: &str| name.parse::<WaterType>().map_err(|e| e.to_string());
+        let Some((types, share)) = text.split_once('@') else {
+            return one(text).map(Self::Type);
+        };
+        let (Some((from, to)), Ok(share)) = (types.split_once('-'), share.parse::<f64>()) else {
+            return Err(format!(
+                "a water between two types must be written as \"IB-II@0.4\", got {text:?}"
+            ));
+        };
+        if !(0.0..=1.0).contains(&share) {
+            return Err(format!(
+                "the share in {text:?} must be in [0, 1], got {share}"
+            ));
+        }
+        Ok(Self::Between {
+            from: one(from)?,
+            to: one(to)?,
+            share,
+        })
+    }
+}
+
+/// A water body: place on Jerlov's scale and backscatter fraction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WaterBody {
-    /// Jerlov type.
-    pub jerlov: WaterType,
+    /// Jerlov type, or a mixture of two.
+    pub jerlov: WaterKind,
     /// Backscatter fraction B of the phase function.
     pub backscatter_fraction: f64,
 }
@@ -36,7 +120,8 @@ pub struct WaterBody {
 pub struct Target {
     /// Which of the project's textures.
     pub pattern: Pattern,
-    texture: Texture,
+    /// Its picture; a tile measures [`Pattern::tile_m`].
+    pub texture: Texture,
 }
 
 /// Where the vehicle is and looks.
@@ -48,6 +133,15 @@ pub enum View {
         depth_m: f64,
         /// Distance along the optical axis, m.
         distance_m: f64,
+    },
+    /// At a target at a distance along an optical axis that is tilted.
+    Tilted {
+        /// Depth of the camera, m.
+        depth_m: f64,
+        /// Distance along the optical axis, m.
+        distance_m: f64,
+        /// Angle of the axis from the target's normal towards the image's lower edge, degrees.
+        tilt_deg: f64,
     },
     /// Straight up to the surface.
     Up {
@@ -75,7 +169,7 @@ pub enum EnvironmentError {
 impl WaterBody {
     fn water(&self) -> Result<Water, EnvironmentError> {
         Ok(Water {
-            iops: channel_iops(self.jerlov, &Bands::Mean)?,
+            iops: self.jerlov.iops()?,
             phase: Phase::FournierForand(FournierForand::new(
                 PARTICLE_INDEX,
                 self.backscatter_fraction,
@@ -122,10 +216,17 @@ pub fn scene(
     target: &Target,
     view: View,
 ) -> Result<Scene, EnvironmentError> {
-    let (depth_m, forward, up) = match view {
-        View::Up { depth_m } => (depth_m, DVec3::Z, DVec3::X),
-        View::Target { depth_m, .. } if target.is_bottom() => (depth_m, -DVec3::Z, DVec3::X),
-        View::Target { depth_m, .. } => (depth_m, DVec3::X, DVec3::Z),
+    let square_on = if target.is_bottom() {
+        (-DVec3::Z, DVec3::X)
+    } else {
+        (DVec3::X, DVec3::Z)
+    };
+    let (depth_m, (forward, up)) = match view {
+        View::Up { depth_m } => (depth_m, (DVec3::Z, DVec3::X)),
+        View::Target { depth_m, .. } => (depth_m, square_on),
+        View::Tilted {
+            depth_m, tilt_deg, ..
+        } => (depth_m, tilted(square_on, tilt_deg)),
     };
     let position_m = DVec3::new(0.0, 0.0, -depth_m);
     let camera = camera(vehicle, position_m, forward, up);
@@ -155,10 +256,10 @@ pub fn scene(
         warnings: Vec::new(),
     };
     match view {
-        View::Target { distance_m, .. } => {
-            scene
-                .quads
-                .push(quad(target, position_m + distance_m * forward, forward, up));
+        View::Target { distance_m, .. } | View::Tilted { distance_m, .. } => {
+            let (inwards, along) = square_on;
+            let centre = position_m + distance_m * forward;
+            scene.quads.push(quad(target, centre, inwards, along));
             scene.materials.push(Material {
                 reflectance: [1.0; 3],
                 texture: Some(0),
@@ -169,6 +270,12 @@ pub fn scene(
         View::Up { .. } => scene.lamps.clear(),
     }
     Ok(scene)
+}
+
+/// The axes (forward, up) turned by `tilt_deg` towards the image's lower edge.
+fn tilted((forward, up): (DVec3, DVec3), tilt_deg: f64) -> (DVec3, DVec3) {
+    let (sin, cos) = tilt_deg.to_radians().sin_cos();
+    (cos * forward - sin * up, cos * up + sin * forward)
 }
 
 /// The vehicle's sensor at a given exposure.
@@ -219,8 +326,9 @@ fn lamps(vehicle: &Vehicle, camera: &Camera) -> Vec<Lamp> {
 fn quad(target: &Target, centre: DVec3, forward: DVec3, up: DVec3) -> Quad {
     let (mut centre_m, mut half_v) = (centre, TARGET_HALF_M * up);
     if !target.is_bottom() {
-        centre_m.z = -TARGET_HALF_M;
-        half_v = TARGET_HALF_M * DVec3::Z;
+        let half_m = (0.5 * (BELOW_CENTRE_M - centre.z)).max(TARGET_HALF_M);
+        centre_m.z = -half_m;
+        half_v = half_m * DVec3::Z;
     }
     Quad {
         centre_m,

@@ -7,6 +7,7 @@ pub mod dataset;
 pub mod demo;
 pub mod environment;
 pub mod error_time;
+pub mod estimate;
 pub mod measure;
 pub mod plot;
 pub mod routine;

@@ -70,24 +70,6 @@ pub fn measure_depths(sensor: &Sensor, views: &[(f64, RenderedView)]) -> Vec<Dep
         .collect()
 }
 
-/// Contrast measurements with the lamps off and at `light_pct`.
-pub fn measure_contrasts(
-    sensor: &Sensor,
-    views: &[(f64, &RenderedView)],
-    light_pct: f64,
-) -> Vec<ContrastMeasurement> {
-    views
-        .iter()
-        .flat_map(|(distance_m, view)| {
-            [0.0, light_pct].map(|light_pct| ContrastMeasurement {
-                distance_m: *distance_m,
-                light_pct,
-                contrast: view.statistics(sensor, light_pct).contrast,
-            })
-        })
-        .collect()
-}
-
 /// The profile of measurements made by `made_by`.
 pub fn profile(
     depth: &[DepthMeasurement],

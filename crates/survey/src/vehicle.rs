@@ -18,7 +18,8 @@ pub struct Vehicle {
     pub lamp_intensity: f64,
     /// Half angle of the lamps' cones, degrees.
     pub lamp_half_angle_deg: f64,
-    /// Linear signal per radiance for images of the target: one fixed exposure.
+    /// Linear signal per radiance, m² sr/W, for images of the target: one fixed exposure. The default is the one that
+    /// the grid of the paper chose (`exposure_grey`), at which the shipped model was trained.
     pub exposure: f64,
     /// Mean linear signal of the shallowest image that looks up; its exposure serves all depths.
     pub up_mean: f64,
@@ -38,13 +39,13 @@ pub struct Vehicle {
 impl Default for Vehicle {
     fn default() -> Self {
         Self {
-            width: 240,
-            height: 135,
+            width: 1280,
+            height: 720,
             hfov_deg: 60.0,
             lamp_offset_m: 0.3,
             lamp_intensity: 0.4,
             lamp_half_angle_deg: 50.0,
-            exposure: 8.0,
+            exposure: 7.67,
             up_mean: 0.4,
             noise_a: 2e-4,
             noise_b: 1e-6,

@@ -1,96 +1,179 @@
-//! A tiny dataset: its rows, its resumption, and independence of the number of threads.
+//! A tiny dataset: its rows, interruption, parts, and independence of the number of threads.
 
+use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::process::{Command, Stdio};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::time::Duration;
 
 use uw_survey::assets::assets_dir;
-use uw_survey::dataset::{DatasetConfig, DatasetError, Observer, generate};
+use uw_survey::dataset::{
+    Accuracy, DatasetConfig, DatasetError, Observer, RunOptions, Shard, TABLE, generate, merge,
+};
 use uw_survey::vehicle::Vehicle;
 
 fn tiny() -> DatasetConfig {
     DatasetConfig {
-        samples_per_half: 1,
-        up_samples_per_half: 1,
         textures: vec!["hull_red".into()],
-        water_types: vec!["II".into(), "7C".into()],
+        water_types: vec!["II".into(), "5C-7C@0.5".into()],
         backscatter_fractions: vec![0.0183],
         depths_m: vec![1.0, 3.0],
         distances_m: vec![0.5, 2.0],
         light_pct: vec![0.0, 50.0],
         calibration_depths_m: vec![0.5, 3.0],
+        calibration_light_pct: 50.0,
+        accuracy: Accuracy {
+            least_paths: 256,
+            most_paths: 512,
+            ..Accuracy::default()
+        },
         vehicle: Vehicle {
-            width: 40,
-            height: 24,
+            width: 120,
+            height: 72,
             ..Vehicle::default()
         },
         ..DatasetConfig::default()
     }
 }
 
-fn make(config: &DatasetConfig, folder: &Path, threads: usize) -> String {
-    let assets = assets_dir().expect("assets");
+fn options(threads: usize, shard: Shard) -> RunOptions {
+    RunOptions {
+        shard,
+        threads: Some(threads),
+        ..RunOptions::default()
+    }
+}
+
+fn run(config: &DatasetConfig, folder: &Path, options: &RunOptions) -> usize {
     let observer = Observer {
-        progress: &|_, _, _| {},
+        progress: &|_| {},
         cancel: &AtomicBool::new(false),
     };
-    let summary = generate(config, folder, &assets, Some(threads), &observer).expect("a dataset");
-    let text = std::fs::read_to_string(summary.table).expect("readable");
-    assert_eq!(text.lines().count(), summary.entries + 1);
-    text
+    let assets = assets_dir().expect("assets");
+    let summary = generate(config, folder, &assets, options, &observer).expect("a dataset");
+    summary.tables.len()
+}
+
+/// Every file under a folder with its bytes.
+fn content(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut files = BTreeMap::new();
+    let mut folders = vec![folder.to_path_buf()];
+    while let Some(next) = folders.pop() {
+        for entry in std::fs::read_dir(&next).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                folders.push(path);
+            } else {
+                let name = path
+                    .strip_prefix(folder)
+                    .expect("inside")
+                    .display()
+                    .to_string();
+                files.insert(name, std::fs::read(&path).expect("readable"));
+            }
+        }
+    }
+    files
+}
+
+fn assert_same(one: &Path, other: &Path) {
+    let (one, other) = (content(one), content(other));
+    let names = |files: &BTreeMap<String, Vec<u8>>| files.keys().cloned().collect::<Vec<_>>();
+    assert_eq!(names(&one), names(&other));
+    for (name, bytes) in &one {
+        assert!(*bytes == other[name], "{name} differs");
+    }
 }
 
 #[test]
-fn every_pair_of_images_at_one_depth_is_a_row_and_interruption_changes_nothing() {
+fn every_pair_of_images_at_one_depth_is_a_row_whoever_makes_it() {
     let folder = tempfile::tempdir().expect("folder");
-    let whole = make(&tiny(), &folder.path().join("whole"), 2);
+    let whole = folder.path().join("whole");
+    assert_eq!(run(&tiny(), &whole, &options(2, Shard::WHOLE)), 2);
+    let text = std::fs::read_to_string(whole.join(TABLE)).expect("readable");
     // 2 waters x 2 depths x (2 distances x 2 levels)².
-    assert_eq!(whole.lines().count(), 1 + 2 * 2 * 16);
-    let columns = whole.lines().next().expect("header").split(',').count();
-    assert!(whole.lines().all(|l| l.split(',').count() == columns));
+    assert_eq!(text.lines().count(), 1 + 2 * 2 * 16);
+    let columns = text.lines().next().expect("header").split(',').count();
+    assert!(text.lines().all(|l| l.split(',').count() == columns));
 
-    let stopped = folder.path().join("stopped");
-    let cancel = AtomicBool::new(false);
-    let progress = |done: usize, _: usize, _: &str| cancel.store(done == 1, Ordering::Relaxed);
+    let (first, second) = (folder.path().join("first"), folder.path().join("second"));
+    let shard = |index| options(1, Shard { index, count: 2 });
+    assert_eq!(run(&tiny(), &first, &shard(1)), 0, "a part has no table");
+    assert_eq!(run(&tiny(), &second, &shard(2)), 0);
+    let merged = folder.path().join("merged");
+    merge(&tiny(), &merged, &[first, second]).expect("parts of one dataset");
+    assert_eq!(run(&tiny(), &merged, &options(1, Shard::WHOLE)), 2);
+    assert_same(&whole, &merged);
+}
+
+#[test]
+fn a_stopped_run_keeps_what_it_has_and_says_so() {
+    let folder = tempfile::tempdir().expect("folder");
+    let (cancel, calls) = (AtomicBool::new(false), AtomicUsize::new(0));
+    let progress = |_: &_| {
+        if calls.fetch_add(1, Ordering::Relaxed) == 3 {
+            cancel.store(true, Ordering::Relaxed);
+        }
+    };
     let observer = Observer {
         progress: &progress,
         cancel: &cancel,
     };
     let assets = assets_dir().expect("assets");
-    let result = generate(&tiny(), &stopped, &assets, Some(1), &observer);
+    let options = options(1, Shard::WHOLE);
+    let result = generate(&tiny(), folder.path(), &assets, &options, &observer);
     assert!(
-        matches!(result, Err(DatasetError::Interrupted { done: 1, total: 2 })),
+        matches!(result, Err(DatasetError::Interrupted { done, total: 16 }) if done < 16),
         "{result:?}"
     );
-    assert!(!stopped.join("dataset.csv").exists());
-    assert_eq!(
-        make(&tiny(), &stopped, 1),
-        whole,
-        "resumed with another number of threads"
-    );
+    assert!(!folder.path().join(TABLE).exists());
+}
+
+#[test]
+fn twenty_kills_at_random_moments_change_no_byte() {
+    let folder = tempfile::tempdir().expect("folder");
+    let config = folder.path().join("tiny.toml");
+    std::fs::write(&config, tiny().to_text().expect("text")).expect("writable");
+    let undisturbed = folder.path().join("undisturbed");
+    run(&tiny(), &undisturbed, &options(2, Shard::WHOLE));
+    let killed = folder.path().join("killed");
+    let mut start = Command::new(env!("CARGO_BIN_EXE_uw"));
+    start.arg("dataset").arg(&config).arg("-o").arg(&killed);
+    start
+        .args(["--quiet", "--threads", "2"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::null());
+    let mut random = 12_345_u64;
+    for _ in 0..20 {
+        // A linear congruential step is random enough for moments.
+        random = random
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
+        let mut process = start.spawn().expect("uw starts");
+        std::thread::sleep(Duration::from_millis(10 + (random >> 33) % 700));
+        process.kill().expect("killed or done");
+        process.wait().expect("ended");
+    }
+    assert!(start.status().expect("uw runs").success());
+    assert_same(&undisturbed, &killed);
 }
 
 #[test]
 fn a_folder_of_another_configuration_is_refused() {
     let folder = tempfile::tempdir().expect("folder");
-    make(
-        &DatasetConfig {
-            water_types: vec!["II".into()],
-            ..tiny()
-        },
-        folder.path(),
-        2,
-    );
+    let other = DatasetConfig { seed: 2, ..tiny() };
+    std::fs::write(
+        folder.path().join("config.toml"),
+        other.to_text().expect("text"),
+    )
+    .expect("writable");
     let observer = Observer {
-        progress: &|_, _, _| {},
+        progress: &|_| {},
         cancel: &AtomicBool::new(false),
     };
-    let result = generate(
-        &tiny(),
-        folder.path(),
-        &assets_dir().expect("assets"),
-        None,
-        &observer,
-    );
+    let assets = assets_dir().expect("assets");
+    let options = options(1, Shard::WHOLE);
+    let result = generate(&tiny(), folder.path(), &assets, &options, &observer);
     assert!(
         matches!(result, Err(DatasetError::OtherConfig { .. })),
         "{result:?}"

@@ -1,7 +1,7 @@
 //! Stage 1: the inputs and outputs of the network, the one place where their names and units stand.
 
-/// Inputs of the network.
-pub const INPUTS: usize = 20;
+/// Most inputs of a network; rows have room for so many, those that a network does not have are 0.
+pub const INPUTS: usize = 26;
 /// Outputs of the network: contrast in R, G, B.
 pub const OUTPUTS: usize = 3;
 /// Contrast, in 8-bit counts, that the network sees as 1; the unit of the published error figures.
@@ -20,7 +20,7 @@ pub struct Input {
     pub name: &'static str,
     /// Unit as the model file writes it: `1`, `8bit_counts`, `m` or `percent`.
     pub unit: &'static str,
-    /// True for the nine values read from a calibration profile.
+    /// True for values read from a calibration profile.
     pub calibration: bool,
 }
 
@@ -48,6 +48,9 @@ pub enum Offsets {
     Delta,
     /// As absolute values: `target_distance`, `target_light`.
     Target,
+    /// As absolute values, with what the calibration says about the candidate's distance: `target_kc_on_*`,
+    /// `target_kc_off_*`.
+    Ahead,
 }
 
 impl Offsets {
@@ -56,17 +59,18 @@ impl Offsets {
         match self {
             Self::Delta => "delta",
             Self::Target => "target",
+            Self::Ahead => "ahead",
         }
     }
 }
 
 /// The inputs in the order in which the network and the model file have them.
-pub const fn inputs(offsets: Offsets) -> [Input; INPUTS] {
+pub fn inputs(offsets: Offsets) -> Vec<Input> {
     let (candidate_distance, candidate_light) = match offsets {
         Offsets::Delta => ("delta_distance", "delta_light"),
-        Offsets::Target => ("target_distance", "target_light"),
+        Offsets::Target | Offsets::Ahead => ("target_distance", "target_light"),
     };
-    [
+    let mut all = vec![
         calibrated("kz_r", "1"),
         calibrated("kz_g", "1"),
         calibrated("kz_b", "1"),
@@ -87,5 +91,16 @@ pub const fn inputs(offsets: Offsets) -> [Input; INPUTS] {
         observed("std_b", "8bit_counts"),
         observed(candidate_distance, "m"),
         observed(candidate_light, "percent"),
-    ]
+    ];
+    if offsets == Offsets::Ahead {
+        all.extend([
+            calibrated("target_kc_on_r", "8bit_counts"),
+            calibrated("target_kc_on_g", "8bit_counts"),
+            calibrated("target_kc_on_b", "8bit_counts"),
+            calibrated("target_kc_off_r", "8bit_counts"),
+            calibrated("target_kc_off_g", "8bit_counts"),
+            calibrated("target_kc_off_b", "8bit_counts"),
+        ]);
+    }
+    all
 }

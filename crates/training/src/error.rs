@@ -22,6 +22,14 @@ pub enum Error {
         /// What the CSV reader said, with the line.
         source: csv::Error,
     },
+    /// The dataset is not well-formed Parquet, or holds something unexpected.
+    #[error("{}: cannot be read as a Parquet table: {reason}", path.display())]
+    Parquet {
+        /// The dataset's file.
+        path: PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
     /// A needed column is not in the header.
     #[error("{}: column `{column}` is missing{}; the header has {found}", path.display(), suggestion(hint))]
     MissingColumn {
@@ -47,7 +55,7 @@ pub enum Error {
     NotFinite {
         /// The dataset's file.
         path: PathBuf,
-        /// Line in the file, from 1 (the header).
+        /// Line in the file, from 1 (the header); in Parquet the row, from 1.
         line: u64,
         /// The column.
         column: &'static str,
@@ -59,7 +67,7 @@ pub enum Error {
     EmptyEnvironment {
         /// The dataset's file.
         path: PathBuf,
-        /// Line in the file, from 1 (the header).
+        /// Line in the file, from 1 (the header); in Parquet the row, from 1.
         line: u64,
     },
     /// There are not enough rows to train and test on.

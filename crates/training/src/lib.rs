@@ -6,22 +6,26 @@
 //! | stage | file | what it holds |
 //! |---|---|---|
 //! | 1 | [`columns`] | names and units of the 20 inputs and 3 outputs |
-//! | 2 | [`table`] | the CSV file as checked rows |
+//! | 2 | [`table`] | the table, Parquet or CSV, as checked rows |
 //! | 3 | [`split`] | which rows are trained on and which are kept for the test |
 //! | 4 | [`normalisation`] | mean and standard deviation of each input over the training rows |
 //! | 5 | [`mod@train`] | the network (20-128-128-3, ReLU), Adam on the mean absolute error, the learning curve |
-//! | 6 | [`model_file`], [`report`], [`output`] | the result, written whole or not at all |
+//! | 6 | [`comparison`] | the same without calibration, split by environment, and in environments never seen |
+//! | 7 | [`model_file`], [`report`], [`plots`], [`output`] | the result, written whole or not at all |
 //!
 //! Everything random (split, initial weights, order of the rows) comes from one seed through
 //! the crate's own generator, and the arithmetic runs on one thread in a fixed order: the same
 //! command gives the same model bytes on the same machine.
 
 pub mod columns;
+pub mod comparison;
 mod error;
 pub mod model_file;
 mod network;
 pub mod normalisation;
 pub mod output;
+mod parquet_file;
+pub mod plots;
 pub mod report;
 mod rng;
 pub mod split;
@@ -29,9 +33,10 @@ pub mod table;
 pub mod train;
 
 pub use columns::Offsets;
+pub use comparison::{Comparison, UnseenSet};
 pub use error::Error;
 pub use model_file::Model;
 pub use report::Report;
 pub use split::{Split, SplitBy};
 pub use table::Table;
-pub use train::{Settings, Trained, train};
+pub use train::{Schedule, Settings, Trained, train};

@@ -5,7 +5,9 @@ use std::path::Path;
 use serde::{Serialize, Serializer};
 
 use crate::Error;
-use crate::columns::{CONTRAST_SCALE_COUNTS, OUTPUT_NAMES, OUTPUT_UNIT, OUTPUTS, Offsets, inputs};
+use crate::columns::{
+    CONTRAST_SCALE_COUNTS, INPUTS, OUTPUT_NAMES, OUTPUT_UNIT, OUTPUTS, Offsets, inputs,
+};
 use crate::normalisation::Normalisation;
 use crate::output;
 
@@ -16,9 +18,16 @@ pub struct Model {
     format: &'static str,
     version: u32,
     inputs: Vec<InputEntry>,
-    normalisation: Normalisation,
+    normalisation: Stored,
     layers: Vec<Dense>,
     outputs: [OutputEntry; OUTPUTS],
+}
+
+/// Mean and standard deviation of the inputs that the network has.
+#[derive(Clone, Debug, Serialize)]
+struct Stored {
+    mean: Vec<f32>,
+    std: Vec<f32>,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -51,6 +60,22 @@ pub struct Dense {
 }
 
 impl Dense {
+    fn apply(&self, inputs: &[f32]) -> Vec<f32> {
+        let mut sums = self.bias.clone();
+        for (input, weights) in inputs.iter().zip(&self.kernel) {
+            // Rectified units are often 0.
+            if *input != 0.0 {
+                sums.iter_mut()
+                    .zip(weights)
+                    .for_each(|(s, w)| *s += input * w);
+            }
+        }
+        if self.activation == Activation::Relu {
+            sums.iter_mut().for_each(|s| *s = s.max(0.0));
+        }
+        sums
+    }
+
     /// True when every weight and bias is finite.
     pub fn is_finite(&self) -> bool {
         self.kernel
@@ -80,7 +105,16 @@ impl Serialize for Activation {
 }
 
 impl Model {
-    pub(crate) fn new(offsets: Offsets, normalisation: Normalisation, layers: Vec<Dense>) -> Self {
+    pub(crate) fn new(
+        offsets: Offsets,
+        normalisation: &Normalisation,
+        mut layers: Vec<Dense>,
+    ) -> Self {
+        let inputs = inputs(offsets);
+        // Rows of inputs that the network does not have are 0.
+        if let Some(first) = layers.first_mut() {
+            first.kernel.truncate(inputs.len());
+        }
         let entry = |name| OutputEntry {
             name,
             unit: OUTPUT_UNIT,
@@ -89,14 +123,17 @@ impl Model {
         Self {
             format: "uw-mlp",
             version: 1,
-            inputs: inputs(offsets)
+            normalisation: Stored {
+                mean: normalisation.mean[..inputs.len()].to_vec(),
+                std: normalisation.std[..inputs.len()].to_vec(),
+            },
+            inputs: inputs
                 .into_iter()
                 .map(|input| InputEntry {
                     name: input.name,
                     unit: input.unit,
                 })
                 .collect(),
-            normalisation,
             layers,
             outputs: OUTPUT_NAMES.map(entry),
         }
@@ -105,6 +142,27 @@ impl Model {
     /// The layers, first to last.
     pub fn layers(&self) -> &[Dense] {
         &self.layers
+    }
+
+    /// Predicted contrast of rows of [`Table::inputs`](crate::Table::inputs), 8-bit counts.
+    pub fn predict(&self, rows: &[[f32; INPUTS]]) -> Vec<[f32; OUTPUTS]> {
+        let mut result = Vec::with_capacity(rows.len());
+        for row in rows {
+            let Stored { mean, std } = &self.normalisation;
+            let normalised = row
+                .iter()
+                .zip(mean)
+                .zip(std)
+                .map(|((x, mean), std)| (x - mean) / std);
+            let mut values: Vec<f32> = normalised.collect();
+            for layer in &self.layers {
+                values = layer.apply(&values);
+            }
+            result.push(std::array::from_fn(|k| {
+                values.get(k).copied().unwrap_or(f32::NAN) * self.outputs[k].scale
+            }));
+        }
+        result
     }
 
     /// Writes the file whole or not at all; an existing file is replaced.

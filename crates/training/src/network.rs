@@ -1,4 +1,4 @@
-//! The network in the tensor library: 20 inputs, two hidden layers of 128, 3 outputs.
+//! The network in the tensor library: 20 inputs, two hidden layers, 3 outputs.
 
 use burn::module::{Module, Param};
 use burn::nn::Linear;
@@ -9,9 +9,6 @@ use crate::Error;
 use crate::columns::{INPUTS, OUTPUTS};
 use crate::model_file::{Activation, Dense};
 use crate::rng::Rng;
-
-/// Width of each hidden layer.
-pub(crate) const HIDDEN: usize = 128;
 
 /// The trainable layers. Normalised inputs in, contrast in units of
 /// [`crate::columns::CONTRAST_SCALE_COUNTS`] out.
@@ -24,12 +21,18 @@ pub(crate) struct Network {
 
 impl Network {
     /// Random weights after Glorot and Bengio (2010): uniform within sqrt(6 / (inputs + units)),
-    /// zero bias. Inputs that are not `used` have zero weight and count as absent.
-    pub(crate) fn new(used: &[bool; INPUTS], rng: &mut Rng, device: &Device) -> Self {
+    /// zero bias, `hidden` units in each hidden layer. Inputs that are not `used` have zero weight and count as absent.
+    pub(crate) fn new(
+        used: &[bool; INPUTS],
+        hidden: usize,
+        rng: &mut Rng,
+        device: &Device,
+    ) -> Self {
+        let all = vec![true; hidden];
         Self {
-            hidden_1: dense(used, HIDDEN, rng, device),
-            hidden_2: dense(&[true; HIDDEN], HIDDEN, rng, device),
-            output: dense(&[true; HIDDEN], OUTPUTS, rng, device),
+            hidden_1: dense(used, hidden, rng, device),
+            hidden_2: dense(&all, hidden, rng, device),
+            output: dense(&all, OUTPUTS, rng, device),
         }
     }
 

@@ -37,6 +37,23 @@ pub(crate) fn write_json<T: Serialize>(
     })
 }
 
+/// Writes a text whole or not at all.
+///
+/// # Errors
+/// When the folder or the disk refuses.
+pub fn write_text(path: &Path, text: &str) -> Result<(), Error> {
+    let unfinished = unfinished(path);
+    let written = fs::write(&unfinished, text).and_then(|()| fs::rename(&unfinished, path));
+    written.map_err(|source| {
+        // The file may not exist; the first error is the one to tell.
+        let _ = fs::remove_file(&unfinished);
+        Error::Write {
+            path: path.to_path_buf(),
+            source,
+        }
+    })
+}
+
 fn fill<T: Serialize>(path: &Path, value: &T, layout: Layout) -> std::io::Result<()> {
     let mut out = BufWriter::new(File::create(path)?);
     match layout {

@@ -1,12 +1,13 @@
 //! Stage 6: what was trained on what, and how well it does; a JSON file beside the model.
 
+use std::fmt::Write;
 use std::path::Path;
 
 use serde::Serialize;
 
-use crate::columns::{CONTRAST_SCALE_COUNTS, OUTPUTS};
+use crate::columns::{CONTRAST_SCALE_COUNTS, OUTPUTS, inputs};
 use crate::train::{Epoch, mae_counts, mean};
-use crate::{Error, Settings, Table, Trained, output};
+use crate::{Comparison, Error, Settings, Table, Trained, output};
 
 /// The report of one training, format `uw-training-report/1`.
 #[derive(Clone, Debug, Serialize)]
@@ -22,6 +23,9 @@ pub struct Report {
     test: Errors,
     /// The learning curve.
     curve: Vec<Epoch>,
+    /// Errors of this and of differently trained networks, where they were asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    comparison: Option<Comparison>,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -34,7 +38,7 @@ struct Dataset {
 
 #[derive(Clone, Debug, Serialize)]
 struct SettingsEntry {
-    network: &'static str,
+    network: String,
     loss: &'static str,
     optimiser: &'static str,
     inputs: &'static str,
@@ -42,6 +46,7 @@ struct SettingsEntry {
     epochs: usize,
     batch: usize,
     learning_rate: f64,
+    schedule: &'static str,
     seed: u64,
 }
 
@@ -70,7 +75,8 @@ pub struct Errors {
 }
 
 impl Errors {
-    fn of(predicted: &[[f32; OUTPUTS]], table: &Table, rows: &[usize]) -> Self {
+    /// Of predictions for the listed rows (not empty).
+    pub fn of(predicted: &[[f32; OUTPUTS]], table: &Table, rows: &[usize]) -> Self {
         let per_output = mae_counts(predicted, table, rows);
         let [r, g, b] = per_output;
         Self {
@@ -96,7 +102,11 @@ impl Report {
                 environments: table.environments.as_ref().map(|e| e.names.len()),
             },
             settings: SettingsEntry {
-                network: "20-128-128-3 relu",
+                network: format!(
+                    "{1}-{0}-{0}-3 relu",
+                    settings.hidden,
+                    inputs(table.offsets).len()
+                ),
                 loss: "mean absolute error",
                 optimiser: "adam",
                 inputs: table.offsets.word(),
@@ -104,6 +114,7 @@ impl Report {
                 epochs: settings.epochs,
                 batch: settings.batch,
                 learning_rate: settings.learning_rate,
+                schedule: settings.schedule.word(),
                 seed: settings.seed,
             },
             split: SplitEntry {
@@ -116,7 +127,68 @@ impl Report {
             train: Errors::of(&trained.train_predictions, table, &split.train),
             test: Errors::of(&trained.test_predictions, table, &split.test),
             curve: trained.curve.clone(),
+            comparison: None,
         }
+    }
+
+    /// The report with a comparison.
+    pub fn with_comparison(self, comparison: Comparison) -> Self {
+        Self {
+            comparison: Some(comparison),
+            ..self
+        }
+    }
+
+    /// The report for people, in Markdown; `plots` names the pictures beside it.
+    pub fn to_markdown(&self, plots: &[String]) -> String {
+        let (settings, split) = (&self.settings, &self.split);
+        let mut text = format!(
+            "# Training report\n\n{} on `{}`: {} rows",
+            self.made_by, self.dataset.name, self.dataset.rows
+        );
+        // Writing to a string cannot fail.
+        if let Some(environments) = self.dataset.environments {
+            let _ = write!(text, " of {environments} environments");
+        }
+        let _ = write!(
+            text,
+            ".\n\n{}, {}, Adam {} ({}), {} epochs of batches of {}, seed {}, inputs `{}`{}. Split by {}: {} rows to train, {} to test.\n\n",
+            settings.network,
+            settings.loss,
+            settings.learning_rate,
+            settings.schedule,
+            settings.epochs,
+            settings.batch,
+            settings.seed,
+            settings.inputs,
+            if settings.calibration {
+                ""
+            } else {
+                ", without calibration"
+            },
+            split.by,
+            split.train_rows,
+            split.test_rows
+        );
+        text.push_str("| mean absolute error | contrast / 15 | counts | R | G | B |\n|---|---|---|---|---|---|\n");
+        for (name, errors) in [("training rows", &self.train), ("test rows", &self.test)] {
+            let _ = writeln!(
+                text,
+                "| {name} | {:.4} | {:.3} | {:.3} | {:.3} | {:.3} |",
+                errors.mae_scaled,
+                errors.mae_counts,
+                errors.mae_contrast_r_counts,
+                errors.mae_contrast_g_counts,
+                errors.mae_contrast_b_counts
+            );
+        }
+        if let Some(comparison) = &self.comparison {
+            text.push_str(&comparison.to_markdown());
+        }
+        for plot in plots {
+            let _ = write!(text, "\n![{plot}]({plot})\n");
+        }
+        text
     }
 
     /// Errors over the training rows after the last epoch.

@@ -6,12 +6,13 @@ use std::path::{Path, PathBuf};
 
 use crate::Error;
 use crate::columns::{ENVIRONMENT, INPUTS, OUTPUT_NAMES, OUTPUTS, Offsets, inputs};
+use crate::parquet_file::ParquetFile;
 
 /// Fewest rows that are accepted; a smaller table is a mistake, not a dataset.
 pub const LEAST_ROWS: usize = 10;
 
-/// File that is read when the dataset is given as a folder.
-pub const FILE_IN_FOLDER: &str = "dataset.csv";
+/// Files that are looked for when the dataset is given as a folder; the first one there is read.
+pub const FILES_IN_FOLDER: [&str; 2] = ["dataset.parquet", "dataset.csv"];
 
 /// A dataset in memory.
 #[derive(Clone, Debug)]
@@ -35,13 +36,14 @@ pub struct Environments {
     pub of_row: Vec<usize>,
 }
 
-/// The file that holds the dataset: `path` itself, or `dataset.csv` in the folder `path`.
+/// The file that holds the dataset: `path` itself, or one of [`FILES_IN_FOLDER`] in the folder `path`.
 pub fn dataset_file(path: &Path) -> PathBuf {
-    if path.is_dir() {
-        path.join(FILE_IN_FOLDER)
-    } else {
-        path.to_path_buf()
+    if !path.is_dir() {
+        return path.to_path_buf();
     }
+    let files = FILES_IN_FOLDER.map(|name| path.join(name));
+    let there = files.iter().find(|file| file.is_file());
+    there.unwrap_or(&files[1]).clone()
 }
 
 impl Table {
@@ -50,14 +52,17 @@ impl Table {
         self.inputs.len()
     }
 
-    /// Reads a dataset: a CSV file with a header, or a folder that holds `dataset.csv`. Columns
-    /// other than the inputs, the outputs and `environment` are ignored.
+    /// Reads a dataset: a Parquet file (by its ending), a CSV file with a header, or a folder that holds one of
+    /// [`FILES_IN_FOLDER`]. Columns other than the inputs, the outputs and `environment` are ignored.
     ///
     /// # Errors
     /// When the file cannot be read, a column is missing or doubled, a field is not a finite
     /// number (with its line), or there are fewer than [`LEAST_ROWS`] rows.
     pub fn read(path: &Path, offsets: Offsets) -> Result<Self, Error> {
         let path = dataset_file(path);
+        if path.extension().is_some_and(|e| e == "parquet") {
+            return Self::read_parquet(&path, offsets);
+        }
         let file = File::open(&path).map_err(|source| Error::Read {
             path: path.clone(),
             source,
@@ -70,7 +75,8 @@ impl Table {
             source,
         };
         let header = reader.headers().map_err(csv_error)?.clone();
-        let layout = Layout::find(&path, &header, offsets)?;
+        let names: Vec<&str> = header.iter().collect();
+        let layout = Layout::find(&path, &names, offsets)?;
 
         let mut rows = RowsSoFar::default();
         let mut record = csv::StringRecord::new();
@@ -87,27 +93,80 @@ impl Table {
         }
         rows.finish(&path, &layout, offsets)
     }
+
+    fn read_parquet(path: &Path, offsets: Offsets) -> Result<Self, Error> {
+        let file = ParquetFile::open(path)?;
+        let names = file.names();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let layout = Layout::find(path, &names, offsets)?;
+        let mut rows = RowsSoFar {
+            inputs: columns(path, &file, &layout.inputs)?,
+            contrast: columns(path, &file, &layout.contrast)?,
+            ..RowsSoFar::default()
+        };
+        if let Some(at) = layout.environment {
+            for (row, name) in file.words(at)?.into_iter().enumerate() {
+                if name.is_empty() {
+                    return Err(Error::EmptyEnvironment {
+                        path: path.to_path_buf(),
+                        line: row as u64 + 1,
+                    });
+                }
+                let index = rows.environment(&name);
+                rows.of_row.push(index);
+            }
+        }
+        rows.finish(path, &layout, offsets)
+    }
+}
+
+/// Columns of numbers as rows, all finite.
+fn columns<const N: usize>(
+    path: &Path,
+    file: &ParquetFile<'_>,
+    wanted: &[(&'static str, usize)],
+) -> Result<Vec<[f32; N]>, Error> {
+    let mut rows: Vec<[f32; N]> = Vec::new();
+    for (k, &(column, at)) in wanted.iter().enumerate() {
+        let values = file.numbers(at)?;
+        if let Some(row) = values.iter().position(|v| !v.is_finite()) {
+            return Err(Error::NotFinite {
+                path: path.to_path_buf(),
+                line: row as u64 + 1,
+                column,
+                got: values[row].to_string(),
+            });
+        }
+        rows.resize(values.len(), [0.0; N]);
+        rows.iter_mut()
+            .zip(values)
+            .for_each(|(row, value)| row[k] = value);
+    }
+    Ok(rows)
 }
 
 /// Name and position in the file of every column that is read.
 struct Layout {
-    inputs: [(&'static str, usize); INPUTS],
+    inputs: Vec<(&'static str, usize)>,
     contrast: [(&'static str, usize); OUTPUTS],
     environment: Option<usize>,
 }
 
 impl Layout {
-    fn find(path: &Path, header: &csv::StringRecord, offsets: Offsets) -> Result<Self, Error> {
+    fn find(path: &Path, header: &[&str], offsets: Offsets) -> Result<Self, Error> {
         let needed = |column: &'static str, hint| {
             position(path, header, column)?.ok_or_else(|| Error::MissingColumn {
                 path: path.to_path_buf(),
                 column,
                 hint,
-                found: header.iter().collect::<Vec<_>>().join(", "),
+                found: header.join(", "),
             })
         };
         let mut found = Self {
-            inputs: inputs(offsets).map(|input| (input.name, 0)),
+            inputs: inputs(offsets)
+                .into_iter()
+                .map(|input| (input.name, 0))
+                .collect(),
             contrast: OUTPUT_NAMES.map(|name| (name, 0)),
             environment: position(path, header, ENVIRONMENT)?,
         };
@@ -127,12 +186,8 @@ impl Layout {
 }
 
 /// Where `column` stands in the header, if it does.
-fn position(
-    path: &Path,
-    header: &csv::StringRecord,
-    column: &'static str,
-) -> Result<Option<usize>, Error> {
-    let mut places = (0..header.len()).filter(|&at| &header[at] == column);
+fn position(path: &Path, header: &[&str], column: &'static str) -> Result<Option<usize>, Error> {
+    let mut places = (0..header.len()).filter(|&at| header[at] == column);
     let first = places.next();
     match places.next() {
         None => Ok(first),
@@ -171,7 +226,7 @@ impl Row<'_> {
 
     fn numbers<const N: usize>(
         &self,
-        columns: &[(&'static str, usize); N],
+        columns: &[(&'static str, usize)],
     ) -> Result<[f32; N], Error> {
         let mut values = [0.0; N];
         for (value, column) in values.iter_mut().zip(columns) {

@@ -16,12 +16,45 @@ use crate::{Error, Model, Split, SplitBy, Table};
 
 /// Added to the root of Adam's second moment; 1e-7 as in Keras.
 const ADAM_EPSILON: f32 = 1e-7;
+/// Most units in a hidden layer.
+const MOST_HIDDEN: usize = 4096;
 /// Rows predicted at once when errors are measured; any number gives the same result up to rounding.
 const ROWS_PER_PREDICTION: usize = 4096;
+
+/// How the step size changes over the training.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Schedule {
+    /// The same throughout.
+    Constant,
+    /// Falls to nothing along half a cosine.
+    Cosine,
+}
+
+impl Schedule {
+    /// The word that stands for it on the command line and in the report.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Constant => "constant",
+            Self::Cosine => "cosine",
+        }
+    }
+
+    /// Factor on the step size when `done` in [0, 1) of the training is over.
+    fn factor(self, done: f64) -> f64 {
+        match self {
+            Self::Constant => 1.0,
+            Self::Cosine => 0.5 * (1.0 + (std::f64::consts::PI * done).cos()),
+        }
+    }
+}
 
 /// How to train.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
+    /// Units in each of the two hidden layers, >= 1.
+    pub hidden: usize,
+    /// How the step size changes.
+    pub schedule: Schedule,
     /// Passes over the training rows, >= 1.
     pub epochs: usize,
     /// Rows per step, >= 1.
@@ -40,9 +73,11 @@ pub struct Settings {
 }
 
 impl Default for Settings {
-    /// The published recipe: 25 epochs, 20 % test rows.
+    /// The published recipe: 20-128-128-3, 25 epochs, 20 % test rows.
     fn default() -> Self {
         Self {
+            hidden: 128,
+            schedule: Schedule::Constant,
             epochs: 25,
             batch: 32,
             learning_rate: 1e-3,
@@ -67,6 +102,9 @@ impl Settings {
                 got,
             })
         };
+        if !(1..=MOST_HIDDEN).contains(&self.hidden) {
+            return refuse("hidden", "1 to 4096", self.hidden.to_string());
+        }
         if self.epochs == 0 {
             return refuse("epochs", "at least 1", self.epochs.to_string());
         }
@@ -115,6 +153,10 @@ pub struct Trained {
     pub curve: Vec<Epoch>,
     /// The rows used for training and test.
     pub split: Split,
+    /// How they were split.
+    pub by: SplitBy,
+    /// Whether the calibration inputs were used.
+    pub calibration: bool,
     /// Predicted contrast of the training rows after the last epoch, 8-bit counts, in the order of `split.train`.
     pub train_predictions: Vec<[f32; OUTPUTS]>,
     /// Predicted contrast of the test rows after the last epoch, 8-bit counts, in the order of `split.test`.
@@ -133,14 +175,17 @@ pub fn train(
 ) -> Result<Trained, Error> {
     settings.check()?;
     let split = Split::draw(table, settings.split, settings.test_fraction, settings.seed)?;
-    let used = inputs(table.offsets).map(|input| settings.calibration || !input.calibration);
+    let mut used = [false; INPUTS];
+    for (used, input) in used.iter_mut().zip(inputs(table.offsets)) {
+        *used = settings.calibration || !input.calibration;
+    }
     let normalisation = Normalisation::of(&table.inputs, &split.train);
     let rows = Rows::new(table, &normalisation, &used);
 
     let device = Device::flex().autodiff();
     let mut weights = Rng::new(settings.seed, Use::Weights);
     let mut fit = Fit {
-        network: Network::new(&used, &mut weights, &device),
+        network: Network::new(&used, settings.hidden, &mut weights, &device),
         adam: AdamConfig::new().with_epsilon(ADAM_EPSILON).init(),
         device,
     };
@@ -150,7 +195,7 @@ pub fn train(
     for epoch in 1..=settings.epochs {
         let started = Instant::now();
         order_rng.shuffle(&mut order);
-        let train_mae_counts = fit.pass(&rows, &order, settings)?;
+        let train_mae_counts = fit.pass(&rows, &order, settings, epoch - 1)?;
         let test = predict(&fit.network, &rows, &split.test)?;
         let entry = Epoch {
             epoch,
@@ -172,9 +217,11 @@ pub fn train(
     Ok(Trained {
         train_predictions: predict(&fit.network, &rows, &split.train)?,
         test_predictions: predict(&fit.network, &rows, &split.test)?,
-        model: Model::new(table.offsets, normalisation, layers),
+        model: Model::new(table.offsets, &normalisation, layers),
         curve,
         split,
+        by: settings.split,
+        calibration: settings.calibration,
     })
 }
 
@@ -230,10 +277,19 @@ struct Fit {
 
 impl Fit {
     /// One epoch over the rows in the given order; the mean absolute error on the way, in counts.
-    fn pass(&mut self, rows: &Rows, order: &[usize], settings: &Settings) -> Result<f64, Error> {
+    fn pass(
+        &mut self,
+        rows: &Rows,
+        order: &[usize],
+        settings: &Settings,
+        epochs_done: usize,
+    ) -> Result<f64, Error> {
         let mut sum = 0.0;
-        for batch in order.chunks(settings.batch) {
-            sum += f64::from(self.step(rows, batch, settings.learning_rate)?) * batch.len() as f64;
+        for (i, batch) in order.chunks(settings.batch).enumerate() {
+            let of_epoch = (i * settings.batch) as f64 / order.len() as f64;
+            let done = (epochs_done as f64 + of_epoch) / settings.epochs as f64;
+            let rate = settings.learning_rate * settings.schedule.factor(done);
+            sum += f64::from(self.step(rows, batch, rate)?) * batch.len() as f64;
         }
         Ok(sum / order.len() as f64 * f64::from(CONTRAST_SCALE_COUNTS))
     }

@@ -1,6 +1,6 @@
 //! The network in one situation, for many candidates.
 //!
-//! Candidates differ in two inputs only, so the sums of the first layer over the other inputs are made
+//! Candidates differ in two inputs (or eight, with the calibration at their own distance) only, so the sums of the first layer over the other inputs are made
 //! once. All room is taken when the query is made: evaluating allocates nothing.
 
 use super::dense::{Dense, LANES, Real};
@@ -91,7 +91,7 @@ impl Model {
     pub fn query(&self, situation: &Situation) -> Query<'_> {
         let first = &self.layers[0];
         let mut fixed_sums = first.bias.clone();
-        let mut varying = Vec::with_capacity(2);
+        let mut varying = Vec::with_capacity(8);
         for (i, input) in self.inputs.iter().enumerate() {
             match input.value {
                 FeatureValue::Fixed(of) => {
@@ -108,7 +108,7 @@ impl Model {
         let quick_sums = fixed_sums.iter().map(|&sum| sum as f32).collect();
         Query {
             model: self,
-            situation: *situation,
+            situation: situation.clone(),
             varying,
             exact: Room::new(&self.exact, fixed_sums),
             quick: Room::new(&self.quick, quick_sums),

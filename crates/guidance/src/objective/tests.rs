@@ -146,3 +146,41 @@ fn unusable_overrides_are_named() {
         );
     }
 }
+
+#[test]
+fn tracking_is_the_visible_share_of_the_overlap() {
+    let profile = profile();
+    let tracking = Objective::tracking();
+    let criterion = Criterion::new(&tracking, &profile, 4.0, [0.4; 3]);
+    // A mean of 6 counts is 0.4 in units of 15: half of the features are found again.
+    let score = criterion.score([3.0, 6.0, 9.0], 2.0);
+    assert!((score - 0.5 * (1.0 - 0.433 / 2.0)).abs() < 1e-12, "{score}");
+    // Twice the contrast, power 3: 8/9.
+    let score = criterion.score([12.0; 3], 2.0);
+    assert!(
+        (score - 8.0 / 9.0 * (1.0 - 0.433 / 2.0)).abs() < 1e-12,
+        "{score}"
+    );
+    assert_eq!(criterion.score([9.0; 3], 0.4), 0.0);
+    assert_eq!(criterion.score([-1.0; 3], 2.0), 0.0);
+    assert!(criterion.score([f64::NAN; 3], 2.0).is_nan());
+    assert!(criterion.peaks_m(0.5, 3.0).is_empty());
+}
+
+#[test]
+fn the_form_and_its_constants_can_be_set() {
+    let set =
+        with(json!({"preset": "tracking", "half_contrast": 0.2, "touch_distance_m": 0.0})).unwrap();
+    assert_eq!(set.form, Form::Overlap);
+    assert_eq!((set.half_contrast, set.touch_distance_m), (0.2, 0.0));
+    assert_eq!(
+        with(json!({"form": "overlap"})).unwrap(),
+        Objective::tracking()
+    );
+    assert_eq!(
+        with(json!({"preset": "tracking", "form": "sum"})).unwrap(),
+        Objective::release()
+    );
+    let error = with(json!({"sharpness": 0})).unwrap_err();
+    assert_eq!(error.field, "objective.sharpness");
+}

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 use uw_calib::Profile;
 
 use crate::mlp::Model;
-use crate::objective::{ContrastTerm, DepthTerm, Objective};
+use crate::objective::{ContrastTerm, DepthTerm, Form, Objective};
 use crate::service::Settings;
 
 pub(super) fn model(model: &Model, name: &str) -> Value {
@@ -35,6 +35,13 @@ pub(super) fn objective(objective: &Objective) -> Value {
             DepthTerm::Z => "z",
             DepthTerm::OnePlusHalfZ => "1+z/2",
         },
+        "form": match objective.form {
+            Form::Sum => "sum",
+            Form::Overlap => "overlap",
+        },
+        "half_contrast": objective.half_contrast,
+        "sharpness": objective.sharpness,
+        "touch_distance_m": objective.touch_distance_m,
         "distance_m": objective.distance_m,
         "light_pct": objective.light_pct,
     })

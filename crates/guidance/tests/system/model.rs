@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
-use uw_guidance::features::FeatureValue;
+use uw_guidance::features::{ContrastCurves, FeatureValue};
 use uw_guidance::{Candidate, Model, Observation, Situation};
 
 /// How closely the tabulated float32 and float64 predictions agree with each other.
@@ -95,6 +95,7 @@ fn a_query_with_its_cached_first_layer_gives_the_same_predictions() {
             k_c_on: rgb("kc_on"),
             k_c_off: rgb("kc_off"),
             observation,
+            curves: ContrastCurves::default(),
         };
         let candidate = Candidate {
             distance_m: observation.distance_m + value("delta_distance"),
@@ -321,4 +322,29 @@ fn leaky_relu_takes_its_slope_from_the_layer() {
     assert_eq!(zero.forward(&inputs).unwrap(), relu);
     assert!(largest_difference(default, relu) > 1e-3);
     assert!(with(json!({"negative_slope": 0.1})).is_err());
+}
+
+#[test]
+fn the_profile_at_the_candidate_comes_whole_or_not_at_all() {
+    let mut document = document();
+    let names = uw_guidance::features::TARGET_PROFILE;
+    let add = |document: &mut Value, name: &str| {
+        let push = |list: &mut Value, item: Value| list.as_array_mut().unwrap().push(item);
+        push(
+            &mut document["inputs"],
+            json!({"name": name, "unit": "8bit_counts"}),
+        );
+        push(&mut document["normalisation"]["mean"], json!(0.0));
+        push(&mut document["normalisation"]["std"], json!(1.0));
+        push(&mut document["layers"][0]["kernel"], json!(vec![0.01; 128]));
+    };
+    for (n, name) in names.iter().enumerate() {
+        add(&mut document, name);
+        let loaded = Model::from_json(&document);
+        assert_eq!(loaded.is_ok(), n + 1 == names.len(), "{n}");
+    }
+    let model = Model::from_json(&document).unwrap();
+    let varying =
+        |f: &&&uw_guidance::features::Feature| matches!(f.value, FeatureValue::Varying(_));
+    assert_eq!(model.inputs().iter().filter(varying).count(), 8);
 }

@@ -3,19 +3,18 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use uw_media::WaterType;
 
 use super::error::{CliError, note};
 use super::interrupt::cancel_flag;
 use crate::assets::assets_dir;
 use crate::demo::{self, DemoError, DemoOptions};
-use crate::environment::WaterBody;
+use crate::environment::{WaterBody, WaterKind};
 use crate::scenery::textures::Pattern;
 
 /// Arguments of `uw demo`.
 #[derive(Debug, Args)]
 pub(super) struct DemoArguments {
-    /// Jerlov type of the water.
+    /// Jerlov type of the water, or a mixture such as IB-II@0.4.
     #[arg(long, default_value = "1C")]
     jerlov: String,
     /// Backscatter fraction of the phase function.
@@ -40,7 +39,7 @@ pub(super) struct DemoArguments {
 
 impl DemoArguments {
     pub(super) fn run(&self) -> Result<(), CliError> {
-        let jerlov: WaterType = self.jerlov.parse().map_err(CliError::input)?;
+        let jerlov: WaterKind = self.jerlov.parse().map_err(CliError::input)?;
         let pattern = Pattern::from_name(&self.target).ok_or_else(|| {
             let known = Pattern::ALL.map(Pattern::name).join(", ");
             CliError::input(format_args!(

@@ -1,16 +1,67 @@
-//! What a dataset covers: the grid, the calibration routine, the vehicle.
+//! What a dataset covers: the grid, the calibration routine, the vehicle, and how well images must be known.
 
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use uw_media::WaterType;
 
-use crate::environment::WaterBody;
+use super::presets;
+use crate::environment::{WaterBody, WaterKind};
 use crate::scenery::textures::Pattern;
 use crate::vehicle::Vehicle;
 
 /// The value of the field `format`.
 const FORMAT: &str = "uw-dataset/1";
+
+/// How the exposure of images of the target is set.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ExposureMode {
+    /// One for the whole set, chosen once from renders of every environment; see `exposure_grey`.
+    Chosen,
+    /// One for the whole set: `vehicle.exposure`.
+    Fixed,
+    /// Each image's own, bringing its mean signal to `exposure_grey`.
+    Auto,
+}
+
+/// Which tables are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum TableFormat {
+    /// Parquet.
+    Parquet,
+    /// Comma-separated text.
+    Csv,
+}
+
+/// How well mean and contrast of an image must be known before its render stops: standard errors, 8-bit counts.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Accuracy {
+    /// Allowed standard error of contrast and mean, counts.
+    pub error_counts: f64,
+    /// Allowed besides, as a share of the value.
+    pub error_share: f64,
+    /// Fewest paths of a render.
+    pub least_paths: u32,
+    /// Most paths of a render.
+    pub most_paths: u32,
+    /// Distance of the pixels at which an image's statistics are taken, along both axes.
+    pub pixel_step: usize,
+}
+
+impl Default for Accuracy {
+    fn default() -> Self {
+        Self {
+            error_counts: 0.05,
+            error_share: 0.005,
+            least_paths: 1024,
+            most_paths: 65_536,
+            pixel_step: 2,
+        }
+    }
+}
 
 /// A dataset's configuration (TOML); every field but `format` has a default.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -20,13 +71,9 @@ pub struct DatasetConfig {
     pub format: String,
     /// Seed of all renders.
     pub seed: u64,
-    /// Samples per pixel of each of the two halves of a view of the target.
-    pub samples_per_half: u32,
-    /// The same for views that look up.
-    pub up_samples_per_half: u32,
     /// Names of textures.
     pub textures: Vec<String>,
-    /// Jerlov types.
+    /// Jerlov types, or mixtures such as "IB-II@0.4".
     pub water_types: Vec<String>,
     /// Backscatter fractions of the phase function.
     pub backscatter_fractions: Vec<f64>,
@@ -36,32 +83,46 @@ pub struct DatasetConfig {
     pub distances_m: Vec<f64>,
     /// Lamp levels, now and after the change, percent.
     pub light_pct: Vec<f64>,
+    /// Tilts of the optical axis against the target's normal, degrees. A change of distance keeps the tilt.
+    pub tilts_deg: Vec<f64>,
     /// Depths of the calibration's images that look up, m, increasing.
     pub calibration_depths_m: Vec<f64>,
     /// Depth at which the calibration takes its contrast profiles, m; one of `depths_m`.
     pub calibration_depth_m: f64,
     /// Lamp level of the calibration's profile with lamps on, percent.
     pub calibration_light_pct: f64,
+    /// How the exposure is set.
+    pub exposure: ExposureMode,
+    /// Mean linear signal of the brightest channel that a median image (`chosen`) or every image (`auto`) gets.
+    pub exposure_grey: f64,
+    /// Tables to write.
+    pub tables: Vec<TableFormat>,
+    /// When a render stops.
+    pub accuracy: Accuracy,
     /// The vehicle.
     pub vehicle: Vehicle,
 }
 
 impl Default for DatasetConfig {
+    /// The grid of the paper.
     fn default() -> Self {
         Self {
             format: FORMAT.into(),
             seed: 1,
-            samples_per_half: 8,
-            up_samples_per_half: 64,
             textures: vec!["hull_red".into(), "seabed".into()],
             water_types: WaterType::ALL.iter().map(ToString::to_string).collect(),
             backscatter_fractions: vec![0.005, 0.01, 0.0183, 0.05],
             depths_m: vec![1.0, 3.0, 5.0],
             distances_m: vec![0.5, 1.0, 1.5, 2.0, 2.5, 3.0],
             light_pct: vec![0.0, 33.0, 67.0, 100.0],
+            tilts_deg: vec![0.0],
             calibration_depths_m: vec![0.5, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0],
             calibration_depth_m: 3.0,
             calibration_light_pct: 67.0,
+            exposure: ExposureMode::Chosen,
+            exposure_grey: 0.18,
+            tables: vec![TableFormat::Parquet, TableFormat::Csv],
+            accuracy: Accuracy::default(),
             vehicle: Vehicle::default(),
         }
     }
@@ -97,6 +158,11 @@ pub enum ConfigError {
 }
 
 impl DatasetConfig {
+    /// The grid of that name: "paper" or "wide".
+    pub fn preset(name: &str) -> Option<Self> {
+        presets::preset(name)
+    }
+
     /// Reads and checks a configuration file.
     pub fn read(path: &Path) -> Result<Self, ConfigError> {
         let name = path.display().to_string();
@@ -123,9 +189,6 @@ impl DatasetConfig {
                 self.format
             ));
         }
-        if self.samples_per_half == 0 || self.up_samples_per_half == 0 {
-            return Err("samples_per_half and up_samples_per_half must be at least 1".into());
-        }
         for name in &self.textures {
             if Pattern::from_name(name).is_none() {
                 let known = Pattern::ALL.map(Pattern::name).join(", ");
@@ -135,33 +198,49 @@ impl DatasetConfig {
             }
         }
         for name in &self.water_types {
-            name.parse::<WaterType>()
+            name.parse::<WaterKind>()
                 .map_err(|e| format!("water_types: {e}"))?;
         }
-        numbers(
-            "backscatter_fractions",
-            &self.backscatter_fractions,
-            1e-6,
-            0.499_999,
-        )?;
-        numbers("depths_m", &self.depths_m, 0.01, 1e4)?;
-        numbers("distances_m", &self.distances_m, 0.05, 10.0)?;
-        numbers("light_pct", &self.light_pct, 0.0, 100.0)?;
-        numbers(
-            "calibration_depths_m",
-            &self.calibration_depths_m,
-            0.01,
-            1e4,
-        )?;
-        numbers(
-            "calibration_light_pct",
-            &[self.calibration_light_pct],
-            1e-3,
-            100.0,
-        )?;
         if self.textures.is_empty() || self.water_types.is_empty() {
             return Err("textures and water_types must not be empty".into());
         }
+        self.check_numbers()?;
+        self.check_calibration()?;
+        self.accuracy.check()?;
+        self.vehicle.check()
+    }
+
+    fn check_numbers(&self) -> Result<(), String> {
+        let fractions = &self.backscatter_fractions;
+        numbers("backscatter_fractions", fractions, 1e-6, 0.499_999)?;
+        numbers("depths_m", &self.depths_m, 0.01, 1e4)?;
+        numbers("distances_m", &self.distances_m, 0.05, 10.0)?;
+        numbers("light_pct", &self.light_pct, 0.0, 100.0)?;
+        numbers("tilts_deg", &self.tilts_deg, -60.0, 60.0)?;
+        let depths = &self.calibration_depths_m;
+        numbers("calibration_depths_m", depths, 0.01, 1e4)?;
+        let level = [self.calibration_light_pct];
+        numbers("calibration_light_pct", &level, 1e-3, 100.0)?;
+        numbers("exposure_grey", &[self.exposure_grey], 1e-3, 1.0)?;
+        for (field, values) in [
+            ("backscatter_fractions", &self.backscatter_fractions),
+            ("depths_m", &self.depths_m),
+            ("distances_m", &self.distances_m),
+            ("light_pct", &self.light_pct),
+            ("tilts_deg", &self.tilts_deg),
+        ] {
+            let again = |i: usize| values[..i].contains(&values[i]);
+            if let Some(i) = (0..values.len()).find(|&i| again(i)) {
+                return Err(format!(
+                    "{field} must not repeat a value, got {} twice",
+                    values[i]
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    fn check_calibration(&self) -> Result<(), String> {
         if self.calibration_depths_m.windows(2).any(|w| w[0] >= w[1]) {
             return Err(format!(
                 "calibration_depths_m must increase, got {:?}",
@@ -174,6 +253,13 @@ impl DatasetConfig {
                 "calibration_depth_m must be one of depths_m {known:?}, got {got}"
             ));
         }
+        let levels = &self.light_pct;
+        if !(levels.contains(&0.0) && levels.contains(&self.calibration_light_pct)) {
+            return Err(format!(
+                "light_pct must hold 0 and calibration_light_pct ({}), got {levels:?}",
+                self.calibration_light_pct
+            ));
+        }
         let (first, last) = (
             self.calibration_depths_m[0],
             self.calibration_depths_m[self.calibration_depths_m.len() - 1],
@@ -183,7 +269,7 @@ impl DatasetConfig {
                 "depths_m must lie inside calibration_depths_m ({first} to {last} m), got {outside}"
             ));
         }
-        self.vehicle.check()
+        Ok(())
     }
 
     /// The configuration as TOML.
@@ -191,35 +277,55 @@ impl DatasetConfig {
         toml::to_string(self).map_err(|e| e.to_string())
     }
 
-    /// All environments, targets outermost.
-    pub fn environments(&self) -> Vec<(Pattern, WaterBody)> {
-        let mut all = Vec::new();
-        for pattern in self.textures.iter().filter_map(|n| Pattern::from_name(n)) {
-            for jerlov in self.water_types.iter().filter_map(|t| t.parse().ok()) {
-                for &backscatter_fraction in &self.backscatter_fractions {
-                    all.push((
-                        pattern,
-                        WaterBody {
-                            jerlov,
-                            backscatter_fraction,
-                        },
-                    ));
-                }
+    /// The targets' textures.
+    pub fn patterns(&self) -> Vec<Pattern> {
+        self.textures
+            .iter()
+            .filter_map(|n| Pattern::from_name(n))
+            .collect()
+    }
+
+    /// All waters, types outermost.
+    pub fn waters(&self) -> Vec<WaterBody> {
+        let kinds = self.water_types.iter().filter_map(|t| t.parse().ok());
+        kinds
+            .flat_map(|jerlov: WaterKind| {
+                self.backscatter_fractions
+                    .iter()
+                    .map(move |&backscatter_fraction| WaterBody {
+                        jerlov,
+                        backscatter_fraction,
+                    })
+            })
+            .collect()
+    }
+}
+
+impl Accuracy {
+    fn check(&self) -> Result<(), String> {
+        for (field, value) in [
+            ("error_counts", self.error_counts),
+            ("error_share", self.error_share),
+        ] {
+            if !(value >= 0.0 && value.is_finite()) {
+                return Err(format!(
+                    "accuracy.{field} must be finite and >= 0, got {value}"
+                ));
             }
         }
-        all
-    }
-
-    /// Seed of the renders of environment `index`.
-    pub fn environment_seed(&self, index: usize) -> u64 {
-        self.seed
-            .wrapping_mul(1_000_003)
-            .wrapping_add(1000 * index as u64)
-    }
-
-    /// Number of renders of targets, two halves each counted as one.
-    pub fn renders(&self) -> usize {
-        self.environments().len() * self.depths_m.len() * self.distances_m.len()
+        if self.least_paths < 256 || self.most_paths < self.least_paths {
+            return Err(format!(
+                "accuracy.least_paths must be at least 256 and at most most_paths, got {} and {}",
+                self.least_paths, self.most_paths
+            ));
+        }
+        if !(1..=16).contains(&self.pixel_step) {
+            return Err(format!(
+                "accuracy.pixel_step must be 1 to 16, got {}",
+                self.pixel_step
+            ));
+        }
+        Ok(())
     }
 }
 
@@ -241,12 +347,20 @@ mod tests {
     fn the_default_is_valid_and_is_the_grid_of_the_paper() {
         let config = DatasetConfig::default();
         config.check().unwrap();
+        assert_eq!(Some(&config), DatasetConfig::preset("paper").as_ref());
         let pairs = (config.distances_m.len() * config.light_pct.len()).pow(2);
-        assert_eq!(
-            config.environments().len() * config.depths_m.len() * pairs,
-            138_240
-        );
-        assert_eq!(config.renders(), 1440);
+        let environments = config.patterns().len() * config.waters().len();
+        assert_eq!(environments * config.depths_m.len() * pairs, 138_240);
+    }
+
+    #[test]
+    fn the_wide_grid_goes_where_the_paper_did_not() {
+        let config = DatasetConfig::preset("wide").unwrap();
+        config.check().unwrap();
+        assert!(config.depths_m.contains(&30.0) && config.distances_m.contains(&6.0));
+        assert!(config.patterns().len() >= 8 && config.tilts_deg.len() > 1);
+        assert!(config.water_types.iter().any(|t| t.contains('@')));
+        assert_eq!(DatasetConfig::preset("narrow"), None);
     }
 
     #[test]
@@ -264,5 +378,10 @@ mod tests {
                 .unwrap_err()
                 .contains("distances_m must be in [0.05, 10], got NaN")
         );
+        let config = DatasetConfig {
+            water_types: vec!["IB-II@1.4".into()],
+            ..DatasetConfig::default()
+        };
+        assert!(config.check().unwrap_err().contains("[0, 1], got 1.4"));
     }
 }

@@ -1,31 +1,63 @@
 //! The training set: renders of a grid of waters, targets, depths and distances, and every pair of images.
 //!
-//! An entry is a pair (image now, image after a change of distance and lamp). Entries share renders: one per
-//! environment, depth and distance gives the image at every lamp level, because radiance is linear in it.
+//! | stage | file | what it does |
+//! |---|---|---|
+//! | 1 | [`DatasetConfig`] | the grid, the vehicle, the accuracy asked for |
+//! | 2 | `plan` | the fewest renders, their names and seeds, and the parts of several processes |
+//! | 3 | `exposure` | one exposure for the whole set, from preliminary renders |
+//! | 4 | `group`, `upward` | the renders, each in a file of its own (`store`), and the images' statistics |
+//! | 5 | `table`, `parquet` | profiles and entries |
+//! | 6 | `manifest` | every parameter, seed and version |
 //!
-//! Every environment becomes one part file, written when it is complete; a run that is stopped goes on with
-//! the parts that are missing. The whole table is joined from the parts at the end.
+//! Everything follows from the configuration and the names of the renders: neither the number of threads, nor
+//! interruptions, nor the parts in which it was made change a byte of the result.
 
+mod check;
 mod config;
-mod environment_part;
+mod exposure;
+mod finish;
+mod group;
+mod manifest;
+mod parquet;
+mod pictures;
+mod plan;
+mod presets;
+mod store;
+mod table;
+mod times;
+mod upward;
+mod views;
 
-pub use config::{ConfigError, DatasetConfig};
+pub use check::{CheckPlan, CheckReport, CheckedEntry, check};
+pub use config::{Accuracy, ConfigError, DatasetConfig, ExposureMode, TableFormat};
+pub use finish::merge;
+pub use plan::{Counts, Shard};
+pub use table::{Column, WORDS, numbers};
+pub use times::Times;
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::time::Instant;
 
-use uw_calib::DepthMeasurement;
-use uw_render::image::{ImageError, write_atomically};
+use rayon::prelude::*;
+use uw_render::image::ImageError;
 use uw_render::integrator::RenderError;
 
-use crate::environment::{EnvironmentError, Target, WaterBody};
-use crate::measure::Quality;
-use crate::routine::{self, RoutineError};
+use crate::environment::{EnvironmentError, Target, sensor};
+use crate::estimate::fields::GROUPS;
+use crate::estimate::pyramid::TexturePyramid;
+use crate::estimate::response::CountResponse;
+use crate::estimate::statistics::Shot;
+use crate::estimate::target_model::Effort;
+use crate::routine::RoutineError;
 use crate::scenery::textures::Pattern;
+use plan::Task;
 
-/// Name of the joined table in the output folder.
+/// Name of the text table in the output folder.
 pub const TABLE: &str = "dataset.csv";
+/// Name of the Parquet table in the output folder.
+pub const PARQUET_TABLE: &str = "dataset.parquet";
 
 /// A dataset cannot be made.
 #[derive(Debug, thiserror::Error)]
@@ -58,146 +90,248 @@ pub enum DatasetError {
         /// The output folder.
         folder: String,
     },
-    /// A profile or an image could not be evaluated.
+    /// The configuration asks for something that cannot be.
+    #[error("the configuration cannot be used: {0}")]
+    Config(String),
+    /// A file of the dataset does not fit the others.
     #[error("{0}")]
     Inconsistent(String),
-    /// Stopped from outside; finished parts are kept.
-    #[error(
-        "interrupted after {done} of {total} environments; the same command goes on from there"
-    )]
+    /// A render was stopped from outside.
+    #[error("stopped")]
+    Stopped,
+    /// Stopped from outside; finished renders are kept.
+    #[error("interrupted after {done} of {total} images; the same command goes on from there")]
     Interrupted {
-        /// Environments finished.
+        /// Images finished.
         done: usize,
-        /// Environments in all.
+        /// Images in all.
         total: usize,
     },
 }
 
+/// How far a run is.
+#[derive(Clone, Copy, Debug)]
+pub struct Progress {
+    /// Images finished, those of earlier runs counted in.
+    pub images: usize,
+    /// Images of this shard in all.
+    pub images_total: usize,
+    /// Images finished by this run per second.
+    pub images_per_s: f64,
+}
+
 /// What a run reports.
 pub struct Observer<'a> {
-    /// Called with the environments done, their total and the name of the next one.
-    pub progress: &'a dyn Fn(usize, usize, &str),
+    /// Called from any thread after each task.
+    pub progress: &'a (dyn Fn(&Progress) + Sync),
     /// Stops the run when set.
     pub cancel: &'a AtomicBool,
 }
 
-/// Facts about a finished dataset.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// Facts about a run that came to its end.
+#[derive(Debug)]
 pub struct Summary {
-    /// Rows in the table.
-    pub entries: usize,
-    /// Renders of targets in the whole grid.
-    pub renders: usize,
-    /// The table.
-    pub table: PathBuf,
+    /// Renders, images and entries of the grid.
+    pub counts: Counts,
+    /// Linear signal per radiance of images of targets, unless each has its own.
+    pub exposure: f64,
+    /// The tables; empty when other shards are still missing.
+    pub tables: Vec<PathBuf>,
+    /// Where the time of this run went.
+    pub times: Times,
 }
 
-/// Makes the dataset of `config` in `folder`; `assets` holds the textures, `threads` render.
+/// A texture with its blurred versions.
+struct LoadedTarget {
+    pattern: Pattern,
+    target: Target,
+    pyramid: TexturePyramid,
+}
+
+/// What all tasks share.
+struct Workshop<'a> {
+    config: &'a DatasetConfig,
+    folder: &'a Path,
+    patterns: Vec<Pattern>,
+    targets: Vec<LoadedTarget>,
+    response: CountResponse,
+    effort: Effort,
+    exposure: f64,
+    keep_images: bool,
+    cancel: &'a AtomicBool,
+    times: Times,
+}
+
+impl Workshop<'_> {
+    fn target(&self, pattern: Pattern) -> Result<&LoadedTarget, DatasetError> {
+        let found = self.targets.iter().find(|t| t.pattern == pattern);
+        found.ok_or_else(|| DatasetError::Inconsistent(format!("{} is not loaded", pattern.name())))
+    }
+
+    /// Linear signal per radiance of an image, of which `unexposed` has exposure 1.
+    fn exposure_of(&self, unexposed: &Shot) -> f64 {
+        match self.config.exposure {
+            ExposureMode::Auto => self.config.exposure_grey / unexposed.mean_signal().max(1e-30),
+            ExposureMode::Chosen | ExposureMode::Fixed => self.exposure,
+        }
+    }
+}
+
+/// How to go about it; none of this changes what is made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RunOptions {
+    /// The part to make.
+    pub shard: Shard,
+    /// Threads; `None` for one per core.
+    pub threads: Option<usize>,
+    /// Whether to write every image as well.
+    pub keep_images: bool,
+}
+
+impl Default for RunOptions {
+    fn default() -> Self {
+        Self {
+            shard: Shard::WHOLE,
+            threads: None,
+            keep_images: false,
+        }
+    }
+}
+
+/// Makes the dataset of `config` in `folder`, or a part of it, and the tables once nothing is missing. `assets`
+/// holds the textures.
 pub fn generate(
     config: &DatasetConfig,
     folder: &Path,
     assets: &Path,
-    threads: Option<usize>,
+    options: &RunOptions,
     observer: &Observer,
 ) -> Result<Summary, DatasetError> {
+    views::check(config)?;
     claim(config, folder)?;
-    let environments = config.environments();
-    let total = environments.len();
-    let mut up_cache: Vec<(WaterBody, Vec<DepthMeasurement>)> = Vec::new();
-    let mut target: Option<Target> = None;
-    for (done, (pattern, water)) in environments.iter().enumerate() {
-        let part = part_path(folder, *pattern, water);
-        (observer.progress)(done, total, &environment_name(*pattern, water));
-        if part.exists() {
-            continue;
-        }
-        if target.as_ref().is_none_or(|t| t.pattern != *pattern) {
-            target = Some(Target::read(*pattern, assets)?);
-        }
-        let Some(target) = &target else { continue };
-        let quality = Quality {
-            samples_per_half: config.samples_per_half,
-            seed: config.environment_seed(done),
-            threads,
-        };
-        let result = depths(
-            config,
-            water,
-            target,
-            quality,
-            observer.cancel,
-            &mut up_cache,
-        )
-        .and_then(|depth| {
-            environment_part::make(
-                config,
-                target,
-                water,
-                &depth,
-                quality,
-                observer.cancel,
-                folder,
-            )
-        });
-        match result {
-            Ok(text) => write_text(&part, &text)?,
-            Err(_) if observer.cancel.load(Ordering::Relaxed) => {
-                return Err(DatasetError::Interrupted { done, total });
-            }
-            Err(e) => return Err(e),
-        }
-    }
-    (observer.progress)(total, total, "");
-    let entries = join(folder, &environments)?;
+    let pool = pool(options.threads)?;
+    let mut workshop = workshop(config, folder, assets, observer.cancel)?;
+    workshop.keep_images = options.keep_images;
+    let result = exposure::choose(&workshop, &pool);
+    workshop.exposure = result.map_err(|e| interrupted(e, 0, config))?;
+    render_all(&workshop, &pool, options.shard, observer)?;
+    let tables = finish::tables_if_complete(&workshop)?;
     Ok(Summary {
-        entries,
-        renders: config.renders(),
-        table: folder.join(TABLE),
+        counts: Counts::of(config),
+        exposure: workshop.exposure,
+        tables,
+        times: workshop.times,
     })
 }
 
-/// Name of an environment in the table and in file names.
-pub fn environment_name(pattern: Pattern, water: &WaterBody) -> String {
-    format!("{}_{}", pattern.name(), water.name())
+fn pool(threads: Option<usize>) -> Result<rayon::ThreadPool, DatasetError> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads.unwrap_or(0))
+        .build()
+        .map_err(|e| DatasetError::Inconsistent(format!("cannot start threads: {e}")))
 }
 
-/// The depth series of a water does not depend on the target: rendered once per water.
-fn depths(
-    config: &DatasetConfig,
-    water: &WaterBody,
-    target: &Target,
-    quality: Quality,
-    cancel: &AtomicBool,
-    cache: &mut Vec<(WaterBody, Vec<DepthMeasurement>)>,
-) -> Result<Vec<DepthMeasurement>, DatasetError> {
-    if let Some((_, known)) = cache.iter().find(|(w, _)| w == water) {
-        return Ok(known.clone());
+fn workshop<'a>(
+    config: &'a DatasetConfig,
+    folder: &'a Path,
+    assets: &Path,
+    cancel: &'a AtomicBool,
+) -> Result<Workshop<'a>, DatasetError> {
+    let patterns = config.patterns();
+    let mut targets = Vec::new();
+    for &pattern in &patterns {
+        let target = Target::read(pattern, assets)?;
+        let pyramid = TexturePyramid::new(&target.texture, f64::from(pattern.tile_m()));
+        targets.push(LoadedTarget {
+            pattern,
+            target,
+            pyramid,
+        });
     }
-    let quality = Quality {
-        samples_per_half: config.up_samples_per_half,
-        ..quality
-    };
-    let (sensor, views) = routine::look_up(
-        &config.vehicle,
-        water,
-        target,
-        &config.calibration_depths_m,
-        quality,
+    let per_group = |paths: u32| paths.div_ceil(GROUPS as u32);
+    Ok(Workshop {
+        config,
+        folder,
+        patterns,
+        targets,
+        response: CountResponse::new(&sensor(&config.vehicle, config.vehicle.exposure)),
+        effort: Effort {
+            least: per_group(config.accuracy.least_paths),
+            most: per_group(config.accuracy.most_paths),
+        },
+        exposure: config.vehicle.exposure,
+        keep_images: false,
         cancel,
-    )?;
-    let measured = routine::measure_depths(&sensor, &views);
-    cache.push((*water, measured.clone()));
-    Ok(measured)
+        times: Times::default(),
+    })
 }
 
-/// Makes the folder and writes the configuration into it, or checks that it is the same one.
+/// Makes what is missing of the shard's renders and images.
+fn render_all(
+    workshop: &Workshop,
+    pool: &rayon::ThreadPool,
+    shard: Shard,
+    observer: &Observer,
+) -> Result<(), DatasetError> {
+    let config = workshop.config;
+    let tasks = plan::tasks(config, shard);
+    let per_group = config.depths_m.len() * config.light_pct.len();
+    let images_of = |task: &Task| match task {
+        Task::Upward(_) => 0,
+        Task::Group(_) => per_group,
+    };
+    let total = tasks.iter().map(images_of).sum();
+    let (all, fresh) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    let started = Instant::now();
+    let result: Result<(), DatasetError> = pool.install(|| {
+        tasks.par_iter().with_max_len(1).try_for_each(|task| {
+            if workshop.cancelled() {
+                return Err(DatasetError::Stopped);
+            }
+            let before = workshop.times.renders();
+            match task {
+                Task::Upward(upward) => upward::make(workshop, upward)?,
+                Task::Group(group) => group::make(workshop, group)?,
+            }
+            let images = all.fetch_add(images_of(task), Ordering::Relaxed) + images_of(task);
+            if workshop.times.renders() > before {
+                fresh.fetch_add(images_of(task), Ordering::Relaxed);
+            }
+            let elapsed = started.elapsed().as_secs_f64().max(1e-3);
+            (observer.progress)(&Progress {
+                images,
+                images_total: total,
+                images_per_s: fresh.load(Ordering::Relaxed) as f64 / elapsed,
+            });
+            Ok(())
+        })
+    });
+    result.map_err(|e| interrupted(e, all.into_inner(), config))
+}
+
+/// An interruption with what has been done.
+fn interrupted(error: DatasetError, done: usize, config: &DatasetConfig) -> DatasetError {
+    match error {
+        DatasetError::Stopped => DatasetError::Interrupted {
+            done,
+            total: Counts::of(config).images,
+        },
+        other => other,
+    }
+}
+
+/// Makes the folders and writes the configuration, or checks that it is the same one.
 fn claim(config: &DatasetConfig, folder: &Path) -> Result<(), DatasetError> {
-    for sub in ["parts", "profiles"] {
-        let path = folder.join(sub);
+    let make = |path: PathBuf| {
         fs::create_dir_all(&path).map_err(|source| DatasetError::Io {
             path: path.display().to_string(),
             source,
-        })?;
+        })
+    };
+    make(folder.join("profiles"))?;
+    for water in config.waters() {
+        make(folder.join("renders").join(water.name()))?;
+        make(folder.join("images").join(water.name()))?;
     }
     let path = folder.join("config.toml");
     let text = config.to_text().map_err(DatasetError::Inconsistent)?;
@@ -206,45 +340,12 @@ fn claim(config: &DatasetConfig, folder: &Path) -> Result<(), DatasetError> {
         Ok(_) => Err(DatasetError::OtherConfig {
             folder: folder.display().to_string(),
         }),
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => write_text(&path, &text),
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
+            Ok(store::write_bytes(&path, text.as_bytes())?)
+        }
         Err(source) => Err(DatasetError::Io {
             path: path.display().to_string(),
             source,
         }),
     }
-}
-
-/// Joins the parts in the order of the grid; returns the number of rows.
-fn join(folder: &Path, environments: &[(Pattern, WaterBody)]) -> Result<usize, DatasetError> {
-    let mut table = environment_part::header();
-    let mut entries = 0;
-    for (pattern, water) in environments {
-        let path = part_path(folder, *pattern, water);
-        let text = fs::read_to_string(&path).map_err(|source| DatasetError::Io {
-            path: path.display().to_string(),
-            source,
-        })?;
-        entries += text.lines().count();
-        table.push_str(&text);
-    }
-    write_text(&folder.join(TABLE), &table)?;
-    Ok(entries)
-}
-
-fn part_path(folder: &Path, pattern: Pattern, water: &WaterBody) -> PathBuf {
-    folder
-        .join("parts")
-        .join(format!("{}.csv", environment_name(pattern, water)))
-}
-
-fn write_text(path: &Path, text: &str) -> Result<(), DatasetError> {
-    use std::io::Write;
-    Ok(write_atomically(path, |file| {
-        file.write_all(text.as_bytes())
-            .map_err(|source| ImageError::System {
-                path: path.to_path_buf(),
-                action: "written",
-                source,
-            })
-    })?)
 }

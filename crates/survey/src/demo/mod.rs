@@ -15,7 +15,9 @@ use uw_guidance::{Model, Objective};
 use uw_render::image::ImageError;
 use uw_render::integrator::RenderError;
 
-use crate::environment::{EnvironmentError, Target, WaterBody};
+use crate::environment::{EnvironmentError, Target, WaterBody, sensor};
+use crate::estimate::pyramid::TexturePyramid;
+use crate::estimate::response::CountResponse;
 use crate::routine::RoutineError;
 use crate::scenery::textures::Pattern;
 use crate::vehicle::Vehicle;
@@ -100,8 +102,12 @@ pub fn run(
         .map_or_else(|| first_model(assets), Ok)?;
     let model = Model::read(&model_path).map_err(|e| DemoError::Input(e.to_string()))?;
     let target = Target::read(options.pattern, assets)?;
+    let vehicle = Vehicle::default();
+    let pyramid = TexturePyramid::new(&target.texture, f64::from(options.pattern.tile_m()));
     let stage = stages::Stage {
-        vehicle: Vehicle::default(),
+        response: CountResponse::new(&sensor(&vehicle, vehicle.exposure)),
+        pyramid,
+        vehicle,
         water: options.water,
         target,
         seed: options.seed,

@@ -5,13 +5,17 @@ use std::net::SocketAddr;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use uw_calib::Profile;
+use uw_calib::{ContrastMeasurement, ImageStats, Profile};
 use uw_guidance::Observation;
 use uw_render::image::{ImageError, write_atomically, write_frame};
+use uw_render::integrator::RenderError;
 use uw_render::scene::Sensor;
 
 use super::{DemoError, Visit, ask};
 use crate::environment::{Target, View, WaterBody, scene, sensor};
+use crate::estimate::pyramid::TexturePyramid;
+use crate::estimate::response::CountResponse;
+use crate::estimate::target_image::TargetImage;
 use crate::measure::{Quality, RenderedView};
 use crate::routine;
 use crate::vehicle::Vehicle;
@@ -25,15 +29,18 @@ const DISTANCES_M: [f64; 6] = [0.5, 1.0, 1.5, 2.0, 2.5, 3.0];
 /// Depth and lamp level at which the contrast profiles are taken.
 const CONTRAST_DEPTH_M: f64 = 3.0;
 const CONTRAST_LIGHT_PCT: f64 = 67.0;
-/// Samples per pixel of each half.
+/// Samples per pixel of each half of an image that looks up.
 const UP_SAMPLES: u32 = 64;
-const TARGET_SAMPLES: u32 = 16;
+/// Paths per group of a view of the target.
+const TARGET_PATHS: u32 = 2048;
 
 /// What all renders share.
 pub(super) struct Stage<'a> {
     pub(super) vehicle: Vehicle,
     pub(super) water: WaterBody,
     pub(super) target: Target,
+    pub(super) pyramid: TexturePyramid,
+    pub(super) response: CountResponse,
     pub(super) seed: u64,
     pub(super) threads: Option<usize>,
     pub(super) folder: &'a Path,
@@ -61,21 +68,33 @@ impl Stage<'_> {
         sensor(&self.vehicle, self.vehicle.exposure)
     }
 
-    fn look(&self, depth_m: f64, distance_m: f64, seed: u64) -> Result<RenderedView, DemoError> {
-        let scene = scene(
-            &self.vehicle,
-            &self.water,
-            &self.target,
-            View::Target {
-                depth_m,
-                distance_m,
-            },
-        )?;
-        Ok(RenderedView::render(
-            &scene,
-            self.quality(TARGET_SAMPLES, seed),
-            self.cancel,
-        )?)
+    fn look(&self, depth_m: f64, distance_m: f64, seed: u64) -> Result<TargetImage, DemoError> {
+        let view = View::Target {
+            depth_m,
+            distance_m,
+        };
+        let scene = scene(&self.vehicle, &self.water, &self.target, view)?;
+        let seed = self.quality(0, seed).seed;
+        TargetImage::render(&scene, &self.pyramid, seed, TARGET_PATHS, self.cancel)
+            .map_err(|e| DemoError::Input(e.to_string()))?
+            .ok_or(DemoError::Render(RenderError::Incomplete {
+                rows: 0,
+                total: 0,
+            }))
+    }
+
+    fn write_target(
+        &self,
+        name: &str,
+        image: &TargetImage,
+        light_pct: f64,
+    ) -> Result<(), DemoError> {
+        let frame = self.sensor().expose(&image.picture(light_pct), self.seed);
+        Ok(write_frame(&self.folder.join(name), &frame)?)
+    }
+
+    fn measure(&self, image: &TargetImage, light_pct: f64) -> ImageStats {
+        image.statistics(&self.response, self.vehicle.exposure, light_pct)
     }
 
     fn write_picture(
@@ -107,24 +126,25 @@ impl Stage<'_> {
             // Writing to a string cannot fail.
             let _ = writeln!(manifest, "{file},depth,{depth_m},,0");
         }
-        let sensor = self.sensor();
-        let mut views = Vec::new();
+        let mut contrast = Vec::new();
         for (i, &distance_m) in DISTANCES_M.iter().enumerate() {
-            let view = self.look(CONTRAST_DEPTH_M, distance_m, 100 + i as u64)?;
+            let image = self.look(CONTRAST_DEPTH_M, distance_m, 100 + i as u64)?;
             for light_pct in [0.0, CONTRAST_LIGHT_PCT] {
                 let file = format!("target_{distance_m}m_{light_pct}pct.png");
-                self.write_picture(&format!("calibration/{file}"), &view, &sensor, light_pct)?;
+                self.write_target(&format!("calibration/{file}"), &image, light_pct)?;
+                contrast.push(ContrastMeasurement {
+                    distance_m,
+                    light_pct,
+                    contrast: self.measure(&image, light_pct).contrast,
+                });
                 let _ = writeln!(
                     manifest,
                     "{file},contrast,{CONTRAST_DEPTH_M},{distance_m},{light_pct}"
                 );
             }
-            views.push((distance_m, view));
         }
         self.write_text("calibration/manifest.csv", &manifest)?;
-        let views: Vec<_> = views.iter().map(|(d, v)| (*d, v)).collect();
         let depth = routine::measure_depths(&up_sensor, &ups);
-        let contrast = routine::measure_contrasts(&sensor, &views, CONTRAST_LIGHT_PCT);
         let profile = routine::profile(
             &depth,
             &contrast,
@@ -144,18 +164,12 @@ impl Stage<'_> {
         address: SocketAddr,
         tell: &dyn Fn(&str),
     ) -> Result<Vec<Visit>, DemoError> {
-        let sensor = self.sensor();
         let mut visits = Vec::new();
         for (i, (depth_m, distance_m, light_pct)) in VISITS.into_iter().enumerate() {
             let seed = 200 + 10 * i as u64;
             let before = self.look(depth_m, distance_m, seed)?;
-            let stats = before.statistics(&sensor, light_pct);
-            self.write_picture(
-                &format!("depth_{depth_m}m_before.png"),
-                &before,
-                &sensor,
-                light_pct,
-            )?;
+            let stats = self.measure(&before, light_pct);
+            self.write_target(&format!("depth_{depth_m}m_before.png"), &before, light_pct)?;
             let observation = Observation {
                 depth_m,
                 distance_m,
@@ -165,13 +179,9 @@ impl Stage<'_> {
             };
             let suggestion = ask::suggest(address, observation)?;
             let after = self.look(depth_m, suggestion.distance_m, seed + 1)?;
-            let contrast_after = after.statistics(&sensor, suggestion.light_pct).contrast;
-            self.write_picture(
-                &format!("depth_{depth_m}m_after.png"),
-                &after,
-                &sensor,
-                suggestion.light_pct,
-            )?;
+            let contrast_after = self.measure(&after, suggestion.light_pct).contrast;
+            let name = format!("depth_{depth_m}m_after.png");
+            self.write_target(&name, &after, suggestion.light_pct)?;
             tell(&format!(
                 "    {depth_m} m deep: from {distance_m} m at {light_pct} % to {:.2} m at {:.0} %",
                 suggestion.distance_m, suggestion.light_pct

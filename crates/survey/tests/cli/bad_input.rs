@@ -314,3 +314,40 @@ fn help_and_version_are_no_errors() {
         format!("uw {}\n", env!("CARGO_PKG_VERSION"))
     );
 }
+
+#[test]
+fn datasets_that_cannot_be_are_refused_with_what_would_be_right() {
+    let folder = Folder::new();
+    let config = |text: &str| format!("format = \"uw-dataset/1\"\n{text}\n");
+    for (text, words) in [
+        ("distance_m = [1.0]", &["unknown field", "distance_m"][..]),
+        ("textures = [\"lawn\"]", &["lawn", "hull_red"]),
+        ("water_types = [\"IB-II@2\"]", &["water_types", "[0, 1]"]),
+        ("light_pct = [0.0, 50.0]", &["calibration_light_pct", "67"]),
+        ("exposure = \"automatic\"", &["automatic", "auto"]),
+        ("depths_m = [1.0, 3.0, 3.0]", &["depths_m", "3 twice"]),
+    ] {
+        folder.write("dataset.toml", config(text));
+        folder.refused("dataset dataset.toml -o out", words);
+    }
+    // A hull that ends at the surface does not fill a view from 1 m below it and 6 m away.
+    folder.write(
+        "dataset.toml",
+        config("distances_m = [6.0]\ntextures = [\"hull_red\"]"),
+    );
+    folder.refused(
+        "dataset dataset.toml -o out",
+        &["sees past it", "distances_m 6"],
+    );
+    folder.write("dataset.toml", config(""));
+    folder.refused(
+        "dataset dataset.toml -o new --shard 3/2",
+        &["1 <= i <= n", "3/2"],
+    );
+    folder.refused("dataset --grid narrow -o new", &["narrow", "paper", "wide"]);
+    folder.refused(
+        "dataset dataset.toml -o new --resume",
+        &["nothing to resume"],
+    );
+    folder.refused("dataset dataset.toml -o new --merge missing", &["missing"]);
+}

@@ -6,7 +6,10 @@ use std::process::ExitCode;
 use clap::{Parser, ValueEnum};
 use uw_training::columns::CONTRAST_SCALE_COUNTS;
 use uw_training::train::Epoch;
-use uw_training::{Error, Offsets, Report, Settings, SplitBy, Table, output, train};
+use uw_training::{
+    Comparison, Error, Offsets, Report, Schedule, Settings, SplitBy, Table, Trained, UnseenSet,
+    output, plots, train,
+};
 
 /// Trains the network that predicts image contrast after a move of vehicle or lamp.
 ///
@@ -19,6 +22,12 @@ struct Arguments {
     /// Model file to write; an existing file is replaced
     #[arg(short, long, value_name = "MODEL.json")]
     output: PathBuf,
+    /// Units in each of the two hidden layers
+    #[arg(long, default_value_t = Settings::default().hidden)]
+    hidden: usize,
+    /// How the step size changes over the training
+    #[arg(long, value_enum, default_value_t = ScheduleArgument::Constant)]
+    schedule: ScheduleArgument,
     /// Passes over the training rows
     #[arg(long, default_value_t = Settings::default().epochs)]
     epochs: usize,
@@ -37,15 +46,37 @@ struct Arguments {
     /// What is kept for the test: single rows, or whole environments (needs the column `environment`)
     #[arg(long, value_enum, default_value_t = SplitArgument::Row)]
     split: SplitArgument,
-    /// How the candidate move is given to the network: as changes or as absolute values
+    /// How the candidate move is given to the network: as changes, as absolute values, or as absolute values with
+    /// the calibration at the candidate's distance
     #[arg(long, value_enum, default_value_t = InputsArgument::Delta)]
     inputs: InputsArgument,
     /// Leave the nine calibration inputs out
     #[arg(long)]
     no_calibration: bool,
+    /// Also train with the other split and without calibration, and put the errors side by side
+    #[arg(long)]
+    compare: bool,
+    /// A dataset of environments that the other does not hold, and its name in the comparison
+    #[arg(long, value_name = "NAME=DATASET", value_parser = unseen_argument, requires = "compare")]
+    unseen: Vec<(String, PathBuf)>,
     /// Folder for the report, made if missing [default: beside the model]
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum ScheduleArgument {
+    Constant,
+    Cosine,
+}
+
+fn unseen_argument(text: &str) -> Result<(String, PathBuf), String> {
+    match text.split_once('=') {
+        Some((name, path)) if !name.is_empty() && !path.is_empty() => {
+            Ok((name.to_owned(), PathBuf::from(path)))
+        }
+        _ => Err(format!("must be NAME=DATASET, got {text:?}")),
+    }
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -58,11 +89,17 @@ enum SplitArgument {
 enum InputsArgument {
     Delta,
     Target,
+    Ahead,
 }
 
 impl Arguments {
     fn settings(&self) -> Settings {
         Settings {
+            hidden: self.hidden,
+            schedule: match self.schedule {
+                ScheduleArgument::Constant => Schedule::Constant,
+                ScheduleArgument::Cosine => Schedule::Cosine,
+            },
             epochs: self.epochs,
             batch: self.batch,
             learning_rate: self.learning_rate,
@@ -80,6 +117,7 @@ impl Arguments {
         match self.inputs {
             InputsArgument::Delta => Offsets::Delta,
             InputsArgument::Target => Offsets::Target,
+            InputsArgument::Ahead => Offsets::Ahead,
         }
     }
 }
@@ -103,11 +141,21 @@ fn run(arguments: &Arguments) -> Result<(), Error> {
         arguments.report.as_deref(),
     )?;
     let table = Table::read(&arguments.dataset, arguments.offsets())?;
+    let unseen = read_unseen(arguments)?;
     announce(&arguments.dataset, &table, &settings);
     let trained = train(&table, &settings, |epoch| print_epoch(epoch, &settings))?;
-    let report = Report::new(&arguments.dataset, &table, &settings, &trained);
+    let mut report = Report::new(&arguments.dataset, &table, &settings, &trained);
+    if arguments.compare {
+        let tell = |word: &str, epoch: &Epoch, settings: &Settings| {
+            eprint!("{word}: ");
+            print_epoch(epoch, settings);
+        };
+        let comparison = Comparison::make(&table, &settings, &trained, &unseen, tell)?;
+        report = report.with_comparison(comparison);
+    }
     trained.model.write(&arguments.output)?;
     report.write(&report_path)?;
+    write_pictures(&report, &report_path, &table, &trained)?;
     eprintln!(
         "test MAE {:.4} counts ({:.5} of contrast/15), train MAE {:.4} counts",
         report.test().mae_counts,
@@ -120,6 +168,36 @@ fn run(arguments: &Arguments) -> Result<(), Error> {
         report_path.display()
     );
     Ok(())
+}
+
+fn read_unseen(arguments: &Arguments) -> Result<Vec<UnseenSet>, Error> {
+    let read = |(name, path): &(String, PathBuf)| {
+        Ok(UnseenSet {
+            name: name.clone(),
+            table: Table::read(path, arguments.offsets())?,
+        })
+    };
+    arguments.unseen.iter().map(read).collect()
+}
+
+/// The plots and the report for people, beside the report.
+fn write_pictures(
+    report: &Report,
+    report_path: &Path,
+    table: &Table,
+    trained: &Trained,
+) -> Result<(), Error> {
+    let beside = |ending: &str| report_path.with_extension("").with_extension(ending);
+    let (curve, scatter) = (beside("curve.png"), beside("scatter.png"));
+    plots::learning_curve(&curve, &trained.curve)?;
+    plots::predicted_against_true(&scatter, table, trained)?;
+    let names = [&curve, &scatter].map(|path| {
+        path.file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned()
+    });
+    output::write_text(&beside("report.md"), &report.to_markdown(&names))
 }
 
 fn announce(dataset: &Path, table: &Table, settings: &Settings) {

@@ -30,7 +30,15 @@ fn outcome(table: &str, more: &[&str]) -> (Option<i32>, String) {
         .collect();
     files.sort();
     if output.status.success() {
-        assert_eq!(files, ["dataset.csv", "model.json", "model.report.json"]);
+        let made = [
+            "dataset.csv",
+            "model.curve.png",
+            "model.json",
+            "model.report.json",
+            "model.report.md",
+            "model.scatter.png",
+        ];
+        assert_eq!(files, made);
     } else {
         assert_eq!(files, ["dataset.csv"], "nothing may be half-written");
     }

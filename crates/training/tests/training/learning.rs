@@ -5,7 +5,9 @@ use std::path::Path;
 
 use serde_json::Value;
 use uw_training::train::mae_counts;
-use uw_training::{Offsets, Report, Settings, SplitBy, Table, Trained, train};
+use uw_training::{
+    Comparison, Offsets, Report, Schedule, Settings, SplitBy, Table, Trained, UnseenSet, train,
+};
 
 use crate::dataset;
 
@@ -84,7 +86,7 @@ fn numbers(value: &Value) -> Vec<f64> {
 fn evaluate(model: &Value, inputs: &[f64]) -> Vec<f64> {
     let mean = numbers(&model["normalisation"]["mean"]);
     let std = numbers(&model["normalisation"]["std"]);
-    let mut x: Vec<f64> = (0..inputs.len())
+    let mut x: Vec<f64> = (0..mean.len())
         .map(|k| (inputs[k] - mean[k]) / std[k])
         .collect();
     for layer in model["layers"].as_array().expect("a list of layers") {
@@ -269,4 +271,97 @@ fn the_report_states_the_errors_of_the_model() {
     close(&test["mae_contrast_b_counts"], sums[2]);
     close(&test["mae_counts"], mean(sums));
     close(&test["mae_scaled"], mean(sums) / 15.0);
+}
+
+#[test]
+fn the_comparison_knows_calibration_split_and_unseen_environments() {
+    let table = table(1200, Offsets::Delta);
+    let settings = settings(3);
+    let trained = trained(&table, &settings);
+    let unseen = [UnseenSet {
+        name: "elsewhere".to_owned(),
+        table: table.clone(),
+    }];
+    let mut runs = Vec::new();
+    let comparison = Comparison::make(&table, &settings, &trained, &unseen, |word, epoch, _| {
+        if epoch.epoch == 1 {
+            runs.push(word.to_owned());
+        }
+    })
+    .expect("training works");
+    // The network of the settings is not trained again.
+    assert_eq!(
+        runs,
+        [
+            "with calibration, split by environment",
+            "without calibration, split by row",
+            "without calibration, split by environment"
+        ]
+    );
+    let scaled = test_mae_counts(&table, &trained) / 15.0;
+    assert!((comparison.models[0].test_by_row - scaled).abs() < 1e-9);
+    // Over the whole table the error is that of its two parts together.
+    let (train, test) = (
+        trained.split.train.len() as f64,
+        trained.split.test.len() as f64,
+    );
+    let on_train = mean(mae_counts(
+        &trained.train_predictions,
+        &table,
+        &trained.split.train,
+    )) / 15.0;
+    let whole = (train * on_train + test * scaled) / (train + test);
+    assert!((comparison.models[0].unseen[0] - whole).abs() < 1e-5);
+    assert!(comparison.to_markdown().contains("| with calibration |"));
+}
+
+#[test]
+fn the_calibration_ahead_is_read_and_stored_where_asked_for() {
+    let text = dataset::text(200);
+    let mut lines = text.lines();
+    let names = ["target_kc_on_r", "target_kc_on_g", "target_kc_on_b"]
+        .into_iter()
+        .chain(["target_kc_off_r", "target_kc_off_g", "target_kc_off_b"]);
+    let header = lines.next().expect("a header").to_owned();
+    let mut wider = names.fold(header, |header, name| header + "," + name) + "\n";
+    for (row, line) in lines.enumerate() {
+        wider += &format!("{line},{row},2,3,4,5,{}\n", 2 * row);
+    }
+    let folder = dataset::empty_folder();
+    dataset::write(&folder, &wider);
+    let table = Table::read(&folder, Offsets::Ahead).expect("a valid table");
+    assert_eq!((table.inputs[7][20], table.inputs[7][25]), (7.0, 14.0));
+    let trained = trained(&table, &settings(1));
+    let model = model_json(&trained);
+    assert_eq!(model["inputs"].as_array().expect("a list").len(), 26);
+    assert_eq!(
+        model["layers"][0]["kernel"]
+            .as_array()
+            .expect("a list")
+            .len(),
+        26
+    );
+    assert_file_matches_network(&table, &trained);
+    let without = Table::read(&folder, Offsets::Target).expect("a valid table");
+    assert_eq!(without.inputs[7][20], 0.0);
+}
+
+#[test]
+fn width_and_schedule_are_used() {
+    let table = table(600, Offsets::Delta);
+    let train_errors = |schedule| {
+        let settings = Settings {
+            schedule,
+            hidden: 32,
+            ..settings(2)
+        };
+        let trained = trained(&table, &settings);
+        assert_eq!(trained.model.layers()[1].units, 32);
+        let errors = trained.curve.iter().map(|e| e.train_mae_counts);
+        errors.collect::<Vec<_>>()
+    };
+    assert_ne!(
+        train_errors(Schedule::Constant),
+        train_errors(Schedule::Cosine)
+    );
 }

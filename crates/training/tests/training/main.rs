@@ -4,3 +4,4 @@
 mod bad_input;
 mod dataset;
 mod learning;
+mod parquet_table;

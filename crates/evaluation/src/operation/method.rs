@@ -1,0 +1,170 @@
+//! How the methods choose distance and lamp level at a place.
+
+use uw_calib::{ImageStats, Profile};
+use uw_guidance::features::Candidate;
+use uw_guidance::objective::{Criterion, Objective};
+use uw_guidance::{Model, Observation, advise};
+use uw_render::image::{Counts, Frame};
+
+use super::truth::Truth;
+use crate::error::EvalError;
+use crate::niqe::{NiqeError, Pristine, niqe};
+use crate::vision::GreyImage;
+use crate::vision::sobel::mean_gradient_y;
+
+/// A method.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Method {
+    /// The guidance with a preset of its objective, by name.
+    Guidance(String, Objective),
+    /// Tries every candidate on the true images with the objective of a preset.
+    Oracle(String, Objective),
+    /// Holds a value of an image metric.
+    Hold(Metric),
+    /// A set distance and lamp level.
+    Pattern(Candidate),
+}
+
+/// A metric that a method holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Metric {
+    /// NIQE.
+    Niqe,
+    /// Mean vertical Sobel gradient.
+    MeanGradient,
+}
+
+impl Method {
+    /// Name in tables.
+    pub fn name(&self) -> String {
+        match self {
+            Self::Guidance(preset, _) => format!("proposed ({preset})"),
+            Self::Oracle(preset, _) => format!("oracle ({preset})"),
+            Self::Hold(Metric::Niqe) => "NIQE".into(),
+            Self::Hold(Metric::MeanGradient) => "gradient".into(),
+            Self::Pattern(set) => format!("{} m pattern", set.distance_m),
+        }
+    }
+
+    /// All methods of an evaluation with these presets.
+    pub fn all(presets: &[(String, Objective)]) -> Vec<Self> {
+        let guided = presets
+            .iter()
+            .map(|(name, objective)| Self::Guidance(name.clone(), *objective));
+        let oracles = presets
+            .iter()
+            .map(|(name, objective)| Self::Oracle(name.clone(), *objective));
+        let pattern = |distance_m, light_pct| {
+            Self::Pattern(Candidate {
+                distance_m,
+                light_pct,
+            })
+        };
+        let others = [
+            Self::Hold(Metric::Niqe),
+            Self::Hold(Metric::MeanGradient),
+            pattern(1.0, 50.0),
+            pattern(2.0, 25.0),
+        ];
+        guided.chain(others).chain(oracles).collect()
+    }
+}
+
+impl Metric {
+    /// The metric of an image.
+    pub fn of(
+        self,
+        image: &GreyImage,
+        pristine: &Pristine,
+        niqe_block_px: usize,
+    ) -> Result<f64, NiqeError> {
+        match self {
+            Self::MeanGradient => Ok(mean_gradient_y(image)),
+            Self::Niqe => {
+                let (width, height) = (image.width(), image.height());
+                niqe(pristine, width, height, &image.numbers(), niqe_block_px)
+            }
+        }
+    }
+}
+
+/// What the guidance advises at `depth_m` for what `frame` shows from `current`.
+pub fn guided(
+    frame: &Frame,
+    depth_m: f64,
+    current: Candidate,
+    (profile, model, objective): (&Profile, &Model, &Objective),
+) -> Result<Candidate, EvalError> {
+    let stats = statistics(frame)?;
+    let observation = Observation {
+        depth_m,
+        distance_m: current.distance_m,
+        light_pct: current.light_pct,
+        mean: stats.mean,
+        std: stats.contrast,
+    };
+    let advice = advise(&observation, profile, model, objective);
+    if !advice.valid() {
+        let reason = advice.reason.map_or_else(String::new, |r| r.to_string());
+        return Err(EvalError::NoAdvice { depth_m, reason });
+    }
+    Ok(Candidate {
+        distance_m: advice.distance_m,
+        light_pct: advice.light_pct,
+    })
+}
+
+fn statistics(frame: &Frame) -> Result<ImageStats, EvalError> {
+    let (width, height) = (frame.width as usize, frame.height as usize);
+    let stats = match &frame.counts {
+        Counts::Bits8(counts) => ImageStats::from_rgb8(width, height, counts),
+        Counts::Bits16(counts) => ImageStats::from_rgb16(width, height, counts),
+    };
+    stats.map_err(|e| EvalError::Input(e.to_string()))
+}
+
+/// What a method that knows the true images chooses.
+pub fn oracle(
+    truth: &Truth,
+    criterion: &Criterion,
+    objective: &Objective,
+    current: Candidate,
+) -> Candidate {
+    truth
+        .best(criterion, objective.light_pct, current)
+        .map_or(current, |(candidate, _)| candidate)
+}
+
+/// The candidate whose metric is nearest to the value held; of candidates equally near the first. Candidates without a
+/// value (NaN) are passed over; without any the vehicle stays.
+pub fn nearest_to(held: f64, candidates: &[(Candidate, f64)], current: Candidate) -> Candidate {
+    candidates
+        .iter()
+        .filter(|(_, value)| value.is_finite())
+        .min_by(|(_, x), (_, y)| (x - held).abs().total_cmp(&(y - held).abs()))
+        .map_or(current, |(candidate, _)| *candidate)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_value_held_is_met_as_nearly_as_can_be() {
+        let at = |distance_m, light_pct| Candidate {
+            distance_m,
+            light_pct,
+        };
+        let candidates = [
+            (at(1.0, 0.0), 4.0),
+            (at(2.0, 0.0), f64::NAN),
+            (at(3.0, 50.0), 2.5),
+            (at(3.0, 75.0), 1.0),
+        ];
+        assert_eq!(nearest_to(2.0, &candidates, at(9.0, 9.0)), at(3.0, 50.0));
+        assert_eq!(
+            nearest_to(2.0, &candidates[1..2], at(9.0, 9.0)),
+            at(9.0, 9.0)
+        );
+    }
+}

@@ -1,0 +1,358 @@
+//! Labels against plain renders at full resolution.
+//!
+//! Of random entries the image after the change is rendered without any of the shortcuts: the whole scene with
+//! its surface, lamps at their level, single pixels of the full image, thousands of samples each. A few random
+//! pixels per patch are enough, because only the difference from the label's own model of the image is estimated:
+//!
+//! variance of patch = variance of the model's patch + covariance of two renders of the pixels - variance of the
+//! model at the same pixels
+//!
+//! Both terms are unbiased; where the model is right their difference has little noise but that of the renders.
+
+use std::sync::atomic::Ordering;
+
+use rayon::prelude::*;
+use serde::Serialize;
+use uw_calib::stats::{PATCH_COLUMNS, PATCH_ROWS};
+use uw_render::integrator::cpu::{Selection, Worker};
+use uw_render::integrator::sampling::Rng;
+use uw_render::prepare::Prepared;
+
+use super::group::{self, GroupLight, Place, group_scene};
+use super::plan::{Group, groups};
+use super::{
+    DatasetConfig, DatasetError, Observer, Progress, Workshop, exposure, interrupted, pool,
+};
+use crate::estimate::radiance::{Estimates, Lattice, RadianceImage, Reflection};
+use crate::estimate::statistics::Shot;
+
+/// What to check.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CheckPlan {
+    /// Number of random entries.
+    pub entries: usize,
+    /// Samples of each pixel.
+    pub samples_per_pixel: u32,
+    /// Random pixels of each patch, at least 2.
+    pub pixels_per_patch: usize,
+}
+
+/// One entry checked: contrast of its label and of the render, 8-bit counts.
+#[derive(Clone, Debug, Serialize)]
+pub struct CheckedEntry {
+    /// Environment and view.
+    pub image: String,
+    /// Depth, m.
+    pub depth_m: f64,
+    /// Distance, m.
+    pub distance_m: f64,
+    /// Lamp level, percent.
+    pub light_pct: f64,
+    /// Contrast of the label.
+    pub label: [f64; 3],
+    /// Contrast of the render.
+    pub render: [f64; 3],
+    /// Standard error of the render's contrast.
+    pub error: [f64; 3],
+}
+
+/// Result of a check.
+#[derive(Clone, Debug, Serialize)]
+pub struct CheckReport {
+    /// Samples of each pixel.
+    pub samples_per_pixel: u32,
+    /// Pixels rendered per image.
+    pub pixels: usize,
+    /// Mean absolute difference of label and render, counts; noise of the render is in it.
+    pub mean_absolute: f64,
+    /// The same less what is allowed, 0.1 counts + 1 % of the contrast; fine where negative.
+    pub mean_excess: f64,
+    /// Mean difference, label minus render, counts.
+    pub mean: f64,
+    /// Standard error of the mean difference from its spread over the entries, counts.
+    pub mean_error: f64,
+    /// The entries.
+    pub entries: Vec<CheckedEntry>,
+}
+
+/// Checks labels of the dataset in the `folder` of a finished run.
+pub fn check(
+    config: &DatasetConfig,
+    folder: &std::path::Path,
+    assets: &std::path::Path,
+    plan: &CheckPlan,
+    threads: Option<usize>,
+    observer: &Observer,
+) -> Result<CheckReport, DatasetError> {
+    super::claim(config, folder)?;
+    let pool = pool(threads)?;
+    let mut workshop = super::workshop(config, folder, assets, observer.cancel)?;
+    workshop.exposure = exposure::choose(&workshop, &pool)?;
+    let all: Vec<Group> = groups(config).collect();
+    let mut rng = Rng::new(config.seed, 0, 0, 0xc4ec);
+    let mut pick = |n: usize| ((rng.uniform() * n as f64) as usize).min(n - 1);
+    let chosen: Vec<(Group, f64, f64, u32)> = (0..plan.entries)
+        .map(|i| {
+            let group = all[pick(all.len())];
+            let depth_m = config.depths_m[pick(config.depths_m.len())];
+            let light_pct = config.light_pct[pick(config.light_pct.len())];
+            (group, depth_m, light_pct, i as u32)
+        })
+        .collect();
+    let entries: Result<Vec<CheckedEntry>, DatasetError> = pool.install(|| {
+        chosen
+            .par_iter()
+            .with_max_len(1)
+            .map(|(group, depth_m, light_pct, index)| {
+                let entry = check_one(&workshop, group, *depth_m, *light_pct, plan, *index)?;
+                (observer.progress)(&Progress {
+                    images: *index as usize + 1,
+                    images_total: plan.entries,
+                    images_per_s: 0.0,
+                });
+                Ok(entry)
+            })
+            .collect()
+    });
+    let entries = entries.map_err(|e| interrupted(e, 0, config))?;
+    Ok(report(plan, entries))
+}
+
+fn check_one(
+    workshop: &Workshop,
+    group: &Group,
+    depth_m: f64,
+    light_pct: f64,
+    plan: &CheckPlan,
+    index: u32,
+) -> Result<CheckedEntry, DatasetError> {
+    let places = group::places(workshop, group, &workshop.config.depths_m)?;
+    let light = group::light(workshop, group, &places, |r| r, &workshop.effort)?;
+    let at = places
+        .iter()
+        .position(|p| p.depth_m == depth_m)
+        .unwrap_or(0);
+    let model = model_counts(workshop, &places[at], &light, at, light_pct);
+    let pixels = pixels(
+        model.lattice,
+        plan.pixels_per_patch,
+        workshop.config.seed,
+        index,
+    );
+    let halves = render(workshop, group, depth_m, light_pct, plan, &pixels, index)?;
+    let (render, error) = compare(workshop, &model, &pixels, &halves);
+    Ok(CheckedEntry {
+        image: group
+            .images_path(std::path::Path::new(""))
+            .display()
+            .to_string(),
+        depth_m,
+        distance_m: group.distance_m,
+        light_pct,
+        label: model.contrast,
+        render,
+        error,
+    })
+}
+
+/// The label's model of an image: mean counts of every pixel.
+struct ModelImage {
+    lattice: Lattice,
+    exposure: f64,
+    counts: Vec<[f64; 3]>,
+    /// Variance of every patch with sensor noise.
+    variances: Vec<[f64; 3]>,
+    contrast: [f64; 3],
+}
+
+fn model_counts(
+    workshop: &Workshop,
+    place: &Place,
+    light: &GroupLight,
+    at: usize,
+    light_pct: f64,
+) -> ModelImage {
+    let lattice = place.model.lattice(1);
+    let image = |source, fields| {
+        let reflection = Reflection::new(&source, lattice);
+        RadianceImage::new(&source, fields, &reflection, Estimates::Whole)
+    };
+    let ambient = image(place.model.daylight(), &light.daylight[at]);
+    let lamps = image(place.model.lamps(), &light.lamps);
+    let shot = |exposure| Shot {
+        ambient: &ambient,
+        lamps: &lamps,
+        light_pct,
+        exposure,
+    };
+    let exposure = workshop.exposure_of(&shot(1.0));
+    let shot = shot(exposure);
+    let mut counts = Vec::with_capacity(lattice.columns() * lattice.rows());
+    let mut noise = Vec::with_capacity(counts.capacity());
+    for i in 0..lattice.columns() * lattice.rows() {
+        let responses = shot.signal(0, i).map(|y| workshop.response.at(y));
+        counts.push(responses.map(|r| f64::from(r.0)));
+        noise.push(responses.map(|r| f64::from(r.1)));
+    }
+    let variances = patches(lattice)
+        .map(|patch| {
+            let n = patch.len() as f64;
+            std::array::from_fn(|k| {
+                let mean = patch.iter().map(|&i| counts[i][k]).sum::<f64>() / n;
+                let spread = patch
+                    .iter()
+                    .map(|&i| (counts[i][k] - mean).powi(2))
+                    .sum::<f64>();
+                (spread + patch.iter().map(|&i| noise[i][k]).sum::<f64>()) / n
+            })
+        })
+        .collect();
+    ModelImage {
+        lattice,
+        exposure,
+        counts,
+        variances,
+        contrast: shot.statistics(&workshop.response).contrast,
+    }
+}
+
+/// Indices of the pixels of each patch, patches row by row.
+fn patches(lattice: Lattice) -> impl Iterator<Item = Vec<usize>> {
+    let (w, h) = (
+        lattice.columns() / PATCH_COLUMNS,
+        lattice.rows() / PATCH_ROWS,
+    );
+    (0..PATCH_ROWS).flat_map(move |r| {
+        (0..PATCH_COLUMNS).map(move |c| {
+            let rows = r * h..(r + 1) * h;
+            rows.flat_map(|y| (c * w..(c + 1) * w).map(move |x| y * lattice.columns() + x))
+                .collect()
+        })
+    })
+}
+
+/// Random pixels of every patch.
+fn pixels(lattice: Lattice, per_patch: usize, seed: u64, index: u32) -> Vec<Vec<usize>> {
+    let mut rng = Rng::new(seed, index, 1, 0xc4ec);
+    patches(lattice)
+        .map(|patch| {
+            let n = patch.len();
+            (0..per_patch)
+                .map(|_| patch[((rng.uniform() * n as f64) as usize).min(n - 1)])
+                .collect()
+        })
+        .collect()
+}
+
+/// Radiance of the pixels in two independent renders.
+fn render(
+    workshop: &Workshop,
+    group: &Group,
+    depth_m: f64,
+    light_pct: f64,
+    plan: &CheckPlan,
+    pixels: &[Vec<usize>],
+    index: u32,
+) -> Result<[Vec<Vec<[f64; 3]>>; 2], DatasetError> {
+    let mut scene = group_scene(workshop, group, depth_m)?;
+    scene.lamps.iter_mut().for_each(|l| l.level_pct = light_pct);
+    if light_pct == 0.0 {
+        scene.lamps.clear();
+    }
+    let prepared = Prepared::build(&scene);
+    let selection = Selection {
+        lamps: (0..prepared.lamps.len()).collect(),
+        ambient: true,
+        max_events: usize::MAX,
+    };
+    let mut worker = Worker::new(&prepared, &selection);
+    let width = prepared.camera.width as usize;
+    let samples = plan.samples_per_pixel.div_ceil(2);
+    let mut half = |half: u64| -> Result<Vec<Vec<[f64; 3]>>, DatasetError> {
+        let seed = workshop.config.seed ^ 0xc4ec_0000 ^ (half << 40) ^ (u64::from(index) << 48);
+        let mut all = Vec::with_capacity(pixels.len());
+        for patch in pixels {
+            if workshop.cancel.load(Ordering::Relaxed) {
+                return Err(DatasetError::Stopped);
+            }
+            let of_pixel = |&i: &usize| {
+                let mut sum = [0.0; 3];
+                for sample in 0..samples {
+                    let scores =
+                        worker.sample(seed, (i % width) as u32, (i / width) as u32, 0, sample);
+                    let total = scores.total();
+                    (0..3).for_each(|k| sum[k] += total[k] / f64::from(samples));
+                }
+                sum
+            };
+            all.push(patch.iter().map(of_pixel).collect());
+        }
+        Ok(all)
+    };
+    Ok([half(0)?, half(1)?])
+}
+
+/// Contrast of the rendered image and its standard error.
+fn compare(
+    workshop: &Workshop,
+    model: &ModelImage,
+    pixels: &[Vec<usize>],
+    halves: &[Vec<Vec<[f64; 3]>>; 2],
+) -> ([f64; 3], [f64; 3]) {
+    let counts =
+        |radiance: f64| f64::from(workshop.response.at((model.exposure * radiance) as f32).0);
+    let (mut contrast, mut error) = ([0.0; 3], [0.0; 3]);
+    let patches = pixels.len() as f64;
+    for k in 0..3 {
+        let mut plain = 0.0;
+        let mut changes = Vec::with_capacity(pixels.len());
+        for (p, patch) in pixels.iter().enumerate() {
+            let n = patch.len() as f64;
+            let mean = |values: &[f64]| values.iter().sum::<f64>() / n;
+            let first: Vec<f64> = halves[0][p].iter().map(|l| counts(l[k])).collect();
+            let second: Vec<f64> = halves[1][p].iter().map(|l| counts(l[k])).collect();
+            let known: Vec<f64> = patch.iter().map(|&i| model.counts[i][k]).collect();
+            let covariance = |x: &[f64], y: &[f64]| {
+                let (mx, my) = (mean(x), mean(y));
+                let sum: f64 = x.iter().zip(y).map(|(a, b)| (a - mx) * (b - my)).sum();
+                sum / (n - 1.0)
+            };
+            let root = model.variances[p][k].max(0.0).sqrt();
+            plain += root / patches;
+            let change = covariance(&first, &second) - covariance(&known, &known);
+            changes.push(change / (2.0 * root.max(1e-3)));
+        }
+        let mean = changes.iter().sum::<f64>() / patches;
+        let spread: f64 = changes.iter().map(|c| (c - mean).powi(2)).sum();
+        contrast[k] = plain + mean;
+        error[k] = (spread / (patches * (patches - 1.0))).sqrt();
+    }
+    (contrast, error)
+}
+
+fn report(plan: &CheckPlan, entries: Vec<CheckedEntry>) -> CheckReport {
+    let pairs = || {
+        entries
+            .iter()
+            .flat_map(|e| (0..3).map(move |k| (e.label[k], e.render[k])))
+    };
+    let n = (3 * entries.len()) as f64;
+    let mean_of = |of: fn((f64, f64)) -> f64| pairs().map(of).sum::<f64>() / n;
+    let mean = mean_of(|(label, render)| label - render);
+    // The channels of an entry are not independent: the spread is taken over entries.
+    let per_entry: Vec<f64> = entries
+        .iter()
+        .map(|e| (0..3).map(|k| e.label[k] - e.render[k]).sum::<f64>() / 3.0)
+        .collect();
+    let m = per_entry.len() as f64;
+    let spread: f64 = per_entry.iter().map(|d| (d - mean).powi(2)).sum();
+    CheckReport {
+        samples_per_pixel: plan.samples_per_pixel,
+        pixels: plan.pixels_per_patch * PATCH_COLUMNS * PATCH_ROWS,
+        mean_absolute: mean_of(|(label, render)| (label - render).abs()),
+        mean_excess: mean_of(|(label, render)| (label - render).abs() - 0.1 - 0.01 * render),
+        mean,
+        mean_error: (spread / (m * (m - 1.0)).max(1.0)).sqrt(),
+        entries,
+    }
+}

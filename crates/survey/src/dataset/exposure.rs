@@ -1,0 +1,99 @@
+//! The exposure of the whole set, chosen once from preliminary renders of every environment.
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::plan::{Group, Render, groups};
+use super::{DatasetError, ExposureMode, Workshop, group, store};
+use crate::estimate::radiance::{Estimates, RadianceImage, Reflection};
+use crate::estimate::statistics::Shot;
+use crate::estimate::target_model::Effort;
+
+/// Paths per group of a preliminary render.
+const PILOT_PATHS: u32 = 64;
+
+/// What the file `exposure.json` holds.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Chosen {
+    /// Linear signal per radiance, m² sr/W.
+    exposure: f64,
+}
+
+/// The exposure at which the median environment, at the calibration's depth, the middle distance and the middle
+/// lamp level, has the mean signal that the configuration asks for in its brightest channel.
+pub(super) fn choose(workshop: &Workshop, pool: &rayon::ThreadPool) -> Result<f64, DatasetError> {
+    let config = workshop.config;
+    if config.exposure != ExposureMode::Chosen {
+        return Ok(config.vehicle.exposure);
+    }
+    let path = workshop.folder.join("exposure.json");
+    if let Ok(text) = std::fs::read_to_string(&path)
+        && let Ok(known) = serde_json::from_str::<Chosen>(&text)
+    {
+        return Ok(known.exposure);
+    }
+    let middle = |values: &[f64]| {
+        let mut sorted = values.to_vec();
+        sorted.sort_by(f64::total_cmp);
+        sorted[sorted.len() / 2]
+    };
+    let (distance_m, light_pct) = (middle(&config.distances_m), middle(&config.light_pct));
+    let pilots: Vec<Group> = groups(config)
+        .filter(|g| g.distance_m == distance_m)
+        .collect();
+    let means: Result<Vec<f64>, DatasetError> = pool.install(|| {
+        pilots
+            .par_iter()
+            .with_max_len(1)
+            .map(|group| mean_radiance(workshop, group, light_pct))
+            .collect()
+    });
+    let mut means = means?;
+    means.sort_by(f64::total_cmp);
+    let median = means[means.len() / 2];
+    let chosen = Chosen {
+        // Three digits are plenty and easy to quote.
+        exposure: round(config.exposure_grey / median.max(1e-12)),
+    };
+    let text =
+        serde_json::to_string(&chosen).map_err(|e| DatasetError::Inconsistent(e.to_string()))?;
+    store::write_bytes(&path, text.as_bytes())?;
+    Ok(chosen.exposure)
+}
+
+/// Mean radiance of the brightest channel of a group's image at the calibration's depth.
+fn mean_radiance(workshop: &Workshop, group: &Group, light_pct: f64) -> Result<f64, DatasetError> {
+    let depth_m = workshop.config.calibration_depth_m;
+    let places = group::places(workshop, group, &[depth_m])?;
+    let effort = Effort {
+        least: PILOT_PATHS,
+        most: PILOT_PATHS,
+    };
+    let light = group::light(workshop, group, &places, Render::pilot, &effort)?;
+    let model = &places[0].model;
+    let lattice = model.error_lattice();
+    let image = |source, fields| {
+        RadianceImage::new(
+            &source,
+            fields,
+            &Reflection::new(&source, lattice),
+            Estimates::Whole,
+        )
+    };
+    let (ambient, lamps) = (
+        image(model.daylight(), &light.daylight[0]),
+        image(model.lamps(), &light.lamps),
+    );
+    let shot = Shot {
+        ambient: &ambient,
+        lamps: &lamps,
+        light_pct,
+        exposure: 1.0,
+    };
+    Ok(shot.mean_signal())
+}
+
+/// To three significant digits.
+fn round(value: f64) -> f64 {
+    format!("{value:.2e}").parse().unwrap_or(value)
+}

@@ -1,0 +1,366 @@
+//! The renders of one group of images, and their statistics.
+
+use std::fmt::Write;
+use std::sync::atomic::Ordering;
+use std::time::Instant;
+
+use uw_calib::ImageStats;
+use uw_render::prepare::Prepared;
+use uw_render::scene::Scene;
+
+use super::plan::{Group, Render};
+use super::{DatasetError, Workshop, pictures, store};
+use crate::environment::{View, scene};
+use crate::estimate::fields::{Fields, GROUPS};
+use crate::estimate::radiance::{Estimates, Lattice, RadianceImage, Reflection};
+use crate::estimate::statistics::{Shot, StandardErrors, standard_errors};
+use crate::estimate::target_model::{Effort, TargetModel, daylight_alone, lamps_alone};
+
+/// One image: where it was taken, its statistics and their errors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct ImageRow {
+    pub(super) depth_m: f64,
+    pub(super) light_pct: f64,
+    pub(super) exposure: f64,
+    pub(super) stats: ImageStats,
+    pub(super) errors: StandardErrors,
+    pub(super) daylight_paths: u32,
+    pub(super) lamp_paths: u32,
+}
+
+/// A depth of the group and the model of its view.
+pub(super) struct Place<'p> {
+    pub(super) depth_m: f64,
+    pub(super) model: TargetModel<'p>,
+}
+
+/// All light of a group.
+pub(super) struct GroupLight {
+    /// Daylight per depth.
+    pub(super) daylight: Vec<Fields>,
+    /// Lamps at 100 %.
+    pub(super) lamps: Fields,
+}
+
+/// Makes the group's renders and the statistics of its images, unless they are there.
+pub(super) fn make(workshop: &Workshop, group: &Group) -> Result<(), DatasetError> {
+    let path = group.images_path(workshop.folder);
+    let kept = !workshop.keep_images || pictures::are_kept(workshop, group);
+    if path.exists() && kept {
+        return Ok(());
+    }
+    let places = places(workshop, group, &workshop.config.depths_m)?;
+    let light = light(workshop, group, &places, |render| render, &workshop.effort)?;
+    if workshop.keep_images {
+        pictures::keep(workshop, group, &places, &light)?;
+    }
+    let started = Instant::now();
+    let mut rows = Vec::new();
+    for (place, daylight) in places.iter().zip(&light.daylight) {
+        rows.extend(measure(workshop, place, daylight, &light.lamps));
+    }
+    store::write_bytes(&path, to_text(&rows).as_bytes())?;
+    workshop.times.add_statistics(started.elapsed());
+    Ok(())
+}
+
+/// Scenes and models of a group at `depths_m`.
+pub(super) fn places<'w>(
+    workshop: &'w Workshop,
+    group: &Group,
+    depths_m: &[f64],
+) -> Result<Vec<Place<'w>>, DatasetError> {
+    let started = Instant::now();
+    let target = workshop.target(group.pattern)?;
+    let upright = group.tilt_deg == 0.0;
+    let mut places: Vec<Place> = Vec::new();
+    for &depth_m in depths_m {
+        let scene = group_scene(workshop, group, depth_m)?;
+        let model = match places.first() {
+            Some(first) => first.model.at(&scene),
+            None => {
+                // The walks' seed is the group's own.
+                let seed = group.lamps().seed(workshop.config.seed);
+                let prepared = Prepared::build(&lamps_alone(&scene));
+                TargetModel::new(&scene, &prepared, &target.pyramid, upright, seed)
+            }
+        };
+        let model = model.map_err(|e| {
+            DatasetError::Config(format!(
+                "at depths_m {depth_m}, distances_m {}, tilts_deg {}: {e}",
+                group.distance_m, group.tilt_deg
+            ))
+        })?;
+        places.push(Place { depth_m, model });
+    }
+    workshop.times.add_spread(started.elapsed());
+    Ok(places)
+}
+
+/// The scene of a group at a depth, with everything in it.
+pub(super) fn group_scene(
+    workshop: &Workshop,
+    group: &Group,
+    depth_m: f64,
+) -> Result<Scene, DatasetError> {
+    let view = View::Tilted {
+        depth_m,
+        distance_m: group.distance_m,
+        tilt_deg: group.tilt_deg,
+    };
+    let target = &workshop.target(group.pattern)?.target;
+    Ok(scene(&workshop.config.vehicle, &group.water, target, view)?)
+}
+
+/// Reads or renders the light of a group; `name` may rename its renders.
+pub(super) fn light(
+    workshop: &Workshop,
+    group: &Group,
+    places: &[Place],
+    name: fn(Render) -> Render,
+    effort: &Effort,
+) -> Result<GroupLight, DatasetError> {
+    let mut daylight = Vec::new();
+    for place in places {
+        let render = name(group.daylight(place.depth_m));
+        daylight.push(daylight_at(workshop, group, place, &render, effort)?);
+    }
+    let render = name(group.lamps());
+    let lamps = lamps(workshop, group, places, &daylight, &render, effort)?;
+    Ok(GroupLight { daylight, lamps })
+}
+
+fn daylight_at(
+    workshop: &Workshop,
+    group: &Group,
+    place: &Place,
+    render: &Render,
+    effort: &Effort,
+) -> Result<Fields, DatasetError> {
+    let path = render.path(workshop.folder);
+    if let Some(fields) = store::read_fields(&path)? {
+        return Ok(fields);
+    }
+    let started = Instant::now();
+    let scene = group_scene(workshop, group, place.depth_m)?;
+    let prepared = Prepared::build(&daylight_alone(&scene));
+    drop(scene);
+    let source = place.model.daylight();
+    let lattice = place.model.error_lattice();
+    let reflection = Reflection::new(&source, lattice);
+    let dark = dark(lattice);
+    let mut enough = |fields: &Fields| {
+        let ambient = RadianceImage::new(&source, fields, &reflection, Estimates::Groups);
+        workshop.is_known(&ambient, &dark, &[0.0])
+    };
+    let fields = effort.fields(
+        &source,
+        &prepared,
+        render.seed(workshop.config.seed),
+        &|| !workshop.cancelled(),
+        &mut enough,
+    );
+    let fields = fields.ok_or_else(|| workshop.stopped())?;
+    store::write_fields(&path, &fields)?;
+    workshop
+        .times
+        .add_daylight(started.elapsed(), fields.samples_per_group);
+    Ok(fields)
+}
+
+fn lamps(
+    workshop: &Workshop,
+    group: &Group,
+    places: &[Place],
+    daylight: &[Fields],
+    render: &Render,
+    effort: &Effort,
+) -> Result<Fields, DatasetError> {
+    let path = render.path(workshop.folder);
+    if let Some(fields) = store::read_fields(&path)? {
+        return Ok(fields);
+    }
+    let started = Instant::now();
+    // The light is the same at all depths; the texture behind it is that of the middle one.
+    let middle = &places[places.len() / 2];
+    let scene = group_scene(workshop, group, middle.depth_m)?;
+    let prepared = Prepared::build(&lamps_alone(&scene));
+    drop(scene);
+    let source = middle.model.lamps();
+    let lattice = middle.model.error_lattice();
+    let reflection = Reflection::new(&source, lattice);
+    let ambients: Vec<RadianceImage> = places
+        .iter()
+        .zip(daylight)
+        .map(|(place, fields)| {
+            let source = place.model.daylight();
+            let reflection = Reflection::new(&source, lattice);
+            RadianceImage::new(&source, fields, &reflection, Estimates::Whole).repeated(GROUPS)
+        })
+        .collect();
+    let mut enough = |fields: &Fields| {
+        let lamps = RadianceImage::new(&source, fields, &reflection, Estimates::Groups);
+        ambients
+            .iter()
+            .all(|ambient| workshop.is_known(ambient, &lamps, &workshop.config.light_pct))
+    };
+    let fields = effort.fields(
+        &source,
+        &prepared,
+        render.seed(workshop.config.seed),
+        &|| !workshop.cancelled(),
+        &mut enough,
+    );
+    let fields = fields.ok_or_else(|| workshop.stopped())?;
+    store::write_fields(&path, &fields)?;
+    workshop
+        .times
+        .add_lamps(started.elapsed(), fields.samples_per_group);
+    Ok(fields)
+}
+
+fn dark(lattice: Lattice) -> RadianceImage {
+    let black = vec![[0.0; 3]; lattice.columns() * lattice.rows()];
+    RadianceImage {
+        lattice,
+        estimates: vec![black; GROUPS],
+    }
+}
+
+/// Statistics of the images of one place at all lamp levels.
+fn measure(workshop: &Workshop, place: &Place, daylight: &Fields, lamps: &Fields) -> Vec<ImageRow> {
+    let images = |lattice: Lattice, kind: Estimates| {
+        let (sun, lamp) = (place.model.daylight(), place.model.lamps());
+        (
+            RadianceImage::new(&sun, daylight, &Reflection::new(&sun, lattice), kind),
+            RadianceImage::new(&lamp, lamps, &Reflection::new(&lamp, lattice), kind),
+        )
+    };
+    let step = workshop.config.accuracy.pixel_step;
+    let fine = images(place.model.lattice(step), Estimates::Halves);
+    let coarse = images(place.model.error_lattice(), Estimates::Groups);
+    let levels = workshop.config.light_pct.iter();
+    levels
+        .map(|&light_pct| {
+            let shot = |(ambient, lamps), exposure| Shot {
+                ambient,
+                lamps,
+                light_pct,
+                exposure,
+            };
+            let exposure = workshop.exposure_of(&shot((&coarse.0, &coarse.1), 1.0));
+            ImageRow {
+                depth_m: place.depth_m,
+                light_pct,
+                exposure,
+                stats: shot((&fine.0, &fine.1), exposure).statistics(&workshop.response),
+                errors: standard_errors(
+                    &shot((&coarse.0, &coarse.1), exposure),
+                    &workshop.response,
+                ),
+                daylight_paths: daylight.samples_per_group * GROUPS as u32,
+                lamp_paths: lamps.samples_per_group * GROUPS as u32,
+            }
+        })
+        .collect()
+}
+
+impl Workshop<'_> {
+    /// Whether mean and contrast of the images at `levels` are known as well as the configuration asks.
+    fn is_known(&self, ambient: &RadianceImage, lamps: &RadianceImage, levels: &[f64]) -> bool {
+        let accuracy = &self.config.accuracy;
+        let within = |error: f64, value: f64| {
+            error <= accuracy.error_counts.max(accuracy.error_share * value)
+        };
+        levels.iter().all(|&light_pct| {
+            let shot = |exposure| Shot {
+                ambient,
+                lamps,
+                light_pct,
+                exposure,
+            };
+            let shot = shot(self.exposure_of(&shot(1.0)));
+            let (errors, stats) = (
+                standard_errors(&shot, &self.response),
+                shot.statistics(&self.response),
+            );
+            (0..3).all(|k| {
+                within(errors.contrast[k], stats.contrast[k])
+                    && within(errors.mean[k], stats.mean[k])
+            })
+        })
+    }
+
+    pub(super) fn cancelled(&self) -> bool {
+        self.cancel.load(Ordering::Relaxed)
+    }
+
+    fn stopped(&self) -> DatasetError {
+        if self.cancelled() {
+            DatasetError::Stopped
+        } else {
+            DatasetError::Inconsistent("the paths of a render are too few for a fit".into())
+        }
+    }
+}
+
+/// The rows as text that keeps every digit.
+fn to_text(rows: &[ImageRow]) -> String {
+    let mut text = String::new();
+    for row in rows {
+        let numbers = [row.depth_m, row.light_pct, row.exposure]
+            .into_iter()
+            .chain(row.stats.mean)
+            .chain(row.stats.contrast)
+            .chain(row.errors.mean)
+            .chain(row.errors.contrast);
+        for number in numbers {
+            // Writing to a string cannot fail.
+            let _ = write!(text, "{number},");
+        }
+        let _ = writeln!(text, "{},{}", row.daylight_paths, row.lamp_paths);
+    }
+    text
+}
+
+/// Reads back what [`make`] wrote.
+pub(super) fn read_rows(workshop: &Workshop, group: &Group) -> Result<Vec<ImageRow>, DatasetError> {
+    let path = group.images_path(workshop.folder);
+    let text = std::fs::read_to_string(&path).map_err(|source| DatasetError::Io {
+        path: path.display().to_string(),
+        source,
+    })?;
+    let rows: Option<Vec<ImageRow>> = text.lines().map(parse_row).collect();
+    rows.ok_or_else(|| {
+        DatasetError::Inconsistent(format!(
+            "{} is damaged; delete it to have it made again",
+            path.display()
+        ))
+    })
+}
+
+fn parse_row(line: &str) -> Option<ImageRow> {
+    let values: Vec<f64> = line
+        .split(',')
+        .map(|v| v.parse().ok())
+        .collect::<Option<_>>()?;
+    let [depth_m, light_pct, exposure, rest @ ..] = values.as_slice() else {
+        return None;
+    };
+    let triple = |i: usize| -> Option<[f64; 3]> { rest.get(3 * i..3 * i + 3)?.try_into().ok() };
+    Some(ImageRow {
+        depth_m: *depth_m,
+        light_pct: *light_pct,
+        exposure: *exposure,
+        stats: ImageStats {
+            mean: triple(0)?,
+            contrast: triple(1)?,
+        },
+        errors: StandardErrors {
+            mean: triple(2)?,
+            contrast: triple(3)?,
+        },
+        daylight_paths: *rest.get(12)? as u32,
+        lamp_paths: *rest.get(13)? as u32,
+    })
+}

@@ -1,0 +1,107 @@
+//! The images themselves, for those who want to keep them: pictures as the sensor stores them, and one file per
+//! place with the radiance of each source and the depth.
+
+use std::fs;
+use std::path::PathBuf;
+
+use uw_render::image::{ExrImage, Layer, LayerData, Picture, write_frame};
+
+use super::group::{GroupLight, Place};
+use super::plan::Group;
+use super::{DatasetError, Workshop};
+use crate::environment::sensor;
+use crate::estimate::fields::Fields;
+use crate::estimate::radiance::{Estimates, RadianceImage, Reflection, Source};
+use crate::estimate::statistics::Shot;
+use crate::estimate::target_view::TargetView;
+
+/// Whether all pictures of a group are there.
+pub(super) fn are_kept(workshop: &Workshop, group: &Group) -> bool {
+    let depths = &workshop.config.depths_m;
+    depths
+        .iter()
+        .all(|&z| layers_path(workshop, group, z).exists())
+}
+
+/// Writes the pictures of a group: `z…_light….png` per lamp level, and last `z….exr` with the layers `ambient`,
+/// `lamps` (at 100 %) and `depth` (along the optical axis, m).
+pub(super) fn keep(
+    workshop: &Workshop,
+    group: &Group,
+    places: &[Place],
+    light: &GroupLight,
+) -> Result<(), DatasetError> {
+    for (place, daylight) in places.iter().zip(&light.daylight) {
+        let layers = layers_path(workshop, group, place.depth_m);
+        if let Some(folder) = layers.parent() {
+            fs::create_dir_all(folder).map_err(|source| DatasetError::Io {
+                path: folder.display().to_string(),
+                source,
+            })?;
+        }
+        let lattice = place.model.lattice(1);
+        let image = |source: &Source, fields: &Fields| {
+            let reflection = Reflection::new(source, lattice);
+            RadianceImage::new(source, fields, &reflection, Estimates::Whole)
+        };
+        let ambient = image(&place.model.daylight(), daylight);
+        let lamps = image(&place.model.lamps(), &light.lamps);
+        let shot = |light_pct, exposure| Shot {
+            ambient: &ambient,
+            lamps: &lamps,
+            light_pct,
+            exposure,
+        };
+        for &light_pct in &workshop.config.light_pct {
+            let exposure = workshop.exposure_of(&shot(light_pct, 1.0));
+            let frame = sensor(&workshop.config.vehicle, exposure).expose(
+                &picture(&shot(light_pct, 1.0), &ambient),
+                group.daylight(place.depth_m).seed(workshop.config.seed) ^ light_pct.to_bits(),
+            );
+            let name = format!("z{}_light{light_pct}.png", place.depth_m);
+            write_frame(&layers.with_file_name(name), &frame)?;
+        }
+        let layer = |name: &str, data| Layer {
+            name: name.to_owned(),
+            data,
+        };
+        let mut exr = ExrImage::new(picture(&shot(100.0, 1.0), &ambient));
+        exr.layers = vec![
+            layer("ambient", LayerData::Colour(ambient.estimates[0].clone())),
+            layer("lamps", LayerData::Colour(lamps.estimates[0].clone())),
+            layer("depth", LayerData::Scalar(depths_m(place.model.view()))),
+        ];
+        exr.write(&layers)?;
+    }
+    Ok(())
+}
+
+fn layers_path(workshop: &Workshop, group: &Group, depth_m: f64) -> PathBuf {
+    let stem = group.images_path(workshop.folder).with_extension("");
+    stem.join(format!("z{depth_m}.exr"))
+}
+
+fn picture(shot: &Shot, like: &RadianceImage) -> Picture {
+    let lattice = like.lattice;
+    Picture {
+        width: lattice.width as u32,
+        height: lattice.height as u32,
+        data: (0..like.estimates[0].len())
+            .map(|i| shot.signal(0, i))
+            .collect(),
+    }
+}
+
+/// Distance along the optical axis of every pixel, m.
+fn depths_m(view: &TargetView) -> Vec<f32> {
+    let camera = &view.camera;
+    let pixels = (0..camera.height).flat_map(|y| (0..camera.width).map(move |x| (x, y)));
+    pixels
+        .map(|(x, y)| {
+            let sight = view.sight(f64::from(x) + 0.5, f64::from(y) + 0.5);
+            sight.map_or(f64::INFINITY, |s| {
+                s.range_m * s.direction.dot(camera.forward)
+            }) as f32
+        })
+        .collect()
+}

@@ -1,0 +1,103 @@
+//! One view of a target as a picture and as statistics, at any lamp level.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use uw_calib::ImageStats;
+use uw_render::image::Picture;
+use uw_render::prepare::Prepared;
+use uw_render::scene::Scene;
+
+use super::fields::{FieldSampler, Fields};
+use super::pyramid::TexturePyramid;
+use super::radiance::{Estimates, RadianceImage, Reflection, Source};
+use super::response::CountResponse;
+use super::statistics::Shot;
+use super::target_model::{TargetModel, daylight_alone, lamps_alone};
+use super::target_view::BeyondTarget;
+
+/// Radiance of every pixel from daylight and from the lamps at 100 %, in two independent estimates.
+#[derive(Clone, Debug)]
+pub struct TargetImage {
+    /// Daylight.
+    pub daylight: RadianceImage,
+    /// Lamps at 100 %.
+    pub lamps: RadianceImage,
+}
+
+impl TargetImage {
+    /// Renders `scene`, which shows nothing but one quad with the texture of `pyramid`, square to the view.
+    /// `Ok(None)` when `cancel` was set.
+    ///
+    /// # Errors
+    /// When the image shows more than the target.
+    pub fn render(
+        scene: &Scene,
+        pyramid: &TexturePyramid,
+        seed: u64,
+        paths_per_group: u32,
+        cancel: &AtomicBool,
+    ) -> Result<Option<Self>, BeyondTarget> {
+        let (daylight, lamps) = rayon::join(
+            || Prepared::build(&daylight_alone(scene)),
+            || Prepared::build(&lamps_alone(scene)),
+        );
+        let model = TargetModel::new(scene, &lamps, pyramid, true, seed)?;
+        let fields = |source: &Source, prepared: &Prepared, seed: u64| -> Option<Fields> {
+            if cancel.load(Ordering::Relaxed) {
+                return None;
+            }
+            let mut sampler = FieldSampler::new(source, prepared, seed);
+            sampler.extend_to(paths_per_group);
+            sampler.fit()
+        };
+        let image = |source: &Source, fields: &Fields| {
+            let reflection = Reflection::new(source, model.lattice(1));
+            RadianceImage::new(source, fields, &reflection, Estimates::Halves)
+        };
+        let (sun, lamp) = (model.daylight(), model.lamps());
+        let (of_sun, of_lamps) = rayon::join(
+            || fields(&sun, &daylight, seed).map(|f| image(&sun, &f)),
+            || fields(&lamp, &lamps, seed.wrapping_add(1)).map(|f| image(&lamp, &f)),
+        );
+        Ok(of_sun
+            .zip(of_lamps)
+            .map(|(daylight, lamps)| Self { daylight, lamps }))
+    }
+
+    /// The image at a lamp level and an exposure (linear signal per radiance).
+    fn shot(&self, exposure: f64, light_pct: f64) -> Shot<'_> {
+        Shot {
+            ambient: &self.daylight,
+            lamps: &self.lamps,
+            light_pct,
+            exposure,
+        }
+    }
+
+    /// Mean and contrast of the stored image.
+    pub fn statistics(
+        &self,
+        response: &CountResponse,
+        exposure: f64,
+        light_pct: f64,
+    ) -> ImageStats {
+        self.shot(exposure, light_pct).statistics(response)
+    }
+
+    /// Radiance, the mean of both estimates.
+    pub fn picture(&self, light_pct: f64) -> Picture {
+        let lattice = self.daylight.lattice;
+        let shot = self.shot(1.0, light_pct);
+        let data = (0..lattice.columns() * lattice.rows())
+            .map(|i| {
+                let (a, b) = (shot.signal(0, i), shot.signal(1, i));
+                std::array::from_fn(|k| 0.5 * (a[k] + b[k]))
+            })
+            .collect();
+        Picture {
+            width: lattice.columns() as u32,
+            height: lattice.rows() as u32,
+            data,
+        }
+    }
+}

@@ -1,0 +1,112 @@
+//! The estimate of contrast: its expectation at other numbers of paths, and against plain renders.
+
+use std::sync::atomic::AtomicBool;
+
+use uw_calib::ImageStats;
+use uw_render::scene::Scene;
+use uw_survey::assets::assets_dir;
+use uw_survey::environment::{Target, View, WaterBody, scene, sensor};
+use uw_survey::estimate::pyramid::TexturePyramid;
+use uw_survey::estimate::response::CountResponse;
+use uw_survey::estimate::target_image::TargetImage;
+use uw_survey::measure::{Quality, RenderedView};
+use uw_survey::scenery::textures::Pattern;
+use uw_survey::vehicle::Vehicle;
+
+const LIGHT_PCT: f64 = 60.0;
+
+struct Setup {
+    scene: Scene,
+    pyramid: TexturePyramid,
+    vehicle: Vehicle,
+}
+
+impl Setup {
+    /// A turbid view in which scattered light, both of the veil and of the target, carries much of the image.
+    fn new(width: u32, height: u32) -> Self {
+        let vehicle = Vehicle {
+            width,
+            height,
+            exposure: 8.0,
+            ..Vehicle::default()
+        };
+        let assets = assets_dir().expect("assets");
+        let target = Target::read(Pattern::Seabed, &assets).expect("a texture");
+        let water = WaterBody {
+            jerlov: "3C".parse().expect("a water"),
+            backscatter_fraction: 0.0183,
+        };
+        let view = View::Target {
+            depth_m: 2.0,
+            distance_m: 1.0,
+        };
+        Self {
+            scene: scene(&vehicle, &water, &target, view).expect("a scene"),
+            pyramid: TexturePyramid::new(&target.texture, 6.0),
+            vehicle,
+        }
+    }
+
+    fn estimate(&self, seed: u64, paths_per_group: u32) -> ImageStats {
+        let never = AtomicBool::new(false);
+        let image = TargetImage::render(&self.scene, &self.pyramid, seed, paths_per_group, &never)
+            .expect("the target fills the view")
+            .expect("not cancelled");
+        let exposure = self.vehicle.exposure;
+        let response = CountResponse::new(&sensor(&self.vehicle, exposure));
+        image.statistics(&response, exposure, LIGHT_PCT)
+    }
+}
+
+/// Mean and standard error of the contrast over seeds.
+fn over_seeds(setup: &Setup, seeds: u64, paths_per_group: u32) -> ([f64; 3], [f64; 3]) {
+    let all: Vec<[f64; 3]> = (0..seeds)
+        .map(|s| setup.estimate(1 + 2 * s, paths_per_group).contrast)
+        .collect();
+    let n = seeds as f64;
+    let mean: [f64; 3] = std::array::from_fn(|k| all.iter().map(|c| c[k]).sum::<f64>() / n);
+    let error = std::array::from_fn(|k| {
+        let spread: f64 = all.iter().map(|c| (c[k] - mean[k]).powi(2)).sum();
+        (spread / (n * (n - 1.0))).sqrt()
+    });
+    (mean, error)
+}
+
+#[test]
+fn the_expected_contrast_does_not_depend_on_the_number_of_paths() {
+    let setup = Setup::new(160, 96);
+    let (few, few_error) = over_seeds(&setup, 24, 128);
+    let (many, many_error) = over_seeds(&setup, 6, 1024);
+    for k in 0..3 {
+        let error = few_error[k].hypot(many_error[k]);
+        // Four standard errors of three comparisons, and 0.3 % for what the roots of the patches leave.
+        assert!(
+            (few[k] - many[k]).abs() < 4.0 * error + 0.003 * many[k],
+            "{few:?} ± {few_error:?}, {many:?} ± {many_error:?}"
+        );
+        // The test would not see a bias larger than its own noise: that is to be small.
+        assert!(error < 0.02 * many[k], "{error} {many:?}");
+    }
+}
+
+#[test]
+fn contrast_and_mean_are_those_of_plain_renders() {
+    let setup = Setup::new(160, 96);
+    let estimate = setup.estimate(3, 1024);
+    let never = AtomicBool::new(false);
+    let quality = Quality {
+        samples_per_half: 48,
+        seed: 5,
+        threads: None,
+    };
+    let view = RenderedView::render(&setup.scene, quality, &never).expect("a render");
+    let sensor = sensor(&setup.vehicle, setup.vehicle.exposure);
+    let plain = view.statistics(&sensor, LIGHT_PCT);
+    for k in 0..3 {
+        let (a, b) = (estimate.contrast[k], plain.contrast[k]);
+        // The plain estimate's own noise is about 1 %.
+        assert!((a - b).abs() < 0.1 + 0.03 * b, "{estimate:?} {plain:?}");
+        let (a, b) = (estimate.mean[k], plain.mean[k]);
+        assert!((a / b - 1.0).abs() < 0.01, "{estimate:?} {plain:?}");
+    }
+}
