@@ -235,7 +235,7 @@ impl Run {
     fn scene(&self, vehicle: &Vehicle, target: &Target, view: View) -> Result<Scene, String> {
         // The environment makes camera, lamps and target; its water gives way to the one that is set.
         let stand_in = WaterBody {
-            jerlov: WaterType::ALL[0],
+            jerlov: WaterType::ALL[0].into(),
             backscatter_fraction: 0.0183,
         };
         let mut made = scene(vehicle, &stand_in, target, view).map_err(|e| e.to_string())?;
