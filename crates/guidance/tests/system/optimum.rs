@@ -45,6 +45,7 @@ fn objective(numbers: &mut Numbers) -> Objective {
         } else {
             [dim, dim + numbers.between(10.0, 60.0)]
         },
+        ..Objective::default()
     }
 }
 

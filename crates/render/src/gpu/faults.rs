@@ -10,6 +10,7 @@ use crate::{
 };
 
 /// Says that a test is skipped without an adapter, which `UW_REQUIRE_GPU=1` does not allow.
+#[expect(clippy::print_stdout, reason = "a skipped test has to say so")]
 pub(super) fn adapter_is_missing(error: &GpuError) {
     assert!(
         !env::var("UW_REQUIRE_GPU").is_ok_and(|v| v == "1"),
