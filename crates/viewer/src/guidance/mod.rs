@@ -2,23 +2,24 @@
 //! daemon, recorded operations.
 
 pub mod answer;
+mod camera;
 pub mod daemon;
+pub mod look;
 pub mod operation;
 pub mod task;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use uw_calib::{ImageStats, Profile};
+use uw_calib::Profile;
 use uw_guidance::{Model, Objective, Observation};
-use uw_survey::{
-    environment::sensor, measure::RenderedView, scenery::textures::Pattern, vehicle::Vehicle,
-};
+use uw_survey::{routine::TARGET_PATHS, scenery::textures::Pattern, vehicle::Vehicle};
 
 use crate::model::Settings;
 use crate::ui::toasts::Toasts;
 use answer::Answer;
 use daemon::Link;
+pub use look::Look;
 use operation::Operation;
 use task::{Done, Place, Task};
 
@@ -30,15 +31,6 @@ pub enum Adviser {
     Library,
     /// A running `uwguide`.
     Daemon,
-}
-
-/// A view from the vehicle, at every lamp level.
-#[derive(Clone, Debug)]
-pub struct Look {
-    /// Where it was taken.
-    pub place: Place,
-    /// The picture.
-    pub view: Arc<RenderedView>,
 }
 
 /// Contrast at the suggestion.
@@ -60,8 +52,8 @@ pub struct Guidance {
     pub objective: Objective,
     /// What the vehicle looks at.
     pub pattern: Pattern,
-    /// Samples per pixel of each half of a look.
-    pub samples_per_half: u32,
+    /// Paths per group of a view of the target.
+    pub paths: u32,
     /// Where the vehicle is.
     pub place: Place,
     /// Its lamp level, percent.
@@ -95,7 +87,7 @@ impl Guidance {
             profile: None,
             objective: Objective::default(),
             pattern: Pattern::HullRed,
-            samples_per_half: 8,
+            paths: TARGET_PATHS,
             place: Place {
                 depth_m: 3.0,
                 distance_m: 1.5,
@@ -158,7 +150,7 @@ impl Guidance {
             work,
             settings: settings.clone(),
             pattern: self.pattern,
-            samples_per_half: self.samples_per_half,
+            paths: self.paths,
             vehicle: self.vehicle.clone(),
             assets,
         };
@@ -178,16 +170,7 @@ impl Guidance {
                     toasts.info("Calibrated");
                 }
                 Done::Looked(look) => self.look = Some(look),
-                Done::Checked {
-                    view,
-                    there,
-                    light_pct,
-                } => {
-                    self.check = Some(Check {
-                        at: [there.distance_m, light_pct],
-                        rendered: self.statistics(&view, light_pct).contrast,
-                    });
-                }
+                Done::Checked(check) => self.check = Some(check),
                 Done::Failed(message) => toasts.error(message),
                 Done::All => self.task = None,
             }
@@ -208,15 +191,10 @@ impl Guidance {
         })
     }
 
-    /// Statistics of the image that the vehicle would take.
-    fn statistics(&self, view: &RenderedView, light_pct: f64) -> ImageStats {
-        view.statistics(&sensor(&self.vehicle, self.vehicle.exposure), light_pct)
-    }
-
     /// What the vehicle knows now; `None` before a look from where it is.
     pub fn observation(&self) -> Option<Observation> {
         let look = self.look.as_ref().filter(|look| look.place == self.place)?;
-        let stats = self.statistics(&look.view, self.light_pct);
+        let stats = look.statistics(self.light_pct)?;
         Some(Observation {
             depth_m: self.place.depth_m,
             distance_m: self.place.distance_m,

@@ -1,13 +1,13 @@
 //! The guidance panel: calibration, state, advice.
 
 use egui::{ComboBox, ProgressBar, Ui};
+use uw_survey::routine::{DISTANCES_M, UP_DEPTHS_M};
 use uw_survey::scenery::textures::Pattern;
 
 use super::knobs::{heading, slider};
 use super::{operation, plots};
 use crate::app::{FilePurpose, Viewer};
 use crate::guidance::Adviser;
-use crate::guidance::task::{DEPTHS_M, DISTANCES_M};
 
 /// Shows the panel.
 pub fn show(app: &mut Viewer, ui: &mut Ui) {
@@ -40,7 +40,7 @@ fn calibration(app: &mut Viewer, ui: &mut Ui) {
         let run = egui::Button::new("Run the routine");
         let text = format!(
             "{} images looking up, {} of the target with lamps off and on",
-            DEPTHS_M.len(),
+            UP_DEPTHS_M.len(),
             DISTANCES_M.len()
         );
         if ui.add_enabled(idle, run).on_hover_text(text).clicked() {

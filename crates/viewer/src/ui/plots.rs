@@ -8,6 +8,8 @@ use egui_plot::{
 };
 use uw_calib::Profile;
 
+use uw_survey::routine::CONTRAST_LIGHT_PCT;
+
 use super::knobs::{x_axis, y_axis};
 use super::theme::{CHANNELS, HERE, SUGGESTED, channel_colours};
 use crate::guidance::answer::{Answer, MAP_SIZE, ScoreMap};
@@ -77,7 +79,7 @@ pub fn profile(ui: &mut Ui, profile: &Arc<Profile>) {
                 lines(plot, &off, " off", colours, LineStyle::dashed_dense());
             });
     });
-    ui.weak("K_c: solid with lamps at 100 %, dashed without");
+    ui.weak(format!("K_c: solid with lamps at {CONTRAST_LIGHT_PCT} %, dashed without"));
 }
 
 /// Shows the objective over distance and lamp level, with the state, the search and the suggestion.

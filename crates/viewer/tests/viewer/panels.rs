@@ -242,7 +242,7 @@ fn a_scene_is_saved_and_opened_through_the_dialog() {
 #[test]
 fn the_guidance_panel_calibrates_advises_and_goes_there() {
     let mut harness = viewer();
-    harness.state_mut().guidance.samples_per_half = 2;
+    harness.state_mut().guidance.paths = 256;
     harness.key_press(Key::F4);
     harness.run_steps(3);
     click(&mut harness, "Run the routine");
