@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use clap::{Parser, ValueEnum};
 use uw_calib::Profile;
+use uw_guidance::Model;
 use uw_render::gpu::Backend;
 use uw_render::image::{Counts, Frame as Stored, write_frame};
 
@@ -46,6 +47,12 @@ pub struct Args {
     /// Calibration profile for the guidance panel
     #[arg(long, value_name = "FILE.json")]
     pub profile: Option<PathBuf>,
+    /// Run the calibration routine at the start
+    #[arg(long)]
+    pub calibrate: bool,
+    /// Network for the guidance panel, instead of the one that ships
+    #[arg(long, value_name = "FILE.json")]
+    pub model: Option<PathBuf>,
     /// Recorded operation for the guidance panel, as `uwguide --record` writes it
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
@@ -118,42 +125,15 @@ enum Failure {
 fn start(args: &Args) -> Result<(), Failure> {
     let options = options(args).map_err(Failure::Input)?;
     let opened = first_scene(args, options.assets.as_deref()).map_err(Failure::Input)?;
-    let (profile, operation) = guidance_files(args).map_err(Failure::Input)?;
-    let (width, height) = args.size;
-    let viewport = egui::ViewportBuilder::default()
-        .with_title("uwguide viewer")
-        .with_app_id("uwguide-viewer")
-        .with_inner_size([width as f32, height as f32])
-        .with_min_inner_size([640.0, 400.0])
-        .with_drag_and_drop(true);
-    let native = eframe::NativeOptions {
-        viewport,
-        // It costs a software adapter time, and pictures have noise of their own.
-        dithering: false,
-        ..Default::default()
-    };
+    let advice = AdviceFiles::read(args).map_err(Failure::Input)?;
     let outcome = Arc::new(Mutex::new(None));
     let for_app = Arc::clone(&outcome);
     let args = args.clone();
     eframe::run_native(
         "uwguide viewer",
-        native,
+        native_options(args.size),
         Box::new(move |creation| {
-            let ctx = &creation.egui_ctx;
-            theme::set(ctx);
-            ctx.set_theme(if args.light {
-                egui::Theme::Light
-            } else {
-                egui::Theme::Dark
-            });
-            let mut viewer = Viewer::new(ctx, opened, options)?;
-            viewer.tab = match args.panel {
-                TabName::Water => Tab::Water,
-                TabName::Scene => Tab::Scene,
-                TabName::Guidance => Tab::Guidance,
-            };
-            viewer.guidance.profile = profile;
-            viewer.guidance.operation = operation;
+            let viewer = first_viewer(&creation.egui_ctx, &args, opened, options, advice)?;
             let screenshot = args.screenshot.map(|path| Screenshot {
                 path,
                 after_samples: args.after_samples,
@@ -174,14 +154,72 @@ fn start(args: &Args) -> Result<(), Failure> {
     }
 }
 
-/// Profile and recording of the arguments.
-fn guidance_files(args: &Args) -> Result<(Option<Arc<Profile>>, Option<Operation>), String> {
-    let profile = args.profile.as_deref().map(Profile::read).transpose();
-    let operation = args.record.as_deref().map(Operation::read).transpose();
-    Ok((
-        profile.map_err(|e| e.to_string())?.map(Arc::new),
-        operation.map_err(|e| e.to_string())?,
-    ))
+fn native_options((width, height): (u32, u32)) -> eframe::NativeOptions {
+    let viewport = egui::ViewportBuilder::default()
+        .with_title("uwguide viewer")
+        .with_app_id("uwguide-viewer")
+        .with_inner_size([width as f32, height as f32])
+        .with_min_inner_size([640.0, 400.0])
+        .with_drag_and_drop(true);
+    eframe::NativeOptions {
+        viewport,
+        // It costs a software adapter time, and pictures have noise of their own.
+        dithering: false,
+        ..Default::default()
+    }
+}
+
+/// The viewer as the arguments want it.
+fn first_viewer(
+    ctx: &egui::Context,
+    args: &Args,
+    opened: (OpenScene, Settings),
+    options: Options,
+    advice: AdviceFiles,
+) -> std::io::Result<Viewer> {
+    theme::set(ctx);
+    ctx.set_theme(if args.light {
+        egui::Theme::Light
+    } else {
+        egui::Theme::Dark
+    });
+    let mut viewer = Viewer::new(ctx, opened, options)?;
+    viewer.tab = match args.panel {
+        TabName::Water => Tab::Water,
+        TabName::Scene => Tab::Scene,
+        TabName::Guidance => Tab::Guidance,
+    };
+    let guidance = &mut viewer.guidance;
+    guidance.profile = advice.profile.map(Arc::new);
+    guidance.operation = advice.operation;
+    if let Some((model, path)) = advice.model {
+        guidance.model = Ok((Arc::new(model), path.display().to_string()));
+    }
+    if args.calibrate {
+        guidance.calibrate(&viewer.settings, &mut viewer.toasts);
+    }
+    Ok(viewer)
+}
+
+/// What the arguments give to the guidance panel.
+struct AdviceFiles {
+    profile: Option<Profile>,
+    model: Option<(Model, PathBuf)>,
+    operation: Option<Operation>,
+}
+
+impl AdviceFiles {
+    fn read(args: &Args) -> Result<Self, String> {
+        let profile = args.profile.as_deref().map(Profile::read).transpose();
+        let read_model = |path: &PathBuf| Model::read(path).map(|model| (model, path.clone()));
+        let model = args.model.as_ref().map(read_model).transpose();
+        let operation = args.record.as_deref().map(Operation::read).transpose();
+        Ok(Self {
+            profile: profile.map_err(|e| e.to_string())?,
+            model: model.map_err(|e| e.to_string())?,
+            operation: operation.map_err(|e| e.to_string())?,
+        })
+    }
 }
 
 fn options(args: &Args) -> Result<Options, String> {

@@ -10,8 +10,8 @@ use uw_guidance::{
 /// Columns (distances) and rows (lamp levels) of the map.
 pub const MAP_SIZE: (usize, usize) = (60, 41);
 
-/// What an answer of the library hangs on: state, objective, profile.
-pub type Question = (Observation, Objective, usize);
+/// What an answer of the library hangs on: state, objective, and where profile and network lie in memory.
+pub type Question = (Observation, Objective, [usize; 2]);
 
 /// Scores over distance and lamp level.
 #[derive(Clone, Debug, PartialEq)]

@@ -74,7 +74,9 @@ impl<'a> VehicleCamera<'a> {
             depth_m: place.depth_m,
             distance_m: place.distance_m,
         };
-        let scene = self.scene(&self.job.vehicle, view).map_err(|e| e.to_string())?;
+        let scene = self
+            .scene(&self.job.vehicle, view)
+            .map_err(|e| e.to_string())?;
         TargetImage::render(&scene, &self.pyramid, seed, self.job.paths, self.cancel)
             .map_err(|e| e.to_string())?
             .ok_or_else(|| {
@@ -124,22 +126,33 @@ impl<'a> VehicleCamera<'a> {
             done += 1;
             self.scene(vehicle, view)
         };
-        let (up_sensor, ups) =
-            routine::look_up_in(&self.job.vehicle, &UP_DEPTHS_M, quality, self.cancel, of_view)
-                .map_err(|e| e.to_string())?;
+        let (up_sensor, ups) = routine::look_up_in(
+            &self.job.vehicle,
+            &UP_DEPTHS_M,
+            quality,
+            self.cancel,
+            of_view,
+        )
+        .map_err(|e| e.to_string())?;
         let mut contrast = Vec::new();
         for (i, distance_m) in DISTANCES_M.into_iter().enumerate() {
-            tell(UP_DEPTHS_M.len() + i, of, format!("contrast at {distance_m} m"));
+            tell(
+                UP_DEPTHS_M.len() + i,
+                of,
+                format!("contrast at {distance_m} m"),
+            );
             let place = Place {
                 depth_m: CONTRAST_DEPTH_M,
                 distance_m,
             };
             let image = self.image(place, 100 + i as u64)?;
-            contrast.extend([0.0, CONTRAST_LIGHT_PCT].map(|light_pct| ContrastMeasurement {
-                distance_m,
-                light_pct,
-                contrast: self.statistics(&image, light_pct).contrast,
-            }));
+            contrast.extend(
+                [0.0, CONTRAST_LIGHT_PCT].map(|light_pct| ContrastMeasurement {
+                    distance_m,
+                    light_pct,
+                    contrast: self.statistics(&image, light_pct).contrast,
+                }),
+            );
         }
         let depth = routine::measure_depths(&up_sensor, &ups);
         routine::profile(&depth, &contrast, MADE_BY).map_err(|e| e.to_string())

@@ -9,7 +9,7 @@ use super::task::Place;
 
 /// Lamp levels at which statistics are kept. They lie evenly in the root of the level, because counts rise steeply
 /// where there is little light.
-const LEVELS: usize = 33;
+const LEVELS: usize = 21;
 /// Pixels of the image per pixel of the thumbnail, along an edge.
 const THUMBNAIL_STEP: usize = 4;
 
@@ -107,7 +107,10 @@ impl Thumbnail {
 /// Means over blocks of pixels.
 fn thinned(picture: &Picture) -> Picture {
     let step = THUMBNAIL_STEP;
-    let (columns, rows) = (picture.width as usize / step, picture.height as usize / step);
+    let (columns, rows) = (
+        picture.width as usize / step,
+        picture.height as usize / step,
+    );
     let mut thin = Picture::black(columns as u32, rows as u32);
     for (i, pixel) in thin.data.iter_mut().enumerate() {
         let corner = (i / columns) * step * picture.width as usize + (i % columns) * step;

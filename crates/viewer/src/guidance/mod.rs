@@ -59,7 +59,7 @@ pub struct Guidance {
     /// Its lamp level, percent.
     pub light_pct: f64,
     /// The newest look from where it is.
-    pub look: Option<Look>,
+    pub look: Option<Arc<Look>>,
     /// Who is asked.
     pub adviser: Adviser,
     /// The daemon.
@@ -169,7 +169,7 @@ impl Guidance {
                     self.profile = Some(profile);
                     toasts.info("Calibrated");
                 }
-                Done::Looked(look) => self.look = Some(look),
+                Done::Looked(look) => self.look = Some(Arc::new(look)),
                 Done::Checked(check) => self.check = Some(check),
                 Done::Failed(message) => toasts.error(message),
                 Done::All => self.task = None,
@@ -211,7 +211,8 @@ impl Guidance {
         else {
             return;
         };
-        let question = (now, self.objective, Arc::as_ptr(profile) as usize);
+        let places = [Arc::as_ptr(profile) as usize, Arc::as_ptr(model) as usize];
+        let question = (now, self.objective, places);
         if self
             .answer
             .as_ref()
@@ -255,6 +256,17 @@ impl Guidance {
         let profile = Profile::read(path).map_err(|e| e.to_string())?;
         self.profile = Some(Arc::new(profile));
         self.water_known = None;
+        Ok(())
+    }
+
+    /// Reads a network.
+    ///
+    /// # Errors
+    /// What is wrong with the file; the network that is there stays.
+    pub fn open_model(&mut self, path: &Path) -> Result<(), String> {
+        let model = Model::read(path).map_err(|e| e.to_string())?;
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        self.model = Ok((Arc::new(model), name.into_owned()));
         Ok(())
     }
 

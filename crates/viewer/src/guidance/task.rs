@@ -191,7 +191,9 @@ impl Run {
                 self.progress(0, 1, "rendering the suggestion".to_owned());
                 let check = Check {
                     at: [there.distance_m, light_pct],
-                    rendered: camera.statistics(&camera.image(there, 301)?, light_pct).contrast,
+                    rendered: camera
+                        .statistics(&camera.image(there, 301)?, light_pct)
+                        .contrast,
                 };
                 self.send(Message::Done(Done::Checked(check)));
                 return Ok(());

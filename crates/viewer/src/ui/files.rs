@@ -48,6 +48,7 @@ impl FilePurpose {
             Self::SaveProfile => "Save the calibration profile",
             Self::OpenProfile => "Open a calibration profile",
             Self::OpenRecord => "Open a recorded operation",
+            Self::OpenModel => "Open a network",
         }
     }
 
@@ -57,15 +58,15 @@ impl FilePurpose {
             Self::SaveScene => &["toml"],
             Self::ExportPicture => &["png", "tif", "tiff"],
             Self::ExportExr => &["exr"],
-            Self::ExportPlots => &["svg"],
-            Self::SaveProfile | Self::OpenProfile => &["json"],
+            Self::ExportPlots => &["svg", "png"],
+            Self::SaveProfile | Self::OpenProfile | Self::OpenModel => &["json"],
             Self::OpenRecord => &["jsonl", "ndjson", "json", "log"],
         }
     }
 
     fn first_name(self) -> &'static str {
         match self {
-            Self::OpenScene | Self::OpenProfile | Self::OpenRecord => "",
+            Self::OpenScene | Self::OpenProfile | Self::OpenRecord | Self::OpenModel => "",
             Self::SaveScene => "scene.toml",
             Self::ExportPicture => "picture.png",
             Self::ExportExr => "picture.exr",
@@ -80,11 +81,14 @@ impl Viewer {
     pub fn ask_file(&mut self, purpose: FilePurpose) {
         let of_scene = self.open.path.as_deref().and_then(Path::parent);
         let scenes = self.assets.as_ref().map(|a| a.join("scenes"));
+        let models = self.assets.as_ref().map(|a| a.join("models"));
         let saves = !purpose.first_name().is_empty();
         let folder = of_scene
             .map(Path::to_path_buf)
             .filter(|_| !saves)
+            .filter(|_| purpose != FilePurpose::OpenModel)
             .or(scenes.filter(|_| purpose == FilePurpose::OpenScene))
+            .or(models.filter(|_| purpose == FilePurpose::OpenModel))
             .or_else(|| std::env::current_dir().ok())
             .unwrap_or_default();
         let dialog = FileDialog::new(&folder, purpose.extensions(), purpose.first_name());

@@ -5,7 +5,7 @@ use uw_survey::routine::{DISTANCES_M, UP_DEPTHS_M};
 use uw_survey::scenery::textures::Pattern;
 
 use super::knobs::{heading, slider};
-use super::{operation, plots};
+use super::{look, operation, plots};
 use crate::app::{FilePurpose, Viewer};
 use crate::guidance::Adviser;
 
@@ -113,15 +113,17 @@ fn state(app: &mut Viewer, ui: &mut Ui) {
             app.guidance.look(&settings, &mut app.toasts);
         }
     });
-    match app.guidance.observation() {
-        Some(now) => {
+    let guidance = &app.guidance;
+    match (guidance.observation(), &guidance.look) {
+        (Some(now), Some(seen)) => {
+            look::show(ui, seen, guidance.light_pct);
             ui.weak(format!(
                 "image mean {}   contrast {}",
                 triple(now.mean),
                 triple(now.std)
             ));
         }
-        None => {
+        _ => {
             ui.weak("press Look: the network needs the statistics of an image");
         }
     }
@@ -134,10 +136,15 @@ pub fn triple(values: [f64; 3]) -> String {
 
 fn adviser(app: &mut Viewer, ui: &mut Ui) {
     heading(ui, "3  Advice");
-    match &app.guidance.model {
-        Ok((_, name)) => ui.weak(format!("network {name}")),
-        Err(error) => ui.colored_label(ui.visuals().error_fg_color, error),
-    };
+    ui.horizontal(|ui| {
+        match &app.guidance.model {
+            Ok((_, name)) => ui.weak(format!("network {name}")),
+            Err(error) => ui.colored_label(ui.visuals().error_fg_color, error),
+        };
+        if ui.small_button("Open network...").clicked() {
+            app.ask_file(FilePurpose::OpenModel);
+        }
+    });
     let guidance = &mut app.guidance;
     ui.horizontal(|ui| {
         ui.selectable_value(&mut guidance.adviser, Adviser::Library, "Library");

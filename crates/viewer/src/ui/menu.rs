@@ -53,7 +53,7 @@ fn file(app: &mut Viewer, ui: &mut Ui) {
     if item(ui, "Export EXR with all layers...", String::new()) {
         app.ask_file(FilePurpose::ExportExr);
     }
-    if item(ui, "Export plots (SVG)...", String::new()) {
+    if item(ui, "Export plots (SVG, PNG)...", String::new()) {
         app.ask_file(FilePurpose::ExportPlots);
     }
     ui.separator();

@@ -6,6 +6,7 @@ pub mod guidance;
 pub mod help;
 pub mod knobs;
 pub mod lamps;
+pub mod look;
 pub mod menu;
 pub mod operation;
 pub mod phase_plot;

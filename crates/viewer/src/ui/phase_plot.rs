@@ -37,7 +37,7 @@ pub fn show(ui: &mut Ui, name: &str, phase: &Phase) {
     let ink = ui.visuals().text_color();
     let power = |value: f64| {
         let number = 10_f64.powf(value);
-        if number >= 0.01 && number < 1e4 {
+        if (0.01..1e4).contains(&number) {
             format!("{}", (number * 1e4).round() / 1e4)
         } else {
             format!("1e{value:.0}")

@@ -79,7 +79,9 @@ pub fn profile(ui: &mut Ui, profile: &Arc<Profile>) {
                 lines(plot, &off, " off", colours, LineStyle::dashed_dense());
             });
     });
-    ui.weak(format!("K_c: solid with lamps at {CONTRAST_LIGHT_PCT} %, dashed without"));
+    ui.weak(format!(
+        "K_c: solid with lamps at {CONTRAST_LIGHT_PCT} %, dashed without"
+    ));
 }
 
 /// Shows the objective over distance and lamp level, with the state, the search and the suggestion.

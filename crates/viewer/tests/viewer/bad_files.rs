@@ -123,6 +123,18 @@ fn bad_profiles_models_and_records_leave_what_is_there() {
     let refused = guidance.open_record(&path).expect_err("no record");
     assert!(refused.contains("bad.json:1"), "{refused}");
     assert!(guidance.operation.is_none());
+    let (before, name) = guidance.model.clone().expect("shipped");
+    let model = folder.path().join("wrong_model.json");
+    std::fs::write(&model, r#"{"format": "uw-mlp/1", "layers": []}"#).expect("written");
+    for wrong in [&model, &path, &folder.path().join("none.json")] {
+        let refused = guidance.open_model(wrong).expect_err("no network");
+        let file = wrong.file_name().unwrap_or_default().to_string_lossy();
+        assert!(refused.contains(file.as_ref()), "{refused}");
+        let (now, called) = guidance.model.clone().expect("the one before");
+        assert!(std::sync::Arc::ptr_eq(&now, &before) && called == name);
+    }
+    let other = repository().join("assets/models/small_camera.json");
+    guidance.open_model(&other).expect("a network that ships");
     let refused = guidance.save_profile(&path).expect_err("none yet");
     assert!(refused.contains("calibrate first"), "{refused}");
 }

@@ -34,8 +34,13 @@ fn plots_hold_what_is_known_and_only_numbers() {
         assert!(text().contains(title), "{title}");
     }
     assert!(!text().contains("NaN") && !text().contains("inf"));
-    let open = text().matches("<g ").count();
-    assert_eq!((open, text().matches("</g>").count()), (6, 6));
+    let picture = folder.path().join("plots.PNG");
+    export::plots(&settings, &guidance, &picture).expect("the same as pixels");
+    let frame = uw_render::image::read_frame(&picture).expect("a picture");
+    assert_eq!((frame.width, frame.height), (640, 6 * 380));
+    let other = folder.path().join("plots.pdf");
+    let refused = export::plots(&settings, &guidance, &other).expect_err("another format");
+    assert!(refused.contains(".svg or .png"), "{refused}");
 }
 
 #[test]
