@@ -112,6 +112,11 @@ impl<'a> VehicleCamera<'a> {
     /// # Errors
     /// An image cannot be made, the images make no profile, or the task was ended.
     pub fn calibrate(&self, tell: &dyn Fn(usize, usize, String)) -> Result<Profile, String> {
+        if self.set.sun.is_none() && self.set.sky_radiance == [0.0; 3] {
+            return Err(
+                "the routine needs daylight: switch on the sun in the water panel".to_owned(),
+            );
+        }
         let of = UP_DEPTHS_M.len() + DISTANCES_M.len();
         let quality = Quality {
             samples_per_half: UP_SAMPLES,

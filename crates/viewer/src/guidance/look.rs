@@ -124,12 +124,14 @@ fn thinned(picture: &Picture) -> Picture {
 
 #[cfg(test)]
 mod tests {
+    use uw_render::image::linear_to_srgb;
+
     use super::*;
 
     /// Counts behind the sRGB curve in water that is dark without lamps: the steepest case.
     #[test]
     fn statistics_between_the_levels_are_close() {
-        let contrast = |pct: f64| 40.0 * (1e-4 + 0.01 * pct).powf(1.0 / 2.4);
+        let contrast = |pct: f64| 40.0 * linear_to_srgb(1e-4 + 0.01 * pct);
         let at_levels = levels_pct()
             .into_iter()
             .map(|pct| ImageStats {

@@ -12,7 +12,8 @@ use crate::guidance::Adviser;
 /// Shows the panel.
 pub fn show(app: &mut Viewer, ui: &mut Ui) {
     if let Some((what, share)) = app.guidance.progress() {
-        ui.add(ProgressBar::new(share).text(what).animate(true));
+        // Not animated: on a software adapter every frame takes time from the work itself.
+        ui.add(ProgressBar::new(share).text(what));
         if ui.button("Cancel").clicked() {
             app.guidance.cancel();
         }

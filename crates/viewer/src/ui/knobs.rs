@@ -1,7 +1,7 @@
 //! Rows of knobs that panels share.
 
 use egui::{DragValue, Slider, Ui};
-use egui_plot::AxisHints;
+use egui_plot::{AxisHints, GridInput, GridMark, Plot};
 use glam::DVec3;
 
 use super::theme::CHANNELS;
@@ -91,17 +91,81 @@ pub fn heading(ui: &mut Ui, text: &str) {
     ui.label(egui::RichText::new(text).strong());
 }
 
+/// A small plot that does not move: a few marks at round numbers along both axes.
+pub fn still_plot(id: &'static str, height: f32) -> Plot<'static> {
+    Plot::new(id)
+        .height(height)
+        .allow_drag(false)
+        .allow_zoom(false)
+        .allow_scroll(false)
+        .allow_boxed_zoom(false)
+        .allow_double_click_reset(false)
+        .x_grid_spacer(|input: GridInput| round_marks(input.bounds, 7.0))
+        .y_grid_spacer(|input: GridInput| round_marks(input.bounds, 5.0))
+        .grid_spacing(egui::Rangef::new(4.0, 20.0))
+}
+
+/// About half of `most` to `most` marks between the bounds, at multiples of 1, 2 or 5 times a power of ten.
+fn round_marks((from, to): (f64, f64), most: f64) -> Vec<GridMark> {
+    let rough = (to - from) / most;
+    let power = 10_f64.powf(rough.log10().floor());
+    let factor = [1.0, 2.0, 5.0, 10.0]
+        .into_iter()
+        .find(|f| f * power >= rough);
+    let step = factor.unwrap_or(10.0) * power;
+    if !(step > 0.0 && step.is_finite()) {
+        return Vec::new();
+    }
+    let (first, last) = ((from / step).ceil() as i64, (to / step).floor() as i64);
+    (first..=last.min(first + 10))
+        .map(|i| GridMark {
+            value: i as f64 * step,
+            step_size: step,
+        })
+        .collect()
+}
+
+/// A mark as one reads it.
+fn number(mark: GridMark, _: &std::ops::RangeInclusive<f64>) -> String {
+    format!("{}", (mark.value * 1e6).round() / 1e6)
+}
+
 /// The y axis of a small plot, with labels close together.
 pub fn y_axis(label: &str) -> AxisHints<'static> {
     AxisHints::new_y()
         .label(label)
-        .label_spacing(egui::Rangef::new(10.0, 18.0))
+        .label_spacing(egui::Rangef::new(8.0, 12.0))
         .min_thickness(36.0)
+        .formatter(number)
 }
 
 /// The x axis of a small plot, with labels close together.
 pub fn x_axis(label: &str) -> AxisHints<'static> {
     AxisHints::new_x()
         .label(label)
-        .label_spacing(egui::Rangef::new(20.0, 36.0))
+        .label_spacing(egui::Rangef::new(14.0, 24.0))
+        .formatter(number)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn marks_are_few_and_round() {
+        let values =
+            |bounds| -> Vec<f64> { round_marks(bounds, 7.0).iter().map(|m| m.value).collect() };
+        assert_eq!(values((0.5, 3.0)), [0.5, 1.0, 1.5, 2.0, 2.5, 3.0]);
+        assert_eq!(values((0.0, 100.0)), [0.0, 20.0, 40.0, 60.0, 80.0, 100.0]);
+        assert_eq!(values((300.0, 700.0)), [300.0, 400.0, 500.0, 600.0, 700.0]);
+        for bounds in [
+            (0.0, 1e-3),
+            (-0.02, 0.61),
+            (0.0, 37.0),
+            (2.0, 2.0),
+            (0.0, f64::NAN),
+        ] {
+            assert!(round_marks(bounds, 7.0).len() <= 8, "{bounds:?}");
+        }
+    }
 }

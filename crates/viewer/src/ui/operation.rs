@@ -3,10 +3,10 @@
 use std::time::Instant;
 
 use egui::{Slider, Ui};
-use egui_plot::{Legend, Line, LineStyle, Plot, PlotPoints, VLine};
+use egui_plot::{Line, LineStyle, PlotPoints, VLine};
 
 use super::guidance::triple;
-use super::knobs::{heading, x_axis, y_axis};
+use super::knobs::{heading, still_plot, x_axis, y_axis};
 use super::theme::SUGGESTED;
 use crate::app::{FilePurpose, Viewer};
 
@@ -99,17 +99,10 @@ fn courses(ui: &mut Ui, operation: &crate::guidance::operation::Operation) {
             .zip(["distance, m", "lamp, %"])
             .zip([distances, lights])
         {
-            Plot::new(name)
-                .height(110.0)
-                .allow_drag(false)
-                .allow_zoom(false)
-                .allow_scroll(false)
-                .allow_boxed_zoom(false)
-                .grid_spacing(egui::Rangef::new(8.0, 60.0))
+            still_plot(name, 110.0)
                 .custom_x_axes(vec![x_axis("step")])
                 .custom_y_axes(vec![y_axis(name)])
                 .include_y(0.0)
-                .legend(Legend::default())
                 .show(column, |plot| {
                     plot.line(Line::new("was", was).color(ink));
                     plot.line(
@@ -120,5 +113,9 @@ fn courses(ui: &mut Ui, operation: &crate::guidance::operation::Operation) {
                     plot.vline(VLine::new("shown", at).color(ink.gamma_multiply(0.5)));
                 });
         }
+    });
+    ui.horizontal(|ui| {
+        ui.label("— as it was");
+        ui.colored_label(SUGGESTED, "-- suggested");
     });
 }

@@ -3,10 +3,10 @@
 use std::sync::OnceLock;
 
 use egui::{Color32, Ui};
-use egui_plot::{Line, LineStyle, Plot, PlotPoints};
+use egui_plot::{Line, LineStyle, PlotPoints};
 use uw_media::phase::{Phase, PhaseFunction, Tabulated};
 
-use super::knobs::y_axis;
+use super::knobs::{still_plot, y_axis};
 
 /// Smallest and largest angle of the plot, degrees.
 const RANGE_DEG: (f64, f64) = (0.1, 180.0);
@@ -43,12 +43,7 @@ pub fn show(ui: &mut Ui, name: &str, phase: &Phase) {
             format!("1e{value:.0}")
         }
     };
-    Plot::new("phase")
-        .height(160.0)
-        .allow_drag(false)
-        .allow_zoom(false)
-        .allow_scroll(false)
-        .allow_boxed_zoom(false)
+    still_plot("phase", 160.0)
         .x_axis_label("scattering angle, degrees")
         .custom_y_axes(vec![
             y_axis("1/sr").formatter(move |mark, _| power(mark.value)),
@@ -56,7 +51,6 @@ pub fn show(ui: &mut Ui, name: &str, phase: &Phase) {
         .x_grid_spacer(|input| decades(input.bounds, 1))
         .y_grid_spacer(|input| decades(input.bounds, 2))
         .x_axis_formatter(move |mark, _| power(mark.value))
-        .grid_spacing(egui::Rangef::new(4.0, 20.0))
         .legend(egui_plot::Legend::default())
         .show(ui, |plot| {
             plot.line(

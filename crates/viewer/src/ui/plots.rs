@@ -3,14 +3,12 @@
 use std::sync::Arc;
 
 use egui::{Color32, ColorImage, TextureHandle, TextureOptions, Ui};
-use egui_plot::{
-    Legend, Line, LineStyle, MarkerShape, Plot, PlotImage, PlotPoint, PlotPoints, Points,
-};
+use egui_plot::{Line, LineStyle, MarkerShape, PlotImage, PlotPoint, PlotPoints, Points};
 use uw_calib::Profile;
 
 use uw_survey::routine::CONTRAST_LIGHT_PCT;
 
-use super::knobs::{x_axis, y_axis};
+use super::knobs::{still_plot, x_axis, y_axis};
 use super::theme::{CHANNELS, HERE, SUGGESTED, channel_colours};
 use crate::guidance::answer::{Answer, MAP_SIZE, ScoreMap};
 use crate::model::FalseColour;
@@ -28,16 +26,6 @@ pub fn curves(profile: &Profile) -> [Curve; 3] {
         contrast(profile.contrast_on()),
         contrast(profile.contrast_off()),
     ]
-}
-
-fn still(id: &'static str, height: f32) -> Plot<'static> {
-    Plot::new(id)
-        .height(height)
-        .allow_drag(false)
-        .allow_zoom(false)
-        .allow_scroll(false)
-        .allow_boxed_zoom(false)
-        .grid_spacing(egui::Rangef::new(8.0, 60.0))
 }
 
 fn lines(
@@ -63,14 +51,14 @@ pub fn profile(ui: &mut Ui, profile: &Arc<Profile>) {
     let [depth, on, off] = curves(profile);
     let colours = channel_colours(ui);
     ui.columns(2, |columns| {
-        still("K_z", 120.0)
+        still_plot("K_z", 120.0)
             .custom_x_axes(vec![x_axis("depth, m")])
             .custom_y_axes(vec![y_axis("K_z")])
             .include_y(0.0)
             .show(&mut columns[0], |plot| {
                 lines(plot, &depth, "", colours, LineStyle::Solid);
             });
-        still("K_c", 120.0)
+        still_plot("K_c", 120.0)
             .custom_x_axes(vec![x_axis("distance, m")])
             .custom_y_axes(vec![y_axis("K_c, counts")])
             .include_y(0.0)
@@ -87,11 +75,10 @@ pub fn profile(ui: &mut Ui, profile: &Arc<Profile>) {
 /// Shows the objective over distance and lamp level, with the state, the search and the suggestion.
 pub fn map(ui: &mut Ui, answer: &Answer) {
     let texture = answer.map.as_ref().map(|map| (map_texture(ui, map), map));
-    still("objective", 210.0)
+    still_plot("objective", 210.0)
         .custom_x_axes(vec![x_axis("distance, m")])
         .custom_y_axes(vec![y_axis("lamp, %")])
-        .set_margin_fraction(egui::vec2(0.0, 0.0))
-        .legend(Legend::default())
+        .set_margin_fraction(egui::vec2(0.03, 0.06))
         .show(ui, |plot| {
             if let Some((texture, map)) = &texture {
                 let [near, far] = map.distance_m;
@@ -135,6 +122,10 @@ pub fn map(ui: &mut Ui, answer: &Answer) {
                 SUGGESTED,
             ));
         });
+    ui.horizontal_wrapped(|ui| {
+        ui.colored_label(SUGGESTED, "pink: suggestion and search");
+        ui.weak("cross: here; dots: looked at");
+    });
 }
 
 /// The scores as a texture, made once per map.

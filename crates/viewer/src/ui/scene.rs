@@ -36,7 +36,7 @@ fn file(app: &mut Viewer, ui: &mut Ui) {
     });
     ui.weak("or drop a file on the window");
     ui.label(format!(
-        "{}: {} objects, {} surfaces",
+        "{}: objects {}, surfaces {}",
         app.open.title,
         app.open.objects.len(),
         app.open.geometry.len()

@@ -1,10 +1,10 @@
 //! Absorption and scattering against wavelength, with the channels' intervals, whose ends can be dragged.
 
 use egui::{Color32, Ui};
-use egui_plot::{Line, Plot, PlotPoint, PlotPoints, Span};
+use egui_plot::{Line, PlotPoint, PlotPoints, Span};
 use uw_media::{Bands, Interval};
 
-use super::knobs::{x_axis, y_axis};
+use super::knobs::{still_plot, x_axis, y_axis};
 use super::theme::{CHANNELS, channel_colours};
 use crate::model::water::spectrum_at;
 
@@ -42,20 +42,13 @@ pub fn show(ui: &mut Ui, place: f64, bands: &mut Bands) {
     let taken_id = ui.scope_id().with("taken end");
     let taken: Option<End> = ui.data(|d| d.get_temp(taken_id)).flatten();
     let height = 150.0;
-    let plot = Plot::new("spectra")
-        .height(height)
-        .allow_drag(false)
-        .allow_zoom(false)
-        .allow_scroll(false)
-        .allow_boxed_zoom(false)
-        .allow_double_click_reset(false)
+    let plot = still_plot("spectra", height)
         .include_x(RANGE_NM.0)
         .include_x(RANGE_NM.1)
         .include_y(0.0)
-        .set_margin_fraction(egui::vec2(0.0, 0.08))
+        .set_margin_fraction(egui::vec2(0.035, 0.08))
         .custom_x_axes(vec![x_axis("wavelength, nm")])
-        .custom_y_axes(vec![y_axis("1/m")])
-        .grid_spacing(egui::Rangef::new(8.0, 60.0));
+        .custom_y_axes(vec![y_axis("1/m")]);
     let shown = plot.show(ui, |plot| {
         if shaded {
             for ((span, colour), name) in spans.iter().zip(colours).zip(CHANNELS) {

@@ -74,10 +74,10 @@ fn coefficients(ui: &mut Ui, coefficients: &mut Coefficients) {
         *coefficients = Coefficients::Direct(iops);
     }
     ui.weak(format!(
-        "attenuation c = a + b: {}   albedo b/c: {}",
-        triple(iops.c(), 3),
-        triple(iops.albedo(), 2)
+        "attenuation c = a + b  {} 1/m",
+        triple(iops.c(), 3)
     ));
+    ui.weak(format!("albedo b/c  {}", triple(iops.albedo(), 2)));
 }
 
 fn triple(values: [f64; 3], digits: usize) -> String {

@@ -9,13 +9,22 @@ use uw_render::layers::RenderLayer;
 use uw_viewer::app::{Options, Tab, Viewer};
 use uw_viewer::model::camera::Motion;
 use uw_viewer::model::{Coefficients, PhaseModel, ShownLayer};
+use uw_viewer::worker::Goal;
 
 use crate::support::{PATIENCE, small};
 
 /// A viewer of the small scene, laid out.
 pub(crate) fn viewer() -> Harness<'static, Viewer> {
     let ctx = egui::Context::default();
-    let viewer = Viewer::new(&ctx, small(), Options::default()).expect("a thread");
+    // Little is rendered: these tests look at the panels.
+    let options = Options {
+        goal: Goal {
+            samples_per_pixel: 2,
+            target_error: None,
+        },
+        ..Options::default()
+    };
+    let viewer = Viewer::new(&ctx, small(), options).expect("a thread");
     let mut harness = Harness::builder()
         .with_size([1280.0, 720.0])
         .build_ui_state(|ui, viewer: &mut Viewer| viewer.show(ui), viewer);
@@ -283,6 +292,26 @@ fn the_guidance_panel_calibrates_advises_and_goes_there() {
         "{}",
         camera.position_m
     );
+}
+
+#[test]
+fn the_routine_without_daylight_says_what_to_do_and_can_be_cancelled() {
+    let mut harness = viewer();
+    harness.key_press(Key::F4);
+    harness.run_steps(3);
+    click(&mut harness, "Run the routine");
+    click(&mut harness, "Cancel");
+    assert!(harness.state().guidance.progress().is_none());
+    harness.state_mut().settings.sun = None;
+    harness.state_mut().settings.sky_radiance = [0.0; 3];
+    click(&mut harness, "Run the routine");
+    until(&mut harness, "the answer", |v| {
+        v.guidance.progress().is_none()
+    });
+    let viewer = harness.state();
+    assert!(viewer.guidance.profile.is_none());
+    let said = &viewer.toasts.all().last().expect("a message").text;
+    assert!(said.contains("needs daylight: switch on the sun"), "{said}");
 }
 
 #[test]
