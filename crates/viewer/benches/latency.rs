@@ -21,7 +21,8 @@ fn main() {
     // Nothing can be done about a closed standard output.
     let _ = writeln!(
         out,
-        "scene: time to the first picture, median and longest, ms; its size; preparation, ms; time to full size, s"
+        "scene: time to the restart, then to the first picture, median and longest, ms; its size; preparation, ms; \
+         time to full size, s"
     );
     for name in [
         "clear_lamp",
@@ -46,7 +47,7 @@ fn measure(path: &Path) -> String {
         target_error: None,
     };
     let worker = Worker::start(Place::default(), view, goal, || {}).expect("a thread");
-    let mut times = Vec::new();
+    let (mut restarts, mut times) = (Vec::new(), Vec::new());
     let mut size = (0, 0);
     for i in 1..=CHANGES {
         if let Some(water) = &mut settings.water {
@@ -61,6 +62,7 @@ fn measure(path: &Path) -> String {
             seed: 1,
         });
         let first = wait(&worker, |f| f.generation == u64::from(i));
+        restarts.push(first.begun_after_s);
         times.push(first.since_request_s);
         size = (first.camera.width, first.camera.height);
         // As between events of a slider that is dragged.
@@ -72,12 +74,16 @@ fn measure(path: &Path) -> String {
     let preparation = start.elapsed().as_secs_f64();
     drop(prepared);
     let full = wait(&worker, |f| f.coarseness == 1).since_request_s;
-    times.sort_by(f64::total_cmp);
     let ms = |t: f64| 1000.0 * t;
+    let spread = |mut times: Vec<f64>| {
+        times.sort_by(f64::total_cmp);
+        let (median, longest) = (times[times.len() / 2], times[times.len() - 1]);
+        format!("{:.0}, {:.0}", ms(median), ms(longest))
+    };
     format!(
-        "{:.0}, {:.0}; {} x {}; {:.0}; {full:.1}",
-        ms(times[times.len() / 2]),
-        ms(times[times.len() - 1]),
+        "{}; {}; {} x {}; {:.0}; {full:.1}",
+        spread(restarts),
+        spread(times),
         size.0,
         size.1,
         ms(preparation)

@@ -93,6 +93,8 @@ pub struct Frame {
     pub relative_error: Option<f64>,
     /// Samples (paths from the camera) per second since the stage began.
     pub samples_per_s: f64,
+    /// Time from the request to the start of this frame's stage, s.
+    pub begun_after_s: f64,
     /// Time from the request to this frame, s.
     pub since_request_s: f64,
     /// What the worker was about when it was made.

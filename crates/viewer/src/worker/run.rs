@@ -329,6 +329,7 @@ impl Thread<'_> {
             samples: film.samples(),
             relative_error: figures.relative_error,
             samples_per_s: figures.samples_per_s,
+            begun_after_s: (stage.start - stage.asked).as_secs_f64(),
             since_request_s: stage.asked.elapsed().as_secs_f64(),
             activity: figures.activity,
             backend: Arc::clone(&stage.backend),

@@ -67,6 +67,12 @@ fn dragging_a_slider_neither_freezes_nor_leaks_nor_lies() {
             half_way = memory();
         }
     }
+    eprintln!(
+        "longest frame {:.1} ms, {pictures} pictures in {seconds} s, memory half way and now {:?} {:?} MiB",
+        1e3 * longest.as_secs_f64(),
+        half_way.map(|b| b >> 20),
+        memory().map(|b| b >> 20)
+    );
     assert!(longest < LONGEST, "a frame of the window took {longest:?}");
     assert!(pictures >= 2, "no pictures came while dragging");
     if let (Some(then), Some(now)) = (half_way, memory()) {
