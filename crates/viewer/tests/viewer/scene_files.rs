@@ -134,3 +134,38 @@ fn a_gltf_file_is_seen_from_outside_and_lit() {
     let (again, _) = saved(&open, &settings, folder.path());
     assert_eq!(again.geometry.len(), open.geometry.len());
 }
+
+/// A file on the disk, as the system drops it on a window.
+#[derive(Debug)]
+struct Dropped(std::path::PathBuf);
+
+impl egui::DroppedFile for Dropped {
+    fn path(&self) -> &std::path::Path {
+        &self.0
+    }
+
+    fn bytes(&self) -> Result<Vec<u8>, String> {
+        std::fs::read(&self.0).map_err(|e| e.to_string())
+    }
+}
+
+#[test]
+fn files_that_are_dropped_are_opened_as_what_they_are() {
+    let folder = tempfile::tempdir().expect("folder");
+    let profile = folder.path().join("profile.json");
+    crate::support::profile().write(&profile).expect("written");
+    let record = folder.path().join("operation.jsonl");
+    std::fs::write(&record, crate::support::recording()).expect("written");
+    let scene = crate::support::repository().join("assets/scenes/clear_lamp.toml");
+    let mut harness = crate::panels::viewer();
+    for path in [profile, record, scene] {
+        let file = std::sync::Arc::new(Dropped(path));
+        harness.input_mut().dropped_files.push(file);
+        harness.step();
+        crate::panels::until(&mut harness, "the file", |v| !v.is_loading());
+    }
+    let viewer = harness.state();
+    assert!(viewer.guidance.profile.is_some());
+    assert!(viewer.guidance.operation.is_some());
+    assert_eq!(viewer.open.title, "clear_lamp.toml");
+}
