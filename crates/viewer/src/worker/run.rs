@@ -51,6 +51,7 @@ pub(super) fn work(shared: &Shared, news: &Sender<News>, place: Place) {
         pool,
         gpu: place.gpu,
         rate: stages::FIRST_RATE,
+        grace: stages::GRACE,
         known_daylight: None,
     };
     let mut done = None;
@@ -67,6 +68,8 @@ struct Thread<'a> {
     gpu: Option<Gpu>,
     /// Samples per second of the last stage.
     rate: f64,
+    /// How long a first picture may go on although newer settings have come.
+    grace: Duration,
     /// The newest field of daylight.
     known_daylight: Option<Known>,
 }
@@ -214,10 +217,15 @@ impl Thread<'_> {
         let mut film = engine.film(stage.scene);
         let start = stage.start;
         let generation = stage.job.generation;
-        let leave = || self.is_left(generation) && !(is_first && start.elapsed() < stages::GRACE);
+        let grace = self.grace;
+        let leave = || self.is_left(generation) && !(is_first && start.elapsed() < grace);
         if !engine.step(&mut film, 1, &leave, &|| false)? {
+            if is_first {
+                self.grace = (2 * grace).min(stages::MOST_GRACE);
+            }
             return Ok(End::Left);
         }
+        self.grace = stages::GRACE;
         let elapsed = stage.start.elapsed().as_secs_f64();
         self.rate = engine.paths() as f64 / elapsed.max(1e-6);
         let (view, revision, _, _) = self.wishes();

@@ -7,6 +7,8 @@ use std::time::Duration;
 const FIRST_PICTURE: Duration = Duration::from_millis(35);
 /// How long the first picture may go on although newer settings have come.
 pub const GRACE: Duration = Duration::from_millis(45);
+/// The same after first pictures that were given up: on a busy machine none would ever come otherwise.
+pub const MOST_GRACE: Duration = Duration::from_millis(360);
 /// Least and most time between two pictures on the screen while samples are added.
 const SHOW_EVERY: [Duration; 2] = [Duration::from_millis(200), Duration::from_secs(2)];
 /// Time between two pictures, as a share of the age of the render: an old picture changes slowly.
