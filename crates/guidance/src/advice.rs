@@ -139,6 +139,26 @@ impl Advice {
     }
 }
 
+/// The candidates that [`advise`] looks at, in their order, with their scores in single precision: first a grid and the
+/// ridges of the distance term, then the steps of the descents.
+///
+/// # Errors
+/// Why there is no advice.
+pub fn trace(
+    observation: &Observation,
+    profile: &Profile,
+    model: &Model,
+    objective: &Objective,
+) -> Result<Vec<(Candidate, f64)>, Reason> {
+    let mut steps = Vec::new();
+    Question::new(observation, profile, model, objective)?.best(
+        profile,
+        objective,
+        &mut |candidate, score| steps.push((*candidate, score)),
+    )?;
+    Ok(steps)
+}
+
 /// Contrast and score of candidates, in their order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prediction {
@@ -156,7 +176,7 @@ pub fn advise(
     objective: &Objective,
 ) -> Advice {
     let found = Question::new(observation, profile, model, objective)
-        .and_then(|question| question.best(profile, objective));
+        .and_then(|question| question.best(profile, objective, &mut |_, _| {}));
     let (optimum, predicted, score_here) = match found {
         Ok(found) => found,
         Err(reason) => return Advice::hold(observation, reason),
@@ -236,11 +256,13 @@ impl<'a> Question<'a> {
         })
     }
 
-    /// The optimum, the contrast predicted there and the score of the current candidate.
+    /// The optimum, the contrast predicted there and the score of the current candidate. `watch` sees every candidate
+    /// that the search looks at.
     fn best(
         mut self,
         profile: &Profile,
         objective: &Objective,
+        watch: &mut dyn FnMut(&Candidate, f64),
     ) -> Result<(Optimum, [f64; 3], f64), Reason> {
         let (min, max) = profile.distance_range_m();
         let [near, far] = objective.distance_m;
@@ -264,7 +286,9 @@ impl<'a> Question<'a> {
         };
         let (query, criterion) = (&mut self.query, &self.criterion);
         let quick = |candidate: &Candidate| {
-            criterion.score(query.quick_contrast(candidate), candidate.distance_m)
+            let score = criterion.score(query.quick_contrast(candidate), candidate.distance_m);
+            watch(candidate, score);
+            score
         };
         let found = maximise(quick, &bounds, &ridges).ok_or(Reason::NotFinite)?;
         let current = self.current;

@@ -4,12 +4,24 @@ use std::sync::atomic::AtomicBool;
 
 use uw_calib::{CalibrateError, ContrastMeasurement, DepthMeasurement, Profile, Source};
 use uw_render::integrator::RenderError;
-use uw_render::scene::{Exposure, Sensor};
+use uw_render::scene::{Exposure, Scene, Sensor};
 
 use crate::environment::{EnvironmentError, Target, View, WaterBody, scene, sensor};
 use crate::measure::{Quality, RenderedView};
 use crate::vehicle::Vehicle;
 
+/// Depths of the images that look up, m.
+pub const UP_DEPTHS_M: [f64; 6] = [0.5, 1.0, 2.0, 3.0, 4.0, 6.0];
+/// Distances of the images of the target, m.
+pub const DISTANCES_M: [f64; 6] = [0.5, 1.0, 1.5, 2.0, 2.5, 3.0];
+/// Depth of the images of the target, m.
+pub const CONTRAST_DEPTH_M: f64 = 3.0;
+/// Lamp level of the contrast profile with the lamps on, percent: that of the data the shipped models learnt from.
+pub const CONTRAST_LIGHT_PCT: f64 = 67.0;
+/// Samples per pixel of each half of an image that looks up.
+pub const UP_SAMPLES: u32 = 64;
+/// Paths per group of a [`TargetImage`](crate::estimate::target_image::TargetImage).
+pub const TARGET_PATHS: u32 = 2048;
 /// Size of the images that look up, pixels: only their mean counts.
 const UP_SIZE: (u32, u32) = (64, 36);
 
@@ -27,7 +39,10 @@ pub enum RoutineError {
     Calibrate(#[from] CalibrateError),
 }
 
-/// Images that look up at `depths_m` (increasing), one exposure for all, set at the shallowest.
+/// Images that look up in `water` at `depths_m` (increasing), one exposure for all, set at the shallowest.
+///
+/// # Errors
+/// The environment is not valid, or a render failed or was stopped.
 pub fn look_up(
     vehicle: &Vehicle,
     water: &WaterBody,
@@ -36,6 +51,22 @@ pub fn look_up(
     quality: Quality,
     cancel: &AtomicBool,
 ) -> Result<(Sensor, Vec<(f64, RenderedView)>), RoutineError> {
+    look_up_in(vehicle, depths_m, quality, cancel, |vehicle, view| {
+        Ok(scene(vehicle, water, target, view)?)
+    })
+}
+
+/// The same in scenes that `scene_of` makes for a vehicle (this one, with a smaller camera) and a view.
+///
+/// # Errors
+/// `scene_of` fails, or a render failed or was stopped.
+pub fn look_up_in<E: From<RenderError>>(
+    vehicle: &Vehicle,
+    depths_m: &[f64],
+    quality: Quality,
+    cancel: &AtomicBool,
+    mut scene_of: impl FnMut(&Vehicle, View) -> Result<Scene, E>,
+) -> Result<(Sensor, Vec<(f64, RenderedView)>), E> {
     let upwards = Vehicle {
         width: UP_SIZE.0,
         height: UP_SIZE.1,
@@ -44,7 +75,7 @@ pub fn look_up(
     let mut sensor = sensor(vehicle, 1.0);
     let mut views = Vec::new();
     for (i, &depth_m) in depths_m.iter().enumerate() {
-        let scene = scene(&upwards, water, target, View::Up { depth_m })?;
+        let scene = scene_of(&upwards, View::Up { depth_m })?;
         let quality = Quality {
             seed: quality.seed.wrapping_add(i as u64),
             ..quality

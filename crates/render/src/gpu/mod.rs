@@ -13,6 +13,7 @@ mod pipeline;
 mod render;
 pub mod shaders;
 pub mod skipped;
+mod stepper;
 mod tables;
 mod tree;
 #[cfg(test)]
@@ -23,3 +24,4 @@ pub use choice::Backend;
 pub use device::{AdapterChoice, AdapterInfo, Gpu, adapters};
 pub use error::GpuError;
 pub use render::render;
+pub use stepper::Stepper;

@@ -60,30 +60,8 @@ pub(super) fn render_edited(
 ) -> Result<(Film, RenderStats), RenderError> {
     let setup = Instant::now();
     let cpu_start = ProcessTime::now();
-    let selection = select(scene, plan);
-    gpu.check()?;
-    let tables = Tables::build(scene, &selection.lamps)?;
-    let loaded = Loaded::new(gpu, scene, &tables)?;
-    let mut kernels = Vec::new();
-    if !selection.lamps.is_empty() {
-        kernels.push(Kernel::new(&loaded, "kernels/lamps", edit)?);
-    }
-    if selection.ambient {
-        kernels.push(Kernel::new(&loaded, "kernels/ambient", edit)?);
-    }
+    let mut job = Job::new(gpu, scene, plan, cancel, observe, edit)?;
     let setup_s = setup.elapsed().as_secs_f64();
-    let mut job = Job {
-        loaded,
-        scene,
-        plan,
-        selection,
-        cancel,
-        observe,
-        start: Instant::now(),
-        kernels,
-        work: Work::default(),
-        rows_before: 0,
-    };
     let mut film = Film::new(scene.camera.width, scene.camera.height, scene.lamps.len());
     job.run(&mut film)?;
     if film.samples() == 0 {
@@ -164,7 +142,7 @@ impl From<GpuError> for Stop {
     }
 }
 
-struct Job<'a> {
+pub(super) struct Job<'a> {
     loaded: Loaded<'a>,
     scene: &'a Prepared,
     plan: &'a Plan,
@@ -178,14 +156,59 @@ struct Job<'a> {
     rows_before: u64,
 }
 
-impl Job<'_> {
+impl<'a> Job<'a> {
+    /// Uploads `scene` and makes the kernels that it needs; their text goes through `edit`.
+    ///
+    /// # Errors
+    /// [`GpuError`] when the device fails or the scene does not fit.
+    pub(super) fn new(
+        gpu: &'a Gpu,
+        scene: &'a Prepared,
+        plan: &'a Plan,
+        cancel: &'a AtomicBool,
+        observe: &'a (dyn Fn(&Progress) + Sync),
+        edit: &dyn Fn(String) -> String,
+    ) -> Result<Self, GpuError> {
+        let selection = select(scene, plan);
+        gpu.check()?;
+        let tables = Tables::build(scene, &selection.lamps)?;
+        let loaded = Loaded::new(gpu, scene, &tables)?;
+        let mut kernels = Vec::new();
+        if !selection.lamps.is_empty() {
+            kernels.push(Kernel::new(&loaded, "kernels/lamps", edit)?);
+        }
+        if selection.ambient {
+            kernels.push(Kernel::new(&loaded, "kernels/ambient", edit)?);
+        }
+        Ok(Self {
+            loaded,
+            scene,
+            plan,
+            selection,
+            cancel,
+            observe,
+            start: Instant::now(),
+            kernels,
+            work: Work::default(),
+            rows_before: 0,
+        })
+    }
+
+    /// Walks started at the camera so far.
+    pub(super) fn paths(&self) -> u64 {
+        self.work.paths
+    }
+
     fn run(&mut self, film: &mut Film) -> Result<(), GpuError> {
         let (mut batch, mut done) = (0, 0);
         while let Some(samples) = self.plan.next_batch(batch, done) {
-            match self.run_batch(batch, samples) {
-                Ok(()) => self.add_to(film, samples)?,
-                Err(Stop::Asked) => return Ok(()),
-                Err(Stop::Fault(error)) => return Err(error),
+            let (cancel, start, limit) = (self.cancel, self.start, self.plan.time_limit);
+            let stop = || {
+                let late = || limit.is_some_and(|limit| start.elapsed() >= limit);
+                cancel.load(Ordering::Relaxed) || (batch > 0 && late())
+            };
+            if !self.add_batch(film, batch, samples, &stop)? {
+                return Ok(());
             }
             batch += 1;
             done += samples;
@@ -196,15 +219,31 @@ impl Job<'_> {
         Ok(())
     }
 
+    /// Adds batch number `batch` to `film`; `stop` is asked before every dispatch. Returns whether it was added: one
+    /// that was stopped leaves nothing behind.
+    pub(super) fn add_batch(
+        &mut self,
+        film: &mut Film,
+        batch: u32,
+        samples: u32,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<bool, GpuError> {
+        match self.run_batch(batch, samples, stop) {
+            Ok(()) => self.add_to(film, samples).map(|()| true),
+            Err(Stop::Asked) => Ok(false),
+            Err(Stop::Fault(error)) => Err(error),
+        }
+    }
+
     /// All samples of one batch, of every kernel.
-    fn run_batch(&mut self, batch: u32, samples: u32) -> Result<(), Stop> {
+    fn run_batch(&mut self, batch: u32, samples: u32, stop: &dyn Fn() -> bool) -> Result<(), Stop> {
         self.loaded.clear(false);
         for kernel in 0..self.kernels.len() {
             self.loaded.clear(true);
             let mut first_pixel = 0;
             while first_pixel < self.loaded.pixels {
                 let count = self.block(kernel, first_pixel);
-                self.run_block(kernel, batch, samples, first_pixel, count)?;
+                self.run_block(kernel, (batch, samples), first_pixel, count, stop)?;
                 first_pixel += count;
                 if kernel + 1 == self.kernels.len() {
                     self.report(first_pixel / self.scene.camera.width);
@@ -249,16 +288,16 @@ impl Job<'_> {
     fn run_block(
         &mut self,
         kernel: usize,
-        batch: u32,
-        batch_samples: u32,
+        (batch, batch_samples): (u32, u32),
         first_pixel: u32,
         pixel_count: u32,
+        stop: &dyn Fn() -> bool,
     ) -> Result<(), Stop> {
         let mut most = MOST_SAMPLES;
         let mut forced = false;
         // One sample a dispatch, and the halvings before: a kernel that needs more makes none.
         for _ in 0..2 * batch_samples + MOST_SAMPLES {
-            if self.cancelled() || (batch > 0 && self.out_of_time()) {
+            if stop() {
                 return Err(Stop::Asked);
             }
             let samples =

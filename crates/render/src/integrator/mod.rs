@@ -3,6 +3,7 @@
 pub mod cpu;
 pub mod first_hit;
 pub mod sampling;
+pub mod stepper;
 
 use std::{
     sync::atomic::{AtomicBool, AtomicU64, Ordering},

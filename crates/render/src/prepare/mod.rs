@@ -8,6 +8,8 @@ mod lamps;
 mod medium;
 mod needs;
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 pub use daylight::{Boundary, SunBeam};
@@ -28,8 +30,8 @@ pub struct Prepared {
     pub medium: Option<Medium>,
     /// The water surface; `None` when the medium fills all space.
     pub boundary: Option<Boundary>,
-    /// Surfaces.
-    pub geometry: Geometry,
+    /// Surfaces, shared by all scenes that differ in other things only.
+    pub geometry: Arc<Geometry>,
     /// Lamps in scene order.
     pub lamps: Vec<PreparedLamp>,
     /// Names of the lamps.
@@ -53,9 +55,23 @@ pub struct Prepared {
 impl Prepared {
     /// Flattens `scene`.
     pub fn build(scene: &Scene) -> Self {
+        Self::build_with(scene, Arc::new(Geometry::build(scene)))
+    }
+
+    /// Flattens everything in `scene` but its quads, meshes, materials and textures, which are not looked at:
+    /// `geometry` takes their place.
+    pub fn build_with(scene: &Scene, geometry: Arc<Geometry>) -> Self {
+        let mut prepared = Self::build_unsteered(scene, geometry);
+        let daylight = prepared.solve_daylight(scene);
+        prepared.steer(daylight);
+        prepared
+    }
+
+    /// As [`Prepared::build_with`], without the field of daylight, which takes longest: renders are right all the
+    /// same, and noisier in daylight until [`Prepared::steer`] has brought it.
+    pub fn build_unsteered(scene: &Scene, geometry: Arc<Geometry>) -> Self {
         let medium = scene.water.as_ref().and_then(Medium::build);
         let boundary = Boundary::build(scene);
-        let geometry = Geometry::build(scene);
         let lamps: Vec<_> = scene.lamps.iter().map(PreparedLamp::build).collect();
         // Without a surface the sun would be infinitely far away through the water.
         let lit = boundary.is_some() || medium.is_none();
@@ -68,17 +84,6 @@ impl Prepared {
             sun.as_ref(),
             scene,
         );
-        let daylight = match (&medium, &boundary) {
-            (Some(m), Some(b)) => {
-                let deepest = deepest_m(scene, m, b, &geometry);
-                DaylightField::build(m, b, sun.as_ref(), scene.sky_radiance, deepest)
-            }
-            _ => None,
-        };
-        let stretch = match (&daylight, &medium) {
-            (Some(d), Some(m)) => d.stretch(m),
-            _ => [0.0; 3],
-        };
         let largest_emission = geometry.largest_emission();
         let ambient_scale = std::array::from_fn(|k| {
             let sun = sun.as_ref().map_or(0.0, |s| s.irradiance_in_air[k]);
@@ -93,12 +98,28 @@ impl Prepared {
             lamp_names: scene.lamps.iter().map(|l| l.name.clone()).collect(),
             sun,
             sky: scene.sky_radiance,
-            daylight,
-            stretch,
+            daylight: None,
+            stretch: [0.0; 3],
             largest_emission,
             ambient_scale,
             needs,
         }
+    }
+
+    /// The field of daylight in the water of `scene`, which this was made of; `None` where nothing scatters it.
+    pub fn solve_daylight(&self, scene: &Scene) -> Option<DaylightField> {
+        let (medium, boundary) = (self.medium.as_ref()?, self.boundary.as_ref()?);
+        let deepest = deepest_m(scene, medium, boundary, &self.geometry);
+        DaylightField::build(medium, boundary, self.sun.as_ref(), self.sky, deepest)
+    }
+
+    /// Steers walks by a field of daylight; that of another water makes them noisier, not wrong.
+    pub fn steer(&mut self, daylight: Option<DaylightField>) {
+        self.stretch = match (&daylight, &self.medium) {
+            (Some(daylight), Some(medium)) => daylight.stretch(medium),
+            _ => [0.0; 3],
+        };
+        self.daylight = daylight;
     }
 
     /// Whether `point` lies in the air above a water surface.

@@ -60,8 +60,8 @@ impl Needs {
             refraction: boundary.is_some_and(|b| b.index != 1.0),
             geometry: !geometry.is_empty(),
             geometry_in_air: boundary.is_some_and(above),
-            textures: !scene.textures.is_empty(),
-            varied_reflectance: varied_reflectance(scene),
+            textures: !geometry.textures.is_empty(),
+            varied_reflectance: varied_reflectance(geometry),
             lamps: lamps.iter().any(|l| l.intensity.iter().any(|&i| i > 0.0)),
             sun: sun.is_some(),
             sky: scene.sky_radiance.iter().any(|&l| l > 0.0),
@@ -97,7 +97,8 @@ impl Needs {
     }
 }
 
-fn varied_reflectance(scene: &Scene) -> bool {
+fn varied_reflectance(geometry: &Geometry) -> bool {
     let differ = |pair: &[Material]| pair[0].reflectance != pair[1].reflectance;
-    scene.materials.iter().any(|m| m.texture.is_some()) || scene.materials.windows(2).any(differ)
+    let materials = &geometry.materials;
+    materials.iter().any(|m| m.texture.is_some()) || materials.windows(2).any(differ)
 }

@@ -17,22 +17,14 @@ use crate::estimate::pyramid::TexturePyramid;
 use crate::estimate::response::CountResponse;
 use crate::estimate::target_image::TargetImage;
 use crate::measure::{Quality, RenderedView};
-use crate::routine;
+use crate::routine::{
+    self, CONTRAST_DEPTH_M, CONTRAST_LIGHT_PCT, DISTANCES_M, TARGET_PATHS, UP_DEPTHS_M, UP_SAMPLES,
+};
 use crate::vehicle::Vehicle;
 
 /// Where the vehicle is when it asks: depth in m, distance in m, lamp level in percent.
 pub(super) const VISITS: [(f64, f64, f64); 3] =
     [(1.0, 2.5, 100.0), (3.0, 1.0, 0.0), (5.0, 2.0, 33.0)];
-/// The routine: depths of the images that look up and distances of those that look at the target, m.
-const UP_DEPTHS_M: [f64; 6] = [0.5, 1.0, 2.0, 3.0, 4.0, 6.0];
-const DISTANCES_M: [f64; 6] = [0.5, 1.0, 1.5, 2.0, 2.5, 3.0];
-/// Depth and lamp level at which the contrast profiles are taken.
-const CONTRAST_DEPTH_M: f64 = 3.0;
-const CONTRAST_LIGHT_PCT: f64 = 67.0;
-/// Samples per pixel of each half of an image that looks up.
-const UP_SAMPLES: u32 = 64;
-/// Paths per group of a view of the target.
-const TARGET_PATHS: u32 = 2048;
 
 /// What all renders share.
 pub(super) struct Stage<'a> {

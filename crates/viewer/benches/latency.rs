@@ -1,0 +1,105 @@
+//! How soon a change of settings shows: time to the first picture of each change while a slider is dragged, and how
+//! long a frame of the window takes on its thread. `cargo bench -p uw-viewer`.
+
+use std::io::Write;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use uw_render::prepare::Prepared;
+use uw_viewer::model::{Coefficients, Display, OpenScene};
+use uw_viewer::worker::{Goal, Job, Place, View, Worker};
+
+/// Changes per scene.
+const CHANGES: u32 = 40;
+/// Size of the picture, pixels: its place in a window of 1280 x 720.
+const SIZE: (u32, u32) = (884, 497);
+
+fn main() {
+    let scenes = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/scenes"));
+    let mut out = std::io::stdout().lock();
+    // Nothing can be done about a closed standard output.
+    let _ = writeln!(
+        out,
+        "scene: time to the restart, then to the first picture, median and longest, ms; its size; preparation, ms; \
+         time to full size, s"
+    );
+    for name in [
+        "clear_lamp",
+        "flat_hull",
+        "hull_inspection",
+        "seabed_survey",
+    ] {
+        let line = measure(&scenes.join(format!("{name}.toml")));
+        let _ = writeln!(out, "{name}: {line}");
+    }
+}
+
+fn measure(path: &Path) -> String {
+    let (open, mut settings) = OpenScene::read(path).expect("shipped");
+    settings.camera = settings.camera.resized(SIZE.0, SIZE.1);
+    let view = View {
+        display: Display::default(),
+        sensor: settings.sensor,
+    };
+    let goal = Goal {
+        samples_per_pixel: 1,
+        target_error: None,
+    };
+    let worker = Worker::start(Place::default(), view, goal, || {}).expect("a thread");
+    let (mut restarts, mut times) = (Vec::new(), Vec::new());
+    let mut size = (0, 0);
+    for i in 1..=CHANGES {
+        if let Some(water) = &mut settings.water {
+            let place = 9.0 * f64::from(i) / f64::from(CHANGES);
+            let bands = uw_media::Bands::Mean;
+            water.coefficients = Coefficients::Jerlov { place, bands };
+        }
+        worker.submit(Job {
+            generation: u64::from(i),
+            settings: settings.clone(),
+            geometry: Arc::clone(&open.geometry),
+            seed: 1,
+        });
+        let first = wait(&worker, |f| f.generation == u64::from(i));
+        restarts.push(first.begun_after_s);
+        times.push(first.since_request_s);
+        size = (first.camera.width, first.camera.height);
+        // As between events of a slider that is dragged.
+        std::thread::sleep(Duration::from_millis(16));
+    }
+    let start = Instant::now();
+    let scene = settings.scene().expect("valid");
+    let prepared = Prepared::build_with(&scene, Arc::clone(&open.geometry));
+    let preparation = start.elapsed().as_secs_f64();
+    drop(prepared);
+    let full = wait(&worker, |f| f.coarseness == 1).since_request_s;
+    let ms = |t: f64| 1000.0 * t;
+    let spread = |mut times: Vec<f64>| {
+        times.sort_by(f64::total_cmp);
+        let (median, longest) = (times[times.len() / 2], times[times.len() - 1]);
+        format!("{:.0}, {:.0}", ms(median), ms(longest))
+    };
+    format!(
+        "{}; {}; {} x {}; {:.0}; {full:.1}",
+        spread(restarts),
+        spread(times),
+        size.0,
+        size.1,
+        ms(preparation)
+    )
+}
+
+fn wait(
+    worker: &Worker,
+    fits: impl Fn(&uw_viewer::worker::Frame) -> bool,
+) -> Arc<uw_viewer::worker::Frame> {
+    let start = Instant::now();
+    loop {
+        if let Some(frame) = worker.latest().filter(|f| fits(f)) {
+            return frame;
+        }
+        assert!(start.elapsed() < Duration::from_secs(300), "no picture");
+        std::thread::sleep(Duration::from_micros(500));
+    }
+}

@@ -1,0 +1,251 @@
+//! The application: settings, worker and panels, tied together once per frame.
+
+mod files;
+mod motion;
+mod render;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use glam::DVec2;
+
+pub use files::FilePurpose;
+
+use crate::guidance::Guidance;
+use crate::model::{Display, History, OpenScene, Settings, camera::Motion, recent::Recent};
+use crate::ui::{self, files::FileDialog, picture::PictureView, toasts::Toasts};
+use crate::worker::{Frame, Goal, Place, View, Worker};
+use files::Loading;
+
+/// Which panel is open.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Tab {
+    /// The water.
+    #[default]
+    Water,
+    /// Objects, camera, lamps, sensor.
+    Scene,
+    /// Calibration and advice.
+    Guidance,
+}
+
+/// How the viewer starts.
+pub struct Options {
+    /// Where pictures are rendered.
+    pub place: Place,
+    /// Seed of all renders.
+    pub seed: u64,
+    /// When a picture is finished.
+    pub goal: Goal,
+    /// The files opened last.
+    pub recent: Recent,
+    /// Folder of textures, models and scenes; none where they are not installed.
+    pub assets: Option<PathBuf>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            place: Place::default(),
+            seed: 1,
+            goal: Goal::default(),
+            recent: Recent::default(),
+            assets: uw_survey::assets::assets_dir().ok(),
+        }
+    }
+}
+
+/// The viewer.
+pub struct Viewer {
+    /// What is open.
+    pub open: OpenScene,
+    /// Everything that can be set.
+    pub settings: Settings,
+    /// The open panel.
+    pub tab: Tab,
+    /// Layer and colours.
+    pub display: Display,
+    /// When a picture is finished.
+    pub goal: Goal,
+    /// Whether no samples are added.
+    pub paused: bool,
+    /// How drags and keys move the camera.
+    pub motion: Motion,
+    /// Whether the lamps move with the camera.
+    pub lamps_follow: bool,
+    /// Whether the help is shown.
+    pub help_open: bool,
+    /// Advice.
+    pub guidance: Guidance,
+    /// Messages.
+    pub toasts: Toasts,
+    pub(crate) files: Option<(FilePurpose, FileDialog)>,
+    pub(crate) picture: PictureView,
+    pub(crate) recent: Recent,
+    pub(crate) assets: Option<PathBuf>,
+    history: History<Settings>,
+    worker: Worker,
+    frame: Option<Arc<Frame>>,
+    generation: u64,
+    submitted: Option<Settings>,
+    geometry_changed: bool,
+    view: Option<View>,
+    view_revision: u64,
+    sent: (Goal, bool),
+    seed: u64,
+    loading: Option<Loading>,
+}
+
+impl Viewer {
+    /// A viewer of `open` whose worker calls `ctx` when there is something new.
+    ///
+    /// # Errors
+    /// The system gives no thread for the worker.
+    pub fn new(
+        ctx: &egui::Context,
+        (open, settings): (OpenScene, Settings),
+        options: Options,
+    ) -> std::io::Result<Self> {
+        let view = View {
+            display: Display::default(),
+            sensor: settings.sensor,
+        };
+        let for_worker = ctx.clone();
+        let worker = Worker::start(options.place, view, options.goal, move || {
+            for_worker.request_repaint();
+        })?;
+        let mut viewer = Self {
+            history: History::new(settings.clone()),
+            guidance: Guidance::new(options.assets.clone(), ctx.clone()),
+            open,
+            settings,
+            tab: Tab::default(),
+            display: Display::default(),
+            goal: options.goal,
+            paused: false,
+            motion: Motion::default(),
+            lamps_follow: true,
+            help_open: false,
+            toasts: Toasts::default(),
+            files: None,
+            picture: PictureView::default(),
+            recent: options.recent,
+            assets: options.assets,
+            worker,
+            frame: None,
+            generation: 0,
+            submitted: None,
+            geometry_changed: true,
+            view: None,
+            view_revision: 0,
+            sent: (options.goal, false),
+            seed: options.seed,
+            loading: None,
+        };
+        for warning in viewer.open.warnings.clone() {
+            viewer.toasts.warn(warning);
+        }
+        Ok(viewer)
+    }
+
+    /// The newest picture.
+    pub fn frame(&self) -> Option<&Arc<Frame>> {
+        self.frame.as_ref()
+    }
+
+    /// Whether the newest picture shows the settings as they are.
+    pub fn is_current(&self) -> bool {
+        self.submitted.is_some()
+            && self
+                .frame
+                .as_ref()
+                .is_some_and(|f| f.generation == self.generation)
+    }
+
+    /// Number of the settings as they are; it grows with every change.
+    pub fn generation(&self) -> u64 {
+        self.generation
+    }
+
+    /// Whether a file is being opened.
+    pub fn is_loading(&self) -> bool {
+        self.loading.is_some()
+    }
+
+    /// One frame of the window.
+    pub fn show(&mut self, ui: &mut egui::Ui) {
+        let ctx = ui.ctx().clone();
+        self.poll();
+        self.poll_loading();
+        self.guidance.poll(&mut self.toasts);
+        self.take_dropped(&ctx);
+        ui::shortcuts::handle(self, &ctx);
+        ui::menu::show(self, ui);
+        ui::status::show(self, ui);
+        egui::Panel::left("panel")
+            .default_size(360.0)
+            .min_size(300.0)
+            .max_size(520.0)
+            .resizable(true)
+            .show(ui, |ui| self.panel(ui));
+        egui::CentralPanel::default()
+            .frame(egui::Frame::new().fill(ui::theme::backdrop(ui)))
+            .show(ui, |ui| ui::picture::show(self, ui));
+        ui::files::show(self, &ctx);
+        ui::help::show(self, &ctx);
+        self.toasts.show(&ctx);
+        self.submit(&ctx);
+    }
+
+    fn panel(&mut self, ui: &mut egui::Ui) {
+        ui.add_space(4.0);
+        ui.horizontal(|ui| {
+            for (tab, name) in [
+                (Tab::Water, "Water"),
+                (Tab::Scene, "Scene"),
+                (Tab::Guidance, "Guidance"),
+            ] {
+                ui.selectable_value(&mut self.tab, tab, egui::RichText::new(name).heading());
+            }
+        });
+        ui.separator();
+        egui::ScrollArea::vertical()
+            .auto_shrink(false)
+            .id_salt(self.tab as u8)
+            .show(ui, |ui| match self.tab {
+                Tab::Water => ui::water::show(self, ui),
+                Tab::Scene => ui::scene::show(self, ui),
+                Tab::Guidance => ui::guidance::show(self, ui),
+            });
+    }
+
+    /// One step back in the settings.
+    pub fn undo(&mut self) {
+        if let Some(settings) = self.history.undo() {
+            self.settings = settings;
+        }
+    }
+
+    /// One step forward in the settings.
+    pub fn redo(&mut self) {
+        if let Some(settings) = self.history.redo() {
+            self.settings = settings;
+        }
+    }
+
+    /// Whether there are steps to undo and to redo.
+    pub fn can_undo_redo(&self) -> (bool, bool) {
+        (self.history.can_undo(), self.history.can_redo())
+    }
+
+    /// Size of the picture on the screen, pixels, once it is known.
+    pub fn picture_size_px(&self) -> Option<DVec2> {
+        self.picture.size_px()
+    }
+}
+
+impl eframe::App for Viewer {
+    fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
+        self.show(ui);
+    }
+}

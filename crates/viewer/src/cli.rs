@@ -1,0 +1,338 @@
+//! Arguments, and the way from them to a window.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use clap::{Parser, ValueEnum};
+use uw_calib::Profile;
+use uw_guidance::Model;
+use uw_render::gpu::Backend;
+use uw_render::image::{Counts, Frame as Stored, write_frame};
+
+use crate::app::{Options, Tab, Viewer};
+use crate::guidance::operation::Operation;
+use crate::model::{OpenScene, Settings, recent::Recent};
+use crate::ui::theme;
+use crate::worker::{Goal, Place};
+
+/// The water, its knobs and the advice in one window.
+#[derive(Clone, Debug, Parser)]
+#[command(name = "viewer", version)]
+pub struct Args {
+    /// Scene (.toml) or glTF file (.glb, .gltf) to open
+    #[arg(long, value_name = "FILE")]
+    pub scene: Option<PathBuf>,
+    /// Write a picture of the window and leave
+    #[arg(long, value_name = "OUT.png")]
+    pub screenshot: Option<PathBuf>,
+    /// Samples per pixel before the screenshot
+    #[arg(long, value_name = "N", default_value_t = 16, requires = "screenshot")]
+    pub after_samples: u64,
+    /// Where pictures are rendered; auto takes a hardware GPU where there is one
+    #[arg(long, value_enum, default_value_t = BackendName::Auto)]
+    pub backend: BackendName,
+    /// Part of the name of the graphics adapter that renders
+    #[arg(long, value_name = "NAME")]
+    pub adapter: Option<String>,
+    /// Threads of the processor's renderer; one per core when left out
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub threads: Option<u32>,
+    /// Seed of all random numbers
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Panel that is open at first
+    #[arg(long, value_enum, default_value_t = TabName::Water)]
+    pub panel: TabName,
+    /// Calibration profile for the guidance panel
+    #[arg(long, value_name = "FILE.json")]
+    pub profile: Option<PathBuf>,
+    /// Run the calibration routine at the start
+    #[arg(long)]
+    pub calibrate: bool,
+    /// Network for the guidance panel, instead of the one that ships
+    #[arg(long, value_name = "FILE.json")]
+    pub model: Option<PathBuf>,
+    /// Recorded operation for the guidance panel, as `uwguide --record` writes it
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
+    /// Light instead of dark
+    #[arg(long)]
+    pub light: bool,
+    /// Size of the window, points
+    #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "1280x720", value_parser = parse_size)]
+    pub size: (u32, u32),
+}
+
+/// Names of backends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum BackendName {
+    /// A hardware GPU, or else the processor.
+    Auto,
+    /// The processor.
+    Cpu,
+    /// A graphics adapter, software ones included.
+    Gpu,
+}
+
+/// Names of panels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum TabName {
+    /// Water.
+    Water,
+    /// Scene.
+    Scene,
+    /// Guidance.
+    Guidance,
+}
+
+fn parse_size(text: &str) -> Result<(u32, u32), String> {
+    let sides = text
+        .split_once('x')
+        .and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
+    match sides {
+        Some((w, h)) if (320..=8192).contains(&w) && (240..=8192).contains(&h) => Ok((w, h)),
+        _ => Err("must be WIDTHxHEIGHT, 320x240 to 8192x8192".to_owned()),
+    }
+}
+
+/// Exit code for unusable arguments or input.
+const UNUSABLE: u8 = 2;
+
+/// Runs the viewer with the arguments of the process.
+pub fn main() -> ExitCode {
+    let args = Args::parse();
+    match start(&args) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(Failure::Input(message)) => fail(&message, UNUSABLE),
+        Err(Failure::Running(message)) => fail(&message, 1),
+    }
+}
+
+fn fail(message: &str, code: u8) -> ExitCode {
+    use std::io::Write;
+    // Nothing can be done about a closed standard error.
+    let _ = writeln!(std::io::stderr(), "viewer: {message}");
+    ExitCode::from(code)
+}
+
+/// Why the viewer did not run to its end.
+enum Failure {
+    Input(String),
+    Running(String),
+}
+
+fn start(args: &Args) -> Result<(), Failure> {
+    let options = options(args).map_err(Failure::Input)?;
+    let opened = first_scene(args, options.assets.as_deref()).map_err(Failure::Input)?;
+    let advice = AdviceFiles::read(args).map_err(Failure::Input)?;
+    let outcome = Arc::new(Mutex::new(None));
+    let for_app = Arc::clone(&outcome);
+    let args = args.clone();
+    eframe::run_native(
+        "uwguide viewer",
+        native_options(args.size),
+        Box::new(move |creation| {
+            let viewer = first_viewer(&creation.egui_ctx, &args, opened, options, advice)?;
+            let screenshot = args.screenshot.map(|path| Screenshot {
+                path,
+                after_samples: args.after_samples,
+                asked: false,
+                outcome: for_app,
+            });
+            Ok(Box::new(Window { viewer, screenshot }))
+        }),
+    )
+    .map_err(|e| Failure::Running(format!("cannot open a window: {e}")))?;
+    let outcome = outcome
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner)
+        .take();
+    match outcome {
+        Some(Err(message)) => Err(Failure::Running(message)),
+        _ => Ok(()),
+    }
+}
+
+fn native_options((width, height): (u32, u32)) -> eframe::NativeOptions {
+    let viewport = egui::ViewportBuilder::default()
+        .with_title("uwguide viewer")
+        .with_app_id("uwguide-viewer")
+        .with_inner_size([width as f32, height as f32])
+        .with_min_inner_size([640.0, 400.0])
+        .with_drag_and_drop(true);
+    eframe::NativeOptions {
+        viewport,
+        // It costs a software adapter time, and pictures have noise of their own.
+        dithering: false,
+        ..Default::default()
+    }
+}
+
+/// The viewer as the arguments want it.
+fn first_viewer(
+    ctx: &egui::Context,
+    args: &Args,
+    opened: (OpenScene, Settings),
+    options: Options,
+    advice: AdviceFiles,
+) -> std::io::Result<Viewer> {
+    theme::set(ctx);
+    ctx.set_theme(if args.light {
+        egui::Theme::Light
+    } else {
+        egui::Theme::Dark
+    });
+    let mut viewer = Viewer::new(ctx, opened, options)?;
+    viewer.tab = match args.panel {
+        TabName::Water => Tab::Water,
+        TabName::Scene => Tab::Scene,
+        TabName::Guidance => Tab::Guidance,
+    };
+    let guidance = &mut viewer.guidance;
+    guidance.profile = advice.profile.map(Arc::new);
+    guidance.operation = advice.operation;
+    if let Some((model, path)) = advice.model {
+        guidance.model = Ok((Arc::new(model), path.display().to_string()));
+    }
+    if args.calibrate {
+        guidance.calibrate(&viewer.settings, &mut viewer.toasts);
+    }
+    Ok(viewer)
+}
+
+/// What the arguments give to the guidance panel.
+struct AdviceFiles {
+    profile: Option<Profile>,
+    model: Option<(Model, PathBuf)>,
+    operation: Option<Operation>,
+}
+
+impl AdviceFiles {
+    fn read(args: &Args) -> Result<Self, String> {
+        let profile = args.profile.as_deref().map(Profile::read).transpose();
+        let read_model = |path: &PathBuf| Model::read(path).map(|model| (model, path.clone()));
+        let model = args.model.as_ref().map(read_model).transpose();
+        let operation = args.record.as_deref().map(Operation::read).transpose();
+        Ok(Self {
+            profile: profile.map_err(|e| e.to_string())?,
+            model: model.map_err(|e| e.to_string())?,
+            operation: operation.map_err(|e| e.to_string())?,
+        })
+    }
+}
+
+fn options(args: &Args) -> Result<Options, String> {
+    let backend = match args.backend {
+        BackendName::Auto => Backend::Auto,
+        BackendName::Cpu => Backend::Cpu,
+        BackendName::Gpu => Backend::Gpu,
+    };
+    let gpu = backend
+        .open(args.adapter.as_deref())
+        .map_err(|e| e.to_string())?;
+    let headless = args.screenshot.is_some();
+    Ok(Options {
+        place: Place {
+            gpu,
+            threads: args.threads.map(|n| n as usize),
+        },
+        seed: args.seed,
+        goal: if headless {
+            Goal {
+                samples_per_pixel: args.after_samples.max(1),
+                target_error: None,
+            }
+        } else {
+            Goal::default()
+        },
+        recent: if headless {
+            Recent::default()
+        } else {
+            Recent::of_user()
+        },
+        ..Options::default()
+    })
+}
+
+/// The scene of the arguments, the one that ships, or a grey wall.
+fn first_scene(args: &Args, assets: Option<&Path>) -> Result<(OpenScene, Settings), String> {
+    if let Some(path) = &args.scene {
+        return OpenScene::read(path).map_err(|e| e.to_string());
+    }
+    let shipped = assets.map(|a| a.join("scenes/hull_inspection.toml"));
+    let read = shipped.and_then(|path| OpenScene::read(&path).ok());
+    read.map_or_else(OpenScene::fallback, Ok)
+        .map_err(|e| e.to_string())
+}
+
+/// The viewer as a window's contents.
+struct Window {
+    viewer: Viewer,
+    screenshot: Option<Screenshot>,
+}
+
+impl eframe::App for Window {
+    fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
+        self.viewer.show(ui);
+        if let Some(screenshot) = &mut self.screenshot {
+            screenshot.watch(&self.viewer, ui.ctx());
+        }
+    }
+}
+
+/// A picture of the window that is wanted.
+struct Screenshot {
+    path: PathBuf,
+    after_samples: u64,
+    asked: bool,
+    outcome: Arc<Mutex<Option<Result<(), String>>>>,
+}
+
+impl Screenshot {
+    /// Takes the picture once there are enough samples.
+    fn watch(&mut self, viewer: &Viewer, ctx: &egui::Context) {
+        let ready = viewer.is_current()
+            && viewer.guidance.progress().is_none()
+            && viewer
+                .frame()
+                .is_some_and(|f| f.coarseness == 1 && f.samples >= self.after_samples);
+        if self.asked || !ready {
+            return;
+        }
+        self.asked = true;
+        let (path, outcome, ctx_then) = (self.path.clone(), Arc::clone(&self.outcome), ctx.clone());
+        ctx.request_screenshot(move |image| {
+            let written = write_png(&path, &image);
+            *outcome.lock().unwrap_or_else(PoisonError::into_inner) = Some(written);
+            ctx_then.send_viewport_cmd(egui::ViewportCommand::Close);
+        });
+    }
+}
+
+/// Writes a picture of the window.
+fn write_png(path: &Path, image: &egui::ColorImage) -> Result<(), String> {
+    let counts = image.pixels.iter().flat_map(|p| [p.r(), p.g(), p.b()]);
+    let frame = Stored {
+        width: image.size[0] as u32,
+        height: image.size[1] as u32,
+        counts: Counts::Bits8(counts.collect()),
+    };
+    write_frame(path, &frame).map_err(|e| e.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn arguments_are_consistent_and_sizes_are_checked() {
+        Args::command().debug_assert();
+        assert_eq!(parse_size("1280x720"), Ok((1280, 720)));
+        for text in ["1280", "0x0", "1280x", "-5x720", "99999x720"] {
+            assert!(parse_size(text).is_err(), "{text}");
+        }
+    }
+}

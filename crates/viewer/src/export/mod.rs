@@ -1,0 +1,196 @@
+//! The plots as a file: SVG or PNG.
+
+mod draw;
+
+use std::path::Path;
+
+use plotters::style::RGBColor;
+use uw_render::image::{ImageError, write_atomically, write_frame};
+
+use crate::guidance::{
+    Guidance,
+    answer::{Answer, ScoreMap},
+};
+use crate::model::{Coefficients, Settings, water::spectrum_at};
+use crate::ui::{phase_plot, plots};
+
+/// A curve of a plot.
+struct Curve {
+    name: String,
+    colour: RGBColor,
+    dashed: bool,
+    points: Vec<[f64; 2]>,
+}
+
+/// A plot.
+struct Panel {
+    title: String,
+    x_label: &'static str,
+    y_label: &'static str,
+    /// Axes hold decimal logarithms.
+    logarithmic: bool,
+    curves: Vec<Curve>,
+    /// Scores behind the curves, and the ends of the axes with them.
+    map: Option<ScoreMap>,
+    /// Single points with their names.
+    marks: Vec<(&'static str, [f64; 2], RGBColor)>,
+}
+
+/// Colours of the channels.
+const CHANNELS: [(&str, RGBColor); 3] = [
+    ("R", RGBColor(200, 50, 40)),
+    ("G", RGBColor(30, 140, 60)),
+    ("B", RGBColor(40, 90, 200)),
+];
+const INK: RGBColor = RGBColor(0, 0, 0);
+const AMBER: RGBColor = RGBColor(224, 160, 32);
+const PINK: RGBColor = RGBColor(255, 80, 160);
+const WHITE: RGBColor = RGBColor(255, 255, 255);
+
+/// Writes spectra, phase function and, where they are there, the profile and the objective to `path`, whose extension
+/// says in which format.
+///
+/// # Errors
+/// There is nothing to plot, the extension is neither svg nor png, or the file cannot be written.
+pub fn plots(settings: &Settings, guidance: &Guidance, path: &Path) -> Result<(), String> {
+    let panels = panels(settings, guidance);
+    if panels.is_empty() {
+        return Err("there is nothing to plot: no water, no profile".to_owned());
+    }
+    let extension = path.extension().and_then(|e| e.to_str());
+    let written = match extension.map(str::to_ascii_lowercase).as_deref() {
+        Some("svg") => write_text(path, &draw::svg(&panels)?),
+        Some("png") => write_frame(path, &draw::bitmap(&panels)?),
+        _ => {
+            return Err(format!(
+                "{}: the extension must be .svg or .png",
+                path.display()
+            ));
+        }
+    };
+    written.map_err(|e| e.to_string())
+}
+
+fn panels(settings: &Settings, guidance: &Guidance) -> Vec<Panel> {
+    let mut panels = Vec::new();
+    if let Some(water) = &settings.water {
+        if let Coefficients::Jerlov { place, .. } = water.coefficients {
+            panels.push(spectra(place));
+        }
+        if let Ok(phase) = water.phase.phase() {
+            panels.push(phase_panel(water.phase.name(), phase_plot::curve(&phase)));
+        }
+    }
+    if let Some(profile) = &guidance.profile {
+        panels.extend(profile_panels(profile));
+    }
+    panels.extend(guidance.answer.as_ref().and_then(objective));
+    panels
+}
+
+fn write_text(path: &Path, text: &str) -> Result<(), ImageError> {
+    write_atomically(path, |file| {
+        use std::io::Write;
+        file.write_all(text.as_bytes())
+            .map_err(|source| ImageError::System {
+                path: path.to_path_buf(),
+                action: "written",
+                source,
+            })
+    })
+}
+
+fn curve(name: &str, colour: RGBColor, points: Vec<[f64; 2]>) -> Curve {
+    Curve {
+        name: name.to_owned(),
+        colour,
+        dashed: false,
+        points,
+    }
+}
+
+fn panel(title: String, x_label: &'static str, y_label: &'static str, curves: Vec<Curve>) -> Panel {
+    Panel {
+        title,
+        x_label,
+        y_label,
+        logarithmic: false,
+        curves,
+        map: None,
+        marks: Vec::new(),
+    }
+}
+
+fn spectra(place: f64) -> Panel {
+    let rows = spectrum_at(place);
+    let curves = vec![
+        curve("a", INK, rows.iter().map(|r| [r.0, r.1]).collect()),
+        curve("b", AMBER, rows.iter().map(|r| [r.0, r.2]).collect()),
+    ];
+    let title = format!("Jerlov {}", crate::model::water::place_name(place));
+    panel(title, "wavelength, nm", "1/m", curves)
+}
+
+fn phase_panel(name: &str, points: Vec<[f64; 2]>) -> Panel {
+    let petzold = Curve {
+        dashed: true,
+        ..curve("Petzold", AMBER, phase_plot::petzold().to_vec())
+    };
+    let curves = vec![petzold, curve(name, INK, points)];
+    Panel {
+        logarithmic: true,
+        ..panel(
+            "Phase function".to_owned(),
+            "scattering angle, degrees",
+            "1/sr",
+            curves,
+        )
+    }
+}
+
+fn profile_panels(profile: &uw_calib::Profile) -> [Panel; 3] {
+    let [depth, on, off] = plots::curves(profile);
+    let of = |samples: plots::Curve| {
+        CHANNELS
+            .into_iter()
+            .enumerate()
+            .map(|(k, (name, colour))| {
+                curve(
+                    name,
+                    colour,
+                    samples.iter().map(|(x, y)| [*x, y[k]]).collect(),
+                )
+            })
+            .collect::<Vec<_>>()
+    };
+    [
+        panel(
+            "K_z".to_owned(),
+            "depth, m",
+            "share of the light",
+            of(depth),
+        ),
+        panel("K_c, lamps on".to_owned(), "distance, m", "counts", of(on)),
+        panel(
+            "K_c, lamps off".to_owned(),
+            "distance, m",
+            "counts",
+            of(off),
+        ),
+    ]
+}
+
+/// The objective with the search, the state and the suggestion.
+fn objective(answer: &Answer) -> Option<Panel> {
+    let map = answer.map.clone()?;
+    let way = curve("search", PINK, answer.ascent());
+    let now = answer.observation;
+    Some(Panel {
+        map: Some(map),
+        marks: vec![
+            ("here", [now.distance_m, now.light_pct], WHITE),
+            ("suggestion", [answer.distance_m, answer.light_pct], PINK),
+        ],
+        ..panel("Objective".to_owned(), "distance, m", "lamp, %", vec![way])
+    })
+}

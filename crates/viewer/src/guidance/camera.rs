@@ -1,0 +1,165 @@
+//! The vehicle's camera in the water that is set: images of the target, and the calibration routine.
+
+use std::sync::atomic::AtomicBool;
+
+use rayon::prelude::*;
+use uw_calib::{ContrastMeasurement, ImageStats, Profile};
+use uw_media::WaterType;
+use uw_render::scene::Scene;
+use uw_survey::environment::{Target, View, WaterBody, scene, sensor};
+use uw_survey::estimate::{
+    pyramid::TexturePyramid, response::CountResponse, target_image::TargetImage,
+};
+use uw_survey::measure::Quality;
+use uw_survey::routine::{
+    self, CONTRAST_DEPTH_M, CONTRAST_LIGHT_PCT, DISTANCES_M, RoutineError, UP_DEPTHS_M, UP_SAMPLES,
+};
+use uw_survey::vehicle::Vehicle;
+
+use super::look::{Look, Thumbnail, levels_pct};
+use super::task::{Job, Place};
+
+/// Who made a profile.
+const MADE_BY: &str = concat!("viewer ", env!("CARGO_PKG_VERSION"));
+
+/// Takes images; made once per task.
+pub struct VehicleCamera<'a> {
+    job: &'a Job,
+    cancel: &'a AtomicBool,
+    target: Target,
+    pyramid: TexturePyramid,
+    response: CountResponse,
+    /// The scene that is set, for its water, sun and sky.
+    set: Scene,
+}
+
+impl<'a> VehicleCamera<'a> {
+    /// The camera for `job`.
+    ///
+    /// # Errors
+    /// The target's texture cannot be read, or the settings are not valid.
+    pub fn new(job: &'a Job, cancel: &'a AtomicBool) -> Result<Self, String> {
+        let target = Target::read(job.pattern, &job.assets).map_err(|e| e.to_string())?;
+        let tile_m = f64::from(job.pattern.tile_m());
+        Ok(Self {
+            pyramid: TexturePyramid::new(&target.texture, tile_m),
+            response: CountResponse::new(&sensor(&job.vehicle, job.vehicle.exposure)),
+            set: job.settings.scene().map_err(|e| e.to_string())?,
+            job,
+            cancel,
+            target,
+        })
+    }
+
+    /// The scene of a view in the water that is set.
+    fn scene(&self, vehicle: &Vehicle, view: View) -> Result<Scene, RoutineError> {
+        // The environment makes camera, lamps and target; its water gives way to the one that is set.
+        let stand_in = WaterBody {
+            jerlov: WaterType::ALL[0].into(),
+            backscatter_fraction: 0.0183,
+        };
+        let mut made = scene(vehicle, &stand_in, &self.target, view)?;
+        made.water = self.set.water.clone();
+        made.sun = self.set.sun;
+        made.sky_radiance = self.set.sky_radiance;
+        Ok(made)
+    }
+
+    /// The image of the target from `place`.
+    ///
+    /// # Errors
+    /// The water hides the target, or the task was ended.
+    pub fn image(&self, place: Place, seed: u64) -> Result<TargetImage, String> {
+        let view = View::Target {
+            depth_m: place.depth_m,
+            distance_m: place.distance_m,
+        };
+        let scene = self
+            .scene(&self.job.vehicle, view)
+            .map_err(|e| e.to_string())?;
+        TargetImage::render(&scene, &self.pyramid, seed, self.job.paths, self.cancel)
+            .map_err(|e| e.to_string())?
+            .ok_or_else(|| {
+                format!(
+                    "the target cannot be seen from {} m in this water: set clearer water",
+                    place.distance_m
+                )
+            })
+    }
+
+    /// Statistics of the stored image at a lamp level.
+    pub fn statistics(&self, image: &TargetImage, light_pct: f64) -> ImageStats {
+        image.statistics(&self.response, self.job.vehicle.exposure, light_pct)
+    }
+
+    /// What is seen from `here` at every lamp level.
+    ///
+    /// # Errors
+    /// See [`VehicleCamera::image`].
+    pub fn look(&self, here: Place) -> Result<Look, String> {
+        let image = self.image(here, 300)?;
+        let at_levels = levels_pct()
+            .into_par_iter()
+            .map(|light_pct| self.statistics(&image, light_pct))
+            .collect();
+        let sensor = sensor(&self.job.vehicle, self.job.vehicle.exposure);
+        Ok(Look::new(here, at_levels, Thumbnail::new(&image, sensor)))
+    }
+
+    /// The routine of [`uw_survey::routine`]; `tell` hears how many of its images are done, of how many, and what is
+    /// next.
+    ///
+    /// # Errors
+    /// An image cannot be made, the images make no profile, or the task was ended.
+    pub fn calibrate(&self, tell: &dyn Fn(usize, usize, String)) -> Result<Profile, String> {
+        if self.set.sun.is_none() && self.set.sky_radiance == [0.0; 3] {
+            return Err(
+                "the routine needs daylight: switch on the sun in the water panel".to_owned(),
+            );
+        }
+        let of = UP_DEPTHS_M.len() + DISTANCES_M.len();
+        let quality = Quality {
+            samples_per_half: UP_SAMPLES,
+            seed: 0,
+            threads: None,
+        };
+        let mut done = 0;
+        let of_view = |vehicle: &Vehicle, view: View| {
+            if let View::Up { depth_m } = view {
+                tell(done, of, format!("looking up at {depth_m} m"));
+            }
+            done += 1;
+            self.scene(vehicle, view)
+        };
+        let (up_sensor, ups) = routine::look_up_in(
+            &self.job.vehicle,
+            &UP_DEPTHS_M,
+            quality,
+            self.cancel,
+            of_view,
+        )
+        .map_err(|e| e.to_string())?;
+        let mut contrast = Vec::new();
+        for (i, distance_m) in DISTANCES_M.into_iter().enumerate() {
+            tell(
+                UP_DEPTHS_M.len() + i,
+                of,
+                format!("contrast at {distance_m} m"),
+            );
+            let place = Place {
+                depth_m: CONTRAST_DEPTH_M,
+                distance_m,
+            };
+            let image = self.image(place, 100 + i as u64)?;
+            contrast.extend(
+                [0.0, CONTRAST_LIGHT_PCT].map(|light_pct| ContrastMeasurement {
+                    distance_m,
+                    light_pct,
+                    contrast: self.statistics(&image, light_pct).contrast,
+                }),
+            );
+        }
+        let depth = routine::measure_depths(&up_sensor, &ups);
+        routine::profile(&depth, &contrast, MADE_BY).map_err(|e| e.to_string())
+    }
+}

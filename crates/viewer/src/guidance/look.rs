@@ -1,0 +1,172 @@
+//! What the vehicle's camera sees from one place, at every lamp level.
+
+use uw_calib::ImageStats;
+use uw_render::image::Picture;
+use uw_render::scene::{Noise, Sensor};
+use uw_survey::estimate::target_image::TargetImage;
+
+use super::task::Place;
+
+/// Lamp levels at which statistics are kept. They lie evenly in the root of the level, because counts rise steeply
+/// where there is little light.
+const LEVELS: usize = 21;
+/// Pixels of the image per pixel of the thumbnail, along an edge.
+const THUMBNAIL_STEP: usize = 4;
+
+/// The lamp levels of a look, percent.
+pub fn levels_pct() -> Vec<f64> {
+    (0..LEVELS)
+        .map(|i| 100.0 * (i as f64 / (LEVELS - 1) as f64).powi(2))
+        .collect()
+}
+
+/// A view from the vehicle at every lamp level.
+#[derive(Clone, Debug)]
+pub struct Look {
+    /// Where it was taken.
+    pub place: Place,
+    /// A small copy of the image.
+    pub thumbnail: Thumbnail,
+    at_levels: Vec<ImageStats>,
+}
+
+impl Look {
+    /// A look whose statistics at [`levels_pct`] are known.
+    pub fn new(place: Place, at_levels: Vec<ImageStats>, thumbnail: Thumbnail) -> Self {
+        Self {
+            place,
+            thumbnail,
+            at_levels,
+        }
+    }
+
+    /// Statistics of the image at a lamp level, from its neighbours among those that are known.
+    pub fn statistics(&self, light_pct: f64) -> Option<ImageStats> {
+        let last = self.at_levels.len().checked_sub(1)?;
+        let at = (0.01 * light_pct.clamp(0.0, 100.0)).sqrt() * last as f64;
+        let below = (at as usize).min(last);
+        let share = at - below as f64;
+        let (low, high) = (self.at_levels[below], self.at_levels[(below + 1).min(last)]);
+        let mix = |low: [f64; 3], high: [f64; 3]| {
+            std::array::from_fn(|k| low[k] + share * (high[k] - low[k]))
+        };
+        Some(ImageStats {
+            contrast: mix(low.contrast, high.contrast),
+            mean: mix(low.mean, high.mean),
+        })
+    }
+}
+
+/// A small copy of an image as radiance, and the sensor that stores it.
+#[derive(Clone, Debug)]
+pub struct Thumbnail {
+    daylight: Picture,
+    lamps: Picture,
+    sensor: Sensor,
+}
+
+impl Thumbnail {
+    /// Of `image`; every pixel is the mean of a block, noise of the sensor included.
+    pub fn new(image: &TargetImage, sensor: Sensor) -> Self {
+        let block = (THUMBNAIL_STEP * THUMBNAIL_STEP) as f64;
+        let daylight = thinned(&image.picture(0.0));
+        let both = thinned(&image.picture(100.0));
+        let lamps = Picture {
+            data: std::iter::zip(&both.data, &daylight.data)
+                .map(|(both, day)| std::array::from_fn(|k| both[k] - day[k]))
+                .collect(),
+            ..both
+        };
+        let noise = sensor.noise.map(|n| Noise {
+            a: n.a / block,
+            b: n.b / block,
+        });
+        Self {
+            daylight,
+            lamps,
+            sensor: Sensor { noise, ..sensor },
+        }
+    }
+
+    /// What the sensor stores at a lamp level: width, height, and 8-bit R, G, B of every pixel.
+    pub fn stored(&self, light_pct: f64) -> ([usize; 2], Vec<u8>) {
+        let level = (0.01 * light_pct) as f32;
+        let data = std::iter::zip(&self.daylight.data, &self.lamps.data)
+            .map(|(day, lamps)| std::array::from_fn(|k| day[k] + level * lamps[k]))
+            .collect();
+        let picture = Picture {
+            data,
+            ..self.daylight.clone()
+        };
+        let counts = self.sensor.expose(&picture, 1).in_8_bit_counts();
+        let size = [picture.width as usize, picture.height as usize];
+        (size, counts.iter().flatten().map(|c| *c as u8).collect())
+    }
+}
+
+/// Means over blocks of pixels.
+fn thinned(picture: &Picture) -> Picture {
+    let step = THUMBNAIL_STEP;
+    let (columns, rows) = (
+        picture.width as usize / step,
+        picture.height as usize / step,
+    );
+    let mut thin = Picture::black(columns as u32, rows as u32);
+    for (i, pixel) in thin.data.iter_mut().enumerate() {
+        let corner = (i / columns) * step * picture.width as usize + (i % columns) * step;
+        for (y, x) in (0..step).flat_map(|y| (0..step).map(move |x| (y, x))) {
+            let source = &picture.data[corner + y * picture.width as usize + x];
+            (0..3).for_each(|k| pixel[k] += source[k] / (step * step) as f32);
+        }
+    }
+    thin
+}
+
+#[cfg(test)]
+mod tests {
+    use uw_render::image::linear_to_srgb;
+
+    use super::*;
+
+    /// Counts behind the sRGB curve in water that is dark without lamps: the steepest case.
+    #[test]
+    fn statistics_between_the_levels_are_close() {
+        let contrast = |pct: f64| 40.0 * linear_to_srgb(1e-4 + 0.01 * pct);
+        let at_levels = levels_pct()
+            .into_iter()
+            .map(|pct| ImageStats {
+                contrast: [contrast(pct); 3],
+                mean: [2.0 * contrast(pct); 3],
+            })
+            .collect();
+        let place = Place {
+            depth_m: 1.0,
+            distance_m: 1.0,
+        };
+        let nothing = Thumbnail {
+            daylight: Picture::black(1, 1),
+            lamps: Picture::black(1, 1),
+            sensor: uw_survey::environment::sensor(&Default::default(), 1.0),
+        };
+        let look = Look::new(place, at_levels, nothing);
+        // Between 0 and the first level of 0.25 % nobody sets lamps.
+        for pct in [0.0, 0.3, 1.7, 20.0, 33.0, 67.0, 99.0, 100.0, 140.0] {
+            let found = look.statistics(pct).expect("levels");
+            let expected = contrast(pct.min(100.0));
+            let error = (found.contrast[1] - expected).abs();
+            // A tenth of a count is far below what an image tells.
+            assert!(error < 0.1, "{pct}: {found:?} {expected}");
+            assert!((found.mean[2] - 2.0 * found.contrast[2]).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn a_thumbnail_holds_means_of_blocks() {
+        let mut picture = Picture::black(9, 4);
+        picture.data[2] = [16.0, 0.0, 0.0];
+        picture.data[9 + 5] = [0.0, 32.0, 0.0];
+        let thin = thinned(&picture);
+        assert_eq!((thin.width, thin.height), (2, 1));
+        assert_eq!(thin.data, [[1.0, 0.0, 0.0], [0.0, 2.0, 0.0]]);
+    }
+}

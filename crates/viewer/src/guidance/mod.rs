@@ -1,0 +1,302 @@
+//! Advice in the viewer: calibration, looks from the vehicle's camera, the objective around the present state, the
+//! daemon, recorded operations.
+
+pub mod answer;
+mod camera;
+pub mod daemon;
+pub mod look;
+pub mod operation;
+pub mod task;
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use uw_calib::Profile;
+use uw_guidance::{Model, Objective, Observation};
+use uw_survey::{routine::TARGET_PATHS, scenery::textures::Pattern, vehicle::Vehicle};
+
+use crate::model::Settings;
+use crate::ui::toasts::Toasts;
+use answer::Answer;
+use daemon::Link;
+pub use look::Look;
+use operation::Operation;
+use task::{Done, Place, Task};
+
+/// Who gives advice.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Adviser {
+    /// The library, in this program.
+    #[default]
+    Library,
+    /// A running `uwguide`.
+    Daemon,
+}
+
+/// Contrast at the suggestion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Check {
+    /// Suggested distance, m, and lamp level, percent.
+    pub at: [f64; 2],
+    /// Contrast of the render there, 8-bit counts.
+    pub rendered: [f64; 3],
+}
+
+/// All about advice.
+pub struct Guidance {
+    /// The network and where it comes from, or why there is none.
+    pub model: Result<(Arc<Model>, String), String>,
+    /// The calibration.
+    pub profile: Option<Arc<Profile>>,
+    /// What is wanted.
+    pub objective: Objective,
+    /// What the vehicle looks at.
+    pub pattern: Pattern,
+    /// Paths per group of a view of the target.
+    pub paths: u32,
+    /// Where the vehicle is.
+    pub place: Place,
+    /// Its lamp level, percent.
+    pub light_pct: f64,
+    /// The newest look from where it is.
+    pub look: Option<Arc<Look>>,
+    /// Who is asked.
+    pub adviser: Adviser,
+    /// The daemon.
+    pub link: Link,
+    /// The newest advice.
+    pub answer: Option<Answer>,
+    /// The render at the suggestion.
+    pub check: Option<Check>,
+    /// A recorded operation.
+    pub operation: Option<Operation>,
+    /// Whether the camera goes where the recorded vehicle was.
+    pub camera_follows: bool,
+    assets: Option<PathBuf>,
+    ctx: egui::Context,
+    task: Option<Task>,
+    vehicle: Vehicle,
+    water_known: Option<Settings>,
+}
+
+impl Guidance {
+    /// With the model of `assets`.
+    pub fn new(assets: Option<PathBuf>, ctx: egui::Context) -> Self {
+        Self {
+            model: load_model(assets.as_deref()),
+            profile: None,
+            objective: Objective::default(),
+            pattern: Pattern::HullRed,
+            paths: TARGET_PATHS,
+            place: Place {
+                depth_m: 3.0,
+                distance_m: 1.5,
+            },
+            light_pct: 20.0,
+            look: None,
+            adviser: Adviser::default(),
+            link: Link::default(),
+            answer: None,
+            check: None,
+            operation: None,
+            camera_follows: false,
+            assets,
+            ctx,
+            task: None,
+            vehicle: Vehicle::default(),
+            water_known: None,
+        }
+    }
+
+    /// What is being done, in words, and how much of it is done, in [0, 1].
+    pub fn progress(&self) -> Option<(String, f32)> {
+        self.task.as_ref().map(Task::progress)
+    }
+
+    /// Ends what is being done.
+    pub fn cancel(&mut self) {
+        self.task = None;
+    }
+
+    /// Calibrates in the water of `settings`, then looks from where the vehicle is.
+    pub fn calibrate(&mut self, settings: &Settings, toasts: &mut Toasts) {
+        self.water_known = Some(settings.clone());
+        self.start(settings, task::Work::Calibrate { here: self.place }, toasts);
+    }
+
+    /// Looks from where the vehicle is.
+    pub fn look(&mut self, settings: &Settings, toasts: &mut Toasts) {
+        self.start(settings, task::Work::Look { here: self.place }, toasts);
+    }
+
+    /// Renders the suggestion.
+    pub fn check_suggestion(&mut self, settings: &Settings, toasts: &mut Toasts) {
+        if let Some(answer) = &self.answer {
+            let there = Place {
+                distance_m: answer.distance_m,
+                ..self.place
+            };
+            let light_pct = answer.light_pct;
+            self.start(settings, task::Work::Check { there, light_pct }, toasts);
+        }
+    }
+
+    fn start(&mut self, settings: &Settings, work: task::Work, toasts: &mut Toasts) {
+        let Some(assets) = self.assets.clone() else {
+            toasts.error("the folder `assets` was not found: run from the repository, or set UW_ASSETS to it");
+            return;
+        };
+        let job = task::Job {
+            work,
+            settings: settings.clone(),
+            pattern: self.pattern,
+            paths: self.paths,
+            vehicle: self.vehicle.clone(),
+            assets,
+        };
+        let ctx = self.ctx.clone();
+        match Task::start(job, move || ctx.request_repaint()) {
+            Ok(task) => self.task = Some(task),
+            Err(error) => toasts.error(format!("cannot start now: {error}")),
+        }
+    }
+
+    /// Takes what tasks have brought.
+    pub fn poll(&mut self, toasts: &mut Toasts) {
+        while let Some(done) = self.task.as_mut().and_then(Task::done) {
+            match done {
+                Done::Calibrated(profile) => {
+                    self.profile = Some(profile);
+                    toasts.info("Calibrated");
+                }
+                Done::Looked(look) => self.look = Some(Arc::new(look)),
+                Done::Checked(check) => self.check = Some(check),
+                Done::Failed(message) => toasts.error(message),
+                Done::All => self.task = None,
+            }
+        }
+        if let Some(answer) = self.link.poll(toasts) {
+            self.answer = Some(answer);
+        }
+        if let Adviser::Library = self.adviser {
+            self.ask_library();
+        }
+    }
+
+    /// Whether the water has changed since the calibration.
+    pub fn is_outdated(&self, settings: &Settings) -> bool {
+        self.water_known.as_ref().is_some_and(|known| {
+            (&known.water, known.sun, known.sky_radiance)
+                != (&settings.water, settings.sun, settings.sky_radiance)
+        })
+    }
+
+    /// What the vehicle knows now; `None` before a look from where it is.
+    pub fn observation(&self) -> Option<Observation> {
+        let look = self.look.as_ref().filter(|look| look.place == self.place)?;
+        let stats = look.statistics(self.light_pct)?;
+        Some(Observation {
+            depth_m: self.place.depth_m,
+            distance_m: self.place.distance_m,
+            light_pct: self.light_pct,
+            mean: stats.mean,
+            std: stats.contrast,
+        })
+    }
+
+    /// The advice of the library, where everything for it is there and something has changed.
+    fn ask_library(&mut self) {
+        let observation = self.operation_observation().or_else(|| self.observation());
+        let (Some(now), Some(profile), Ok((model, _))) = (observation, &self.profile, &self.model)
+        else {
+            return;
+        };
+        let places = [Arc::as_ptr(profile) as usize, Arc::as_ptr(model) as usize];
+        let question = (now, self.objective, places);
+        if self
+            .answer
+            .as_ref()
+            .is_some_and(|a| a.question == Some(question))
+        {
+            return;
+        }
+        self.answer = Some(Answer::of_library(
+            &now,
+            profile,
+            model,
+            &self.objective,
+            question,
+        ));
+    }
+
+    /// Asks the daemon about the present state.
+    pub fn ask_daemon(&mut self, toasts: &mut Toasts) {
+        let Some(now) = self.operation_observation().or_else(|| self.observation()) else {
+            toasts.warn(
+                "Look from the present place first: the daemon needs the statistics of an image",
+            );
+            return;
+        };
+        let profile = self.profile.clone();
+        let ctx = self.ctx.clone();
+        self.link
+            .ask(now, profile, self.objective, move || ctx.request_repaint());
+    }
+
+    /// What the recorded vehicle knew at the step that is shown.
+    fn operation_observation(&self) -> Option<Observation> {
+        self.operation.as_ref().and_then(Operation::observation)
+    }
+
+    /// Reads a profile.
+    ///
+    /// # Errors
+    /// What is wrong with the file.
+    pub fn open_profile(&mut self, path: &Path) -> Result<(), String> {
+        let profile = Profile::read(path).map_err(|e| e.to_string())?;
+        self.profile = Some(Arc::new(profile));
+        self.water_known = None;
+        Ok(())
+    }
+
+    /// Reads a network.
+    ///
+    /// # Errors
+    /// What is wrong with the file; the network that is there stays.
+    pub fn open_model(&mut self, path: &Path) -> Result<(), String> {
+        let model = Model::read(path).map_err(|e| e.to_string())?;
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        self.model = Ok((Arc::new(model), name.into_owned()));
+        Ok(())
+    }
+
+    /// Writes the profile.
+    ///
+    /// # Errors
+    /// There is none, or the file cannot be written.
+    pub fn save_profile(&self, path: &Path) -> Result<(), String> {
+        let profile = self.profile.as_ref();
+        let profile = profile.ok_or("there is no profile yet: calibrate first")?;
+        profile.write(path).map_err(|e| e.to_string())
+    }
+
+    /// Reads a recorded operation; the number of its steps.
+    ///
+    /// # Errors
+    /// What is wrong with the file; an operation that is open stays open.
+    pub fn open_record(&mut self, path: &Path) -> Result<usize, String> {
+        let operation = Operation::read(path).map_err(|e| e.to_string())?;
+        let steps = operation.steps.len();
+        self.operation = Some(operation);
+        Ok(steps)
+    }
+}
+
+fn load_model(assets: Option<&Path>) -> Result<(Arc<Model>, String), String> {
+    let assets = assets.ok_or("the folder `assets` was not found: set UW_ASSETS to it")?;
+    let path = assets.join("models/default.json");
+    match Model::read(&path) {
+        Ok(model) => Ok((Arc::new(model), "models/default.json".to_owned())),
+        Err(error) => Err(error.to_string()),
+    }
+}

@@ -1,0 +1,206 @@
+//! Work that takes seconds: the calibration routine and looks from the vehicle, on a thread of their own.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
+
+use uw_calib::Profile;
+use uw_survey::{scenery::textures::Pattern, vehicle::Vehicle};
+
+use super::{Check, Look, camera::VehicleCamera};
+use crate::model::Settings;
+
+/// Where the vehicle is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// Depth, m.
+    pub depth_m: f64,
+    /// Distance to the target along the axis, m.
+    pub distance_m: f64,
+}
+
+/// What is to be done.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Work {
+    /// The whole routine, then a look.
+    Calibrate {
+        /// Where to look from in the end.
+        here: Place,
+    },
+    /// A look.
+    Look {
+        /// From where.
+        here: Place,
+    },
+    /// A look at what a suggestion would give.
+    Check {
+        /// From where.
+        there: Place,
+        /// At which lamp level, percent.
+        light_pct: f64,
+    },
+}
+
+/// A task with all it needs.
+#[derive(Clone, Debug)]
+pub struct Job {
+    /// What is to be done.
+    pub work: Work,
+    /// Water, sun and sky.
+    pub settings: Settings,
+    /// The target.
+    pub pattern: Pattern,
+    /// Paths per group of a view of the target.
+    pub paths: u32,
+    /// The vehicle.
+    pub vehicle: Vehicle,
+    /// Folder of the textures.
+    pub assets: PathBuf,
+}
+
+/// What a task brings.
+#[derive(Debug)]
+pub enum Done {
+    /// A profile.
+    Calibrated(Arc<Profile>),
+    /// A look.
+    Looked(Look),
+    /// What a suggestion gives.
+    Checked(Check),
+    /// It did not work, and why.
+    Failed(String),
+    /// Nothing more will come.
+    All,
+}
+
+enum Message {
+    Progress {
+        done: usize,
+        of: usize,
+        what: String,
+    },
+    Done(Done),
+}
+
+/// A task that runs; dropping it ends it.
+pub struct Task {
+    messages: Receiver<Message>,
+    cancel: Arc<AtomicBool>,
+    progress: (String, f32),
+    over: bool,
+}
+
+impl Drop for Task {
+    fn drop(&mut self) {
+        self.cancel.store(true, Ordering::Relaxed);
+    }
+}
+
+impl Task {
+    /// Starts a task; `wake` is called when it has brought something.
+    ///
+    /// # Errors
+    /// The system gives no thread.
+    pub fn start(job: Job, wake: impl Fn() + Send + 'static) -> std::io::Result<Self> {
+        let (sender, messages) = channel();
+        let cancel = Arc::new(AtomicBool::new(false));
+        let flag = Arc::clone(&cancel);
+        std::thread::Builder::new()
+            .name("guidance".to_owned())
+            .spawn(move || {
+                let run = Run {
+                    job,
+                    cancel: flag,
+                    sender,
+                    wake: Box::new(wake),
+                };
+                run.run();
+            })?;
+        Ok(Self {
+            messages,
+            cancel,
+            progress: ("starting".to_owned(), 0.0),
+            over: false,
+        })
+    }
+
+    /// What is being done, and how much of it is done.
+    pub fn progress(&self) -> (String, f32) {
+        self.progress.clone()
+    }
+
+    /// The next thing that it brought.
+    pub fn done(&mut self) -> Option<Done> {
+        loop {
+            match self.messages.try_recv() {
+                Ok(Message::Progress { done, of, what }) => {
+                    self.progress = (what, done as f32 / of.max(1) as f32);
+                }
+                Ok(Message::Done(done)) => return Some(done),
+                Err(TryRecvError::Empty) => return None,
+                Err(TryRecvError::Disconnected) => {
+                    return (!std::mem::replace(&mut self.over, true)).then_some(Done::All);
+                }
+            }
+        }
+    }
+}
+
+struct Run {
+    job: Job,
+    cancel: Arc<AtomicBool>,
+    sender: Sender<Message>,
+    wake: Box<dyn Fn() + Send>,
+}
+
+impl Run {
+    fn send(&self, message: Message) {
+        // Without a listener the task was ended.
+        let _ = self.sender.send(message);
+        (self.wake)();
+    }
+
+    fn progress(&self, done: usize, of: usize, what: String) {
+        self.send(Message::Progress { done, of, what });
+    }
+
+    fn run(self) {
+        let result = self.work();
+        if let Err(message) = result
+            && !self.cancel.load(Ordering::Relaxed)
+        {
+            self.send(Message::Done(Done::Failed(message)));
+        }
+        let wake = self.wake;
+        drop(self.sender);
+        wake();
+    }
+
+    fn work(&self) -> Result<(), String> {
+        let camera = VehicleCamera::new(&self.job, &self.cancel)?;
+        let here = match self.job.work {
+            Work::Calibrate { here } => {
+                let tell = |done, of, what| self.progress(done, of, what);
+                let profile = camera.calibrate(&tell)?;
+                self.send(Message::Done(Done::Calibrated(Arc::new(profile))));
+                here
+            }
+            Work::Look { here } => here,
+            Work::Check { there, light_pct } => {
+                self.progress(0, 1, "rendering the suggestion".to_owned());
+                let check = Check {
+                    at: [there.distance_m, light_pct],
+                    rendered: camera
+                        .statistics(&camera.image(there, 301)?, light_pct)
+                        .contrast,
+                };
+                self.send(Message::Done(Done::Checked(check)));
+                return Ok(());
+            }
+        };
+        self.progress(0, 1, format!("looking from {:.2} m", here.distance_m));
+        self.send(Message::Done(Done::Looked(camera.look(here)?)));
+        Ok(())
+    }
+}

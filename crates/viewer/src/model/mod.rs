@@ -1,0 +1,18 @@
+//! What the viewer knows, without a window: the settings, the open scene, undo, camera motions, display.
+
+pub mod camera;
+pub mod display;
+pub mod open_scene;
+pub mod paths;
+pub mod recent;
+pub mod scene_text;
+pub mod settings;
+pub mod undo;
+pub mod water;
+
+pub use camera::CameraSettings;
+pub use display::{Display, FalseColour, ShownLayer};
+pub use open_scene::{OpenError, OpenScene};
+pub use settings::{LampSettings, SensorSettings, Settings, Sun, Surface};
+pub use undo::History;
+pub use water::{Coefficients, PhaseModel, Water};

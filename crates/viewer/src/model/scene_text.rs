@@ -1,0 +1,223 @@
+//! Settings and objects as the text of a scene file.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use glam::DVec3;
+use toml::Value;
+use uw_render::image::{ImageError, write_atomically};
+use uw_render::scene::{Encoding, Exposure, Falloff};
+
+use super::paths::rebased;
+use super::{
+    CameraSettings, Coefficients, LampSettings, OpenScene, PhaseModel, SensorSettings, Settings,
+    Water, water,
+};
+
+/// Fields of a scene file that name a file.
+const FILE_FIELDS: [&str; 3] = ["gltf", "texture", "file"];
+
+/// Writes the scene to `path`, whole or not at all.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn save(open: &OpenScene, settings: &Settings, path: &Path) -> Result<(), ImageError> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let text = scene_text(open, settings, folder);
+    write_atomically(path, |file| {
+        use std::io::Write;
+        file.write_all(text.as_bytes())
+            .map_err(|source| ImageError::System {
+                path: path.to_path_buf(),
+                action: "written",
+                source,
+            })
+    })
+}
+
+/// The scene as the text of a scene file in `folder`.
+pub fn scene_text(open: &OpenScene, settings: &Settings, folder: &Path) -> String {
+    let moved = |value: &Value| moved(value, &open.base_dir, folder);
+    let mut text = "format = \"uw-scene/1\"\n".to_owned();
+    // Writing to a string cannot fail; the results are dropped throughout.
+    if let Some(water) = &settings.water {
+        write_water(&mut text, water, &moved);
+    }
+    if let Some(surface) = settings.surface {
+        let _ = write!(
+            text,
+            "\n[surface]\nheight_m = {:?}\nrefractive = {}\n",
+            surface.height_m, surface.refractive
+        );
+    }
+    if let Some(sun) = settings.sun {
+        let _ = write!(
+            text,
+            "\n[sun]\nzenith_deg = {:?}\nazimuth_deg = {:?}\nirradiance = {:?}\n",
+            sun.zenith_deg, sun.azimuth_deg, sun.irradiance
+        );
+    }
+    if settings.sky_radiance != [0.0; 3] {
+        let _ = write!(text, "\n[sky]\nradiance = {:?}\n", settings.sky_radiance);
+    }
+    write_camera(&mut text, &settings.camera);
+    for lamp in settings.lamps.iter().filter(|lamp| !lamp.of_gltf) {
+        write_lamp(&mut text, lamp, &moved);
+    }
+    for object in &open.objects {
+        text.push_str("\n[[object]]\n");
+        for (field, value) in moved(object).as_table().into_iter().flatten() {
+            let _ = writeln!(text, "{field} = {}", inline(value));
+        }
+    }
+    write_sensor(&mut text, &settings.sensor);
+    let _ = write!(
+        text,
+        "\n[render]\nsamples_per_pixel = {}\nmax_bounces = {}\n",
+        settings.samples_per_pixel, settings.max_bounces
+    );
+    text
+}
+
+fn write_water(text: &mut String, water: &Water, moved: &dyn Fn(&Value) -> Value) {
+    text.push_str("\n[water]\n");
+    match water.coefficients {
+        Coefficients::Jerlov { place, bands } if place.fract() == 0.0 => {
+            let (jerlov, ..) = water::neighbours(place);
+            let _ = write!(text, "jerlov = \"{jerlov}\"\nbands = \"{bands}\"\n");
+        }
+        other => {
+            if let Coefficients::Jerlov { place, bands } = other {
+                let name = water::place_name(place);
+                let _ = writeln!(text, "# Jerlov {name}, bands {bands}");
+            }
+            if let Ok(iops) = other.iops() {
+                let _ = write!(text, "a = {:?}\nb = {:?}\n", iops.a, iops.b);
+            }
+        }
+    }
+    let phase = match &water.phase {
+        PhaseModel::OfFile { entry, .. } => inline(&moved(entry)),
+        model => {
+            let mut entry = format!("{{ model = \"{}\"", model.name());
+            for (field, value) in model.parameters() {
+                let _ = write!(entry, ", {field} = {value:?}");
+            }
+            entry + " }"
+        }
+    };
+    let _ = write!(
+        text,
+        "phase = {phase}\nrefractive_index = {:?}\n",
+        water.refractive_index
+    );
+}
+
+fn write_camera(text: &mut String, camera: &CameraSettings) {
+    let _ = write!(
+        text,
+        "\n[camera]\nposition_m = {}\nforward = {}\nup = {}\n",
+        vector(camera.position_m),
+        vector(camera.forward),
+        vector(camera.up)
+    );
+    if camera.is_ideal() {
+        let _ = writeln!(text, "hfov_deg = {:?}", camera.hfov_deg());
+    } else {
+        let (f, c) = (camera.focal_px, camera.centre_px);
+        let _ = write!(
+            text,
+            "fx = {:?}\nfy = {:?}\ncx = {:?}\ncy = {:?}\ndistortion = {:?}\n",
+            f.x, f.y, c.x, c.y, camera.distortion
+        );
+    }
+    let _ = write!(
+        text,
+        "width = {}\nheight = {}\n",
+        camera.width, camera.height
+    );
+}
+
+fn write_lamp(text: &mut String, lamp: &LampSettings, moved: &dyn Fn(&Value) -> Value) {
+    let falloff = match (&lamp.falloff, &lamp.beam_file) {
+        (_, Some(file)) => {
+            let entry = toml::Table::from_iter([("file".to_owned(), Value::from(file.as_str()))]);
+            inline(&moved(&Value::Table(entry)))
+        }
+        (Falloff::Cosine, None) => "\"cosine\"".to_owned(),
+        (Falloff::Uniform | Falloff::Profile(_), None) => "\"uniform\"".to_owned(),
+    };
+    let _ = write!(
+        text,
+        "\n[[lamp]]\nname = \"{}\"\nposition_m = {}\nforward = {}\nintensity = {:?}\nlevel_pct = {:?}\n\
+         half_angle_deg = {:?}\nfalloff = {falloff}\nradius_m = {:?}\n",
+        lamp.name,
+        vector(lamp.position_m),
+        vector(lamp.forward),
+        lamp.intensity,
+        lamp.level_pct,
+        lamp.half_angle_deg,
+        lamp.radius_m
+    );
+}
+
+fn write_sensor(text: &mut String, sensor: &SensorSettings) {
+    let exposure = match sensor.exposure {
+        Exposure::Fixed(factor) => format!("{factor:?}"),
+        Exposure::AutoMean(mean) => format!("{{ auto_mean = {mean:?} }}"),
+    };
+    let encoding = match sensor.encoding {
+        Encoding::Linear => "linear",
+        Encoding::Srgb => "srgb",
+    };
+    let _ = write!(
+        text,
+        "\n[sensor]\nexposure = {exposure}\nencoding = \"{encoding}\"\nbits = {}\n",
+        sensor.bits
+    );
+    if let Some(noise) = sensor.noise {
+        let _ = writeln!(text, "noise = {{ a = {:?}, b = {:?} }}", noise.a, noise.b);
+    }
+}
+
+fn vector(v: DVec3) -> String {
+    format!("{:?}", v.to_array())
+}
+
+/// A value in one line.
+fn inline(value: &Value) -> String {
+    match value {
+        Value::Table(table) => {
+            let fields = table.iter().map(|(k, v)| format!("{k} = {}", inline(v)));
+            format!("{{ {} }}", fields.collect::<Vec<_>>().join(", "))
+        }
+        Value::Array(values) => {
+            let values: Vec<_> = values.iter().map(inline).collect();
+            format!("[{}]", values.join(", "))
+        }
+        other => other.to_string(),
+    }
+}
+
+/// The value with the files it names as a scene file in `to` names them.
+fn moved(value: &Value, from: &Path, to: &Path) -> Value {
+    match value {
+        Value::Table(table) => Value::Table(
+            table
+                .iter()
+                .map(|(field, value)| {
+                    let value = match value.as_str() {
+                        Some(file) if FILE_FIELDS.contains(&field.as_str()) => {
+                            let file = rebased(file.as_ref(), from, to);
+                            Value::from(file.to_string_lossy().into_owned())
+                        }
+                        _ => moved(value, from, to),
+                    };
+                    (field.clone(), value)
+                })
+                .collect(),
+        ),
+        Value::Array(values) => Value::Array(values.iter().map(|v| moved(v, from, to)).collect()),
+        other => other.clone(),
+    }
+}

@@ -1,0 +1,278 @@
+//! The water as the panel sets it.
+
+use uw_media::{
+    Bands, Iops, MediaError, WaterType, channel_iops,
+    phase::{Draine, FournierForand, HenyeyGreenstein, Phase, Rayleigh, Tabulated},
+};
+use uw_render::scene;
+
+/// Water: coefficients, phase function, refractive index.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Water {
+    /// Where absorption and scattering come from.
+    pub coefficients: Coefficients,
+    /// Phase function of all channels.
+    pub phase: PhaseModel,
+    /// Refractive index against air, in [1, 2].
+    pub refractive_index: f64,
+}
+
+/// Absorption and scattering per channel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Coefficients {
+    /// From the tables of the Jerlov types.
+    Jerlov {
+        /// Place along [`WaterType::ALL`], in [0, 9]; between two whole numbers a and b are mixed linearly.
+        place: f64,
+        /// How wavelengths become channels.
+        bands: Bands,
+    },
+    /// Set by hand, 1/m per channel.
+    Direct(Iops),
+}
+
+/// A phase function with the parameters that can be set.
+#[derive(Clone, Debug)]
+pub enum PhaseModel {
+    /// Fournier-Forand.
+    FournierForand {
+        /// Refractive index of the particles relative to the water, > 1.
+        n: f64,
+        /// Backscatter fraction, in (0, 0.5).
+        backscatter_fraction: f64,
+    },
+    /// Henyey-Greenstein with this mean cosine, in (-1, 1).
+    HenyeyGreenstein {
+        /// Mean cosine.
+        g: f64,
+    },
+    /// Rayleigh.
+    Rayleigh {
+        /// Depolarisation ratio, in [0, 1].
+        depolarisation: f64,
+    },
+    /// Draine.
+    Draine {
+        /// As in [`Draine::new`].
+        g: f64,
+        /// As in [`Draine::new`], >= 0.
+        alpha: f64,
+    },
+    /// Petzold's average particle.
+    Petzold,
+    /// The same in all directions.
+    Isotropic,
+    /// A table or a mixture of the scene file, kept as it stands there.
+    OfFile {
+        /// The entry of the scene file.
+        entry: toml::Value,
+        /// What it means.
+        phase: Phase,
+    },
+}
+
+impl PartialEq for PhaseModel {
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::OfFile { entry: a, .. }, Self::OfFile { entry: b, .. }) => a == b,
+            (Self::OfFile { .. }, _) | (_, Self::OfFile { .. }) => false,
+            _ => self.name() == other.name() && self.parameters() == other.parameters(),
+        }
+    }
+}
+
+impl PhaseModel {
+    /// The default of scene files: closest to Petzold's average particle.
+    pub const DEFAULT: Self = Self::FournierForand {
+        n: 1.10,
+        backscatter_fraction: 0.0183,
+    };
+
+    /// One of each model that has no file, with usual parameters.
+    pub const CHOICES: [Self; 6] = [
+        Self::DEFAULT,
+        Self::HenyeyGreenstein { g: 0.924 },
+        Self::Petzold,
+        Self::Rayleigh {
+            depolarisation: 0.09,
+        },
+        Self::Draine { g: 0.9, alpha: 1.0 },
+        Self::Isotropic,
+    ];
+
+    /// The name in scene files.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::FournierForand { .. } => "fournier-forand",
+            Self::HenyeyGreenstein { .. } => "henyey-greenstein",
+            Self::Rayleigh { .. } => "rayleigh",
+            Self::Draine { .. } => "draine",
+            Self::Petzold => "petzold",
+            Self::Isotropic => "isotropic",
+            Self::OfFile { phase, .. } => phase.name(),
+        }
+    }
+
+    /// Names and values of the parameters, as scene files hold them.
+    pub fn parameters(&self) -> Vec<(&'static str, f64)> {
+        match *self {
+            Self::FournierForand {
+                n,
+                backscatter_fraction,
+            } => vec![("n", n), ("backscatter_fraction", backscatter_fraction)],
+            Self::HenyeyGreenstein { g } => vec![("g", g)],
+            Self::Rayleigh { depolarisation } => vec![("depolarisation", depolarisation)],
+            Self::Draine { g, alpha } => vec![("g", g), ("alpha", alpha)],
+            Self::Petzold | Self::Isotropic | Self::OfFile { .. } => Vec::new(),
+        }
+    }
+
+    /// The phase function.
+    ///
+    /// # Errors
+    /// A parameter outside its range.
+    pub fn phase(&self) -> Result<Phase, MediaError> {
+        Ok(match self {
+            Self::FournierForand {
+                n,
+                backscatter_fraction,
+            } => Phase::FournierForand(FournierForand::new(*n, *backscatter_fraction)?),
+            Self::HenyeyGreenstein { g } => Phase::HenyeyGreenstein(HenyeyGreenstein::new(*g)?),
+            Self::Rayleigh { depolarisation } => Phase::Rayleigh(Rayleigh::new(*depolarisation)?),
+            Self::Draine { g, alpha } => Phase::Draine(Draine::new(*g, *alpha)?),
+            Self::Petzold => Phase::Tabulated(Tabulated::petzold()),
+            Self::Isotropic => Phase::Isotropic,
+            Self::OfFile { phase, .. } => phase.clone(),
+        })
+    }
+}
+
+impl Default for Water {
+    /// Jerlov IB with the particles closest to Petzold's.
+    fn default() -> Self {
+        Self {
+            coefficients: Coefficients::Jerlov {
+                place: 2.0,
+                bands: Bands::Mean,
+            },
+            phase: PhaseModel::DEFAULT,
+            refractive_index: 1.34,
+        }
+    }
+}
+
+impl Coefficients {
+    /// Absorption and scattering per channel, 1/m.
+    ///
+    /// # Errors
+    /// Bands that the tables do not cover.
+    pub fn iops(&self) -> Result<Iops, MediaError> {
+        match self {
+            Self::Direct(iops) => Ok(*iops),
+            Self::Jerlov { place, bands } => between(*place, |t| channel_iops(t, bands)),
+        }
+    }
+}
+
+/// The two types around a place along [`WaterType::ALL`] and the weight of the second, in [0, 1).
+pub fn neighbours(place: f64) -> (WaterType, WaterType, f64) {
+    let last = WaterType::ALL.len() - 1;
+    let place = place.clamp(0.0, last as f64);
+    let first = (place.floor() as usize).min(last);
+    let second = (first + 1).min(last);
+    (
+        WaterType::ALL[first],
+        WaterType::ALL[second],
+        place - first as f64,
+    )
+}
+
+/// What `of` gives for the types around `place`, mixed linearly.
+fn between(
+    place: f64,
+    of: impl Fn(WaterType) -> Result<Iops, MediaError>,
+) -> Result<Iops, MediaError> {
+    let (first, second, weight) = neighbours(place);
+    let low = of(first)?;
+    if weight == 0.0 {
+        return Ok(low);
+    }
+    let high = of(second)?;
+    let mix = |x: [f64; 3], y: [f64; 3]| std::array::from_fn(|k| x[k] + weight * (y[k] - x[k]));
+    Ok(Iops {
+        a: mix(low.a, high.a),
+        b: mix(low.b, high.b),
+    })
+}
+
+/// Absorption and scattering against wavelength at a place along the types: (wavelength in nm, a, b in 1/m).
+pub fn spectrum_at(place: f64) -> Vec<(f64, f64, f64)> {
+    let (first, second, weight) = neighbours(place);
+    uw_media::spectrum(first)
+        .iter()
+        .zip(uw_media::spectrum(second))
+        .map(|(x, y)| {
+            (
+                x.wavelength_nm,
+                x.a + weight * (y.a - x.a),
+                x.b + weight * (y.b - x.b),
+            )
+        })
+        .collect()
+}
+
+/// A name of the place, such as "3C" or "1C-3C, 40 %".
+pub fn place_name(place: f64) -> String {
+    let (first, second, weight) = neighbours(place);
+    if weight == 0.0 {
+        first.name().to_owned()
+    } else {
+        format!("{first}-{second}, {:.0} %", 100.0 * weight)
+    }
+}
+
+impl Water {
+    /// The water as the renderer takes it.
+    ///
+    /// # Errors
+    /// A parameter outside its range.
+    pub fn build(&self) -> Result<scene::Water, MediaError> {
+        Ok(scene::Water {
+            iops: self.coefficients.iops()?,
+            phase: self.phase.phase()?,
+            refractive_index: self.refractive_index,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whole_places_are_the_types_and_halves_lie_between() {
+        let at = |place| {
+            let bands = Bands::Mean;
+            let iops = Coefficients::Jerlov { place, bands }.iops();
+            iops.expect("covered")
+        };
+        for (i, water_type) in WaterType::ALL.into_iter().enumerate() {
+            let table = channel_iops(water_type, &Bands::Mean).expect("covered");
+            assert_eq!(at(i as f64), table);
+            assert_eq!(place_name(i as f64), water_type.name());
+        }
+        let (low, middle, high) = (at(5.0), at(5.5), at(6.0));
+        for k in 0..3 {
+            assert!((middle.a[k] - 0.5 * (low.a[k] + high.a[k])).abs() < 1e-12);
+            assert!((middle.b[k] - 0.5 * (low.b[k] + high.b[k])).abs() < 1e-12);
+        }
+        assert_eq!(place_name(5.25), "1C-3C, 25 %");
+    }
+
+    #[test]
+    fn bands_without_data_are_refused() {
+        let place = 0.0;
+        let bands = Bands::Measured;
+        assert!(Coefficients::Jerlov { place, bands }.iops().is_err());
+    }
+}

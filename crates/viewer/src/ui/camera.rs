@@ -1,0 +1,59 @@
+//! The camera's part of the scene panel.
+
+use egui::{DragValue, Ui};
+
+use super::knobs::{direction, heading, position, slider};
+use crate::app::Viewer;
+use crate::model::camera::Motion;
+
+/// Shows the camera.
+pub fn show(app: &mut Viewer, ui: &mut Ui) {
+    heading(ui, "Camera");
+    ui.horizontal(|ui| {
+        for (motion, name) in Motion::ALL {
+            ui.selectable_value(&mut app.motion, motion, name);
+        }
+        ui.checkbox(&mut app.lamps_follow, "lamps follow");
+    });
+    let mut camera = app.settings.camera.clone();
+    position(ui, "position", &mut camera.position_m);
+    let mut forward = camera.forward;
+    if direction(ui, "looks at", &mut forward) {
+        let target = camera.position_m + forward;
+        camera.look_at(target);
+    }
+    if camera != app.settings.camera {
+        app.move_camera(|c| *c = camera);
+    }
+    let camera = &mut app.settings.camera;
+    let mut hfov_deg = camera.hfov_deg();
+    if slider(ui, "field of view", &mut hfov_deg, 10.0..=140.0, "°").changed() {
+        camera.set_hfov_deg(hfov_deg);
+    }
+    ui.horizontal(|ui| {
+        let (mut width, mut height) = (camera.width, camera.height);
+        ui.label("image");
+        ui.add(DragValue::new(&mut width).range(16..=8192).suffix(" px"))
+            .on_hover_text("Image width, pixels");
+        ui.label("x");
+        ui.add(DragValue::new(&mut height).range(16..=8192).suffix(" px"))
+            .on_hover_text("Image height, pixels");
+        if (width, height) != (camera.width, camera.height) {
+            // The lens stays: pixels stay square, the field of view stays across the width.
+            let hfov_deg = camera.hfov_deg();
+            let ideal = camera.is_ideal();
+            *camera = camera.resized(width, height);
+            if ideal {
+                camera.set_hfov_deg(hfov_deg);
+            }
+        }
+        ui.weak("proportions; saved with the scene");
+    });
+    if camera.distortion != [0.0; 5] {
+        ui.weak(format!("distortion {:?}", camera.distortion));
+    }
+    ui.weak(format!(
+        "{:.2} m to what is in the middle",
+        app.distance_ahead_m()
+    ));
+}

@@ -1,0 +1,269 @@
+//! The guidance panel: calibration, state, advice.
+
+use egui::{ComboBox, ProgressBar, Ui};
+use uw_survey::routine::{DISTANCES_M, UP_DEPTHS_M};
+use uw_survey::scenery::textures::Pattern;
+
+use super::knobs::{heading, slider};
+use super::{look, operation, plots};
+use crate::app::{FilePurpose, Viewer};
+use crate::guidance::Adviser;
+
+/// Shows the panel.
+pub fn show(app: &mut Viewer, ui: &mut Ui) {
+    if let Some((what, share)) = app.guidance.progress() {
+        // Not animated: on a software adapter every frame takes time from the work itself.
+        ui.add(ProgressBar::new(share).text(what));
+        if ui.button("Cancel").clicked() {
+            app.guidance.cancel();
+        }
+    }
+    calibration(app, ui);
+    state(app, ui);
+    adviser(app, ui);
+    advice(app, ui);
+    operation::show(app, ui);
+}
+
+fn calibration(app: &mut Viewer, ui: &mut Ui) {
+    heading(ui, "1  Calibrate in this water");
+    ui.horizontal(|ui| {
+        ComboBox::from_label("target")
+            .selected_text(app.guidance.pattern.name())
+            .show_ui(ui, |ui| {
+                for pattern in Pattern::ALL {
+                    ui.selectable_value(&mut app.guidance.pattern, pattern, pattern.name());
+                }
+            });
+    });
+    ui.horizontal(|ui| {
+        let idle = app.guidance.progress().is_none();
+        let run = egui::Button::new("Run the routine");
+        let text = format!(
+            "{} images looking up, {} of the target with lamps off and on",
+            UP_DEPTHS_M.len(),
+            DISTANCES_M.len()
+        );
+        if ui.add_enabled(idle, run).on_hover_text(text).clicked() {
+            let settings = app.settings.clone();
+            app.guidance.calibrate(&settings, &mut app.toasts);
+        }
+        if ui.button("Open profile...").clicked() {
+            app.ask_file(FilePurpose::OpenProfile);
+        }
+        let known = app.guidance.profile.is_some();
+        if ui
+            .add_enabled(known, egui::Button::new("Save..."))
+            .clicked()
+        {
+            app.ask_file(FilePurpose::SaveProfile);
+        }
+    });
+    if app.guidance.is_outdated(&app.settings) {
+        ui.colored_label(
+            ui.visuals().warn_fg_color,
+            "the water has changed since: run the routine again",
+        );
+    }
+    match app.guidance.profile.clone() {
+        Some(profile) => plots::profile(ui, &profile),
+        None => {
+            ui.weak("K_z: how light falls with depth. K_c: how contrast falls with distance.");
+        }
+    }
+}
+
+fn state(app: &mut Viewer, ui: &mut Ui) {
+    heading(ui, "2  Where the vehicle is");
+    let guidance = &mut app.guidance;
+    let before = guidance.place;
+    let mut changed = slider(ui, "depth", &mut guidance.place.depth_m, 0.5..=6.0, " m");
+    changed |= slider(
+        ui,
+        "distance to the target",
+        &mut guidance.place.distance_m,
+        0.5..=3.0,
+        " m",
+    );
+    changed |= slider(ui, "lamp level", &mut guidance.light_pct, 0.0..=100.0, " %");
+    if changed.changed() || before != guidance.place {
+        // A state set by hand takes the place of a recorded one.
+        guidance.operation = None;
+    }
+    ui.horizontal(|ui| {
+        if ui.button("Take the camera's place").clicked() {
+            let distance_m = app.distance_ahead_m().clamp(0.5, 3.0);
+            let place = &mut app.guidance.place;
+            place.distance_m = distance_m;
+            if let Some(depth_m) = app.settings.depth_m() {
+                place.depth_m = depth_m.clamp(0.5, 6.0);
+            }
+            if let Some(lamp) = app.settings.lamps.first() {
+                app.guidance.light_pct = lamp.level_pct;
+            }
+        }
+        let idle = app.guidance.progress().is_none();
+        if ui
+            .add_enabled(idle, egui::Button::new("Look"))
+            .on_hover_text(
+                "Renders what the vehicle's camera sees here, for the statistics of its image",
+            )
+            .clicked()
+        {
+            let settings = app.settings.clone();
+            app.guidance.look(&settings, &mut app.toasts);
+        }
+    });
+    let guidance = &app.guidance;
+    match (guidance.observation(), &guidance.look) {
+        (Some(now), Some(seen)) => {
+            look::show(ui, seen, guidance.light_pct);
+            ui.weak(format!(
+                "image mean {}   contrast {}",
+                triple(now.mean),
+                triple(now.std)
+            ));
+        }
+        _ => {
+            ui.weak("press Look: the network needs the statistics of an image");
+        }
+    }
+}
+
+/// Three values per channel.
+pub fn triple(values: [f64; 3]) -> String {
+    values.map(|x| format!("{x:.1}")).join("  ")
+}
+
+fn adviser(app: &mut Viewer, ui: &mut Ui) {
+    heading(ui, "3  Advice");
+    ui.horizontal(|ui| {
+        match &app.guidance.model {
+            Ok((_, name)) => ui.weak(format!("network {name}")),
+            Err(error) => ui.colored_label(ui.visuals().error_fg_color, error),
+        };
+        if ui.small_button("Open network...").clicked() {
+            app.ask_file(FilePurpose::OpenModel);
+        }
+    });
+    let guidance = &mut app.guidance;
+    ui.horizontal(|ui| {
+        ui.selectable_value(&mut guidance.adviser, Adviser::Library, "Library");
+        ui.selectable_value(&mut guidance.adviser, Adviser::Daemon, "uwguide");
+        if guidance.adviser == Adviser::Daemon {
+            ui.add(egui::TextEdit::singleline(&mut guidance.link.address).desired_width(120.0))
+                .on_hover_text("Host and port of a running uwguide");
+            let idle = !guidance.link.is_waiting();
+            if ui.add_enabled(idle, egui::Button::new("Ask")).clicked() {
+                guidance.ask_daemon(&mut app.toasts);
+            }
+        }
+    });
+    let guidance = &mut app.guidance;
+    if guidance.adviser == Adviser::Daemon {
+        ui.weak(&guidance.link.state);
+    }
+    ui.collapsing("Objective", |ui| {
+        let o = &mut guidance.objective;
+        ui.horizontal(|ui| {
+            if ui.button("release").clicked() {
+                *o = uw_guidance::Objective::release();
+            }
+            if ui.button("paper").clicked() {
+                *o = uw_guidance::Objective::paper();
+            }
+        });
+        slider(ui, "weight of contrast", &mut o.lambda_c, 0.0..=3.0, "");
+        slider(ui, "weight of distance", &mut o.lambda_d, 0.0..=3.0, "");
+        slider(
+            ui,
+            "kappa b (preferred distance)",
+            &mut o.kappa_b,
+            0.5..=8.0,
+            "",
+        );
+        slider(ui, "kappa c (narrowness)", &mut o.kappa_c, 0.2..=5.0, "");
+    });
+}
+
+fn advice(app: &mut Viewer, ui: &mut Ui) {
+    let Some(answer) = app.guidance.answer.clone() else {
+        ui.weak("calibrate and look, and the advice appears here");
+        return;
+    };
+    let now = answer.observation;
+    if answer.valid {
+        ui.label(
+            egui::RichText::new(format!(
+                "go to {:.2} m ({:+.2} m), lamps to {:.0} % ({:+.0} %)",
+                answer.distance_m,
+                answer.distance_m - now.distance_m,
+                answer.light_pct,
+                answer.light_pct - now.light_pct
+            ))
+            .strong(),
+        );
+    }
+    if let Some(reason) = &answer.reason {
+        ui.colored_label(ui.visuals().warn_fg_color, reason);
+    }
+    if let (Some(score), Some(here)) = (answer.score, answer.score_here) {
+        ui.weak(format!(
+            "score {score:.3}, here {here:.3}, {} candidates",
+            answer.evaluations
+        ));
+    }
+    plots::map(ui, &answer);
+    contrasts(app, ui, &answer);
+    ui.horizontal(|ui| {
+        let follow = egui::Button::new("Go there");
+        if ui
+            .add_enabled(answer.valid, follow)
+            .on_hover_text("Moves the camera and sets the lamps; the vehicle's place follows")
+            .clicked()
+        {
+            app.go_to(Some(now.depth_m), answer.distance_m, answer.light_pct);
+            if app.guidance.operation.is_none() {
+                app.guidance.place.distance_m = answer.distance_m;
+                app.guidance.light_pct = answer.light_pct;
+                let settings = app.settings.clone();
+                app.guidance.look(&settings, &mut app.toasts);
+            }
+        }
+        let idle = app.guidance.progress().is_none() && answer.valid;
+        if ui
+            .add_enabled(idle, egui::Button::new("Render it"))
+            .on_hover_text("Renders the suggestion and compares its contrast with the prediction")
+            .clicked()
+        {
+            let settings = app.settings.clone();
+            app.guidance.check_suggestion(&settings, &mut app.toasts);
+        }
+    });
+}
+
+/// Predicted against rendered contrast, here and at the suggestion.
+fn contrasts(app: &Viewer, ui: &mut Ui, answer: &crate::guidance::answer::Answer) {
+    let check = app.guidance.check.filter(|check| {
+        let [distance_m, light_pct] = check.at;
+        (distance_m - answer.distance_m).abs() < 0.005 && (light_pct - answer.light_pct).abs() < 0.5
+    });
+    let cell = |values: Option<[f64; 3]>| values.map_or("not known".to_owned(), triple);
+    egui::Grid::new("contrasts")
+        .num_columns(3)
+        .striped(true)
+        .show(ui, |ui| {
+            ui.weak("contrast, counts (R G B)");
+            ui.weak("predicted");
+            ui.weak("rendered");
+            ui.end_row();
+            ui.label("here");
+            ui.label(cell(answer.predicted_here));
+            ui.label(cell(Some(answer.observation.std)));
+            ui.end_row();
+            ui.label("suggestion");
+            ui.label(cell(answer.predicted));
+            ui.label(cell(check.map(|c| c.rendered)));
+            ui.end_row();
+        });
+}

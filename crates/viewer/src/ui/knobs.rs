@@ -1,0 +1,171 @@
+//! Rows of knobs that panels share.
+
+use egui::{DragValue, Slider, Ui};
+use egui_plot::{AxisHints, GridInput, GridMark, Plot};
+use glam::DVec3;
+
+use super::theme::CHANNELS;
+
+/// A slider with its name and unit.
+pub fn slider(
+    ui: &mut Ui,
+    name: &str,
+    value: &mut f64,
+    range: std::ops::RangeInclusive<f64>,
+    unit: &str,
+) -> egui::Response {
+    ui.add(Slider::new(value, range).text(name).suffix(unit))
+}
+
+/// A slider over powers of ten.
+pub fn log_slider(
+    ui: &mut Ui,
+    name: &str,
+    value: &mut f64,
+    range: std::ops::RangeInclusive<f64>,
+    unit: &str,
+) -> egui::Response {
+    let slider = Slider::new(value, range).text(name).suffix(unit);
+    ui.add(slider.logarithmic(true))
+}
+
+/// Three numbers, one per channel.
+pub fn channels(ui: &mut Ui, name: &str, values: &mut [f64; 3], most: f64, unit: &str) {
+    ui.horizontal(|ui| {
+        ui.label(name);
+        for (value, channel) in values.iter_mut().zip(CHANNELS) {
+            let speed = 0.01 * value.abs().max(0.02);
+            let knob = DragValue::new(value).range(0.0..=most).speed(speed);
+            ui.add(knob.prefix(format!("{channel} ")).max_decimals(5))
+                .on_hover_text(format!("{name}, {channel}, {unit}"));
+        }
+        ui.weak(unit);
+    });
+}
+
+/// A point in the world.
+pub fn position(ui: &mut Ui, name: &str, value: &mut DVec3) {
+    ui.horizontal(|ui| {
+        ui.label(name);
+        for (value, axis) in [
+            (&mut value.x, "x"),
+            (&mut value.y, "y"),
+            (&mut value.z, "z"),
+        ] {
+            let knob = DragValue::new(value).speed(0.02).range(-1e4..=1e4);
+            ui.add(knob.prefix(format!("{axis} ")).max_decimals(3))
+                .on_hover_text(format!("{name}, {axis}, m"));
+        }
+        ui.weak("m");
+    });
+}
+
+/// A direction as heading and elevation.
+pub fn direction(ui: &mut Ui, name: &str, value: &mut DVec3) -> bool {
+    let mut heading_deg = value.y.atan2(value.x).to_degrees();
+    let mut elevation_deg = value.z.clamp(-1.0, 1.0).asin().to_degrees();
+    let mut changed = false;
+    ui.horizontal(|ui| {
+        ui.label(name);
+        for (angle, what, range) in [
+            (&mut heading_deg, "heading", -180.0..=180.0),
+            (&mut elevation_deg, "elevation", -90.0..=90.0),
+        ] {
+            let knob = DragValue::new(angle).speed(0.5).range(range).suffix("°");
+            changed |= ui
+                .add(knob.prefix(format!("{what} ")).max_decimals(1))
+                .on_hover_text(format!("{name}, {what}"))
+                .changed();
+        }
+    });
+    if changed {
+        let (h, e) = (heading_deg.to_radians(), elevation_deg.to_radians());
+        *value = DVec3::new(e.cos() * h.cos(), e.cos() * h.sin(), e.sin());
+    }
+    changed
+}
+
+/// A heading over a group of knobs.
+pub fn heading(ui: &mut Ui, text: &str) {
+    ui.add_space(6.0);
+    ui.label(egui::RichText::new(text).strong());
+}
+
+/// A small plot that does not move: a few marks at round numbers along both axes.
+pub fn still_plot(id: &'static str, height: f32) -> Plot<'static> {
+    Plot::new(id)
+        .height(height)
+        .allow_drag(false)
+        .allow_zoom(false)
+        .allow_scroll(false)
+        .allow_boxed_zoom(false)
+        .allow_double_click_reset(false)
+        .x_grid_spacer(|input: GridInput| round_marks(input.bounds, 7.0))
+        .y_grid_spacer(|input: GridInput| round_marks(input.bounds, 5.0))
+        .grid_spacing(egui::Rangef::new(4.0, 20.0))
+}
+
+/// About half of `most` to `most` marks between the bounds, at multiples of 1, 2 or 5 times a power of ten.
+fn round_marks((from, to): (f64, f64), most: f64) -> Vec<GridMark> {
+    let rough = (to - from) / most;
+    let power = 10_f64.powf(rough.log10().floor());
+    let factor = [1.0, 2.0, 5.0, 10.0]
+        .into_iter()
+        .find(|f| f * power >= rough);
+    let step = factor.unwrap_or(10.0) * power;
+    if !(step > 0.0 && step.is_finite()) {
+        return Vec::new();
+    }
+    let (first, last) = ((from / step).ceil() as i64, (to / step).floor() as i64);
+    (first..=last.min(first + 10))
+        .map(|i| GridMark {
+            value: i as f64 * step,
+            step_size: step,
+        })
+        .collect()
+}
+
+/// A mark as one reads it.
+fn number(mark: GridMark, _: &std::ops::RangeInclusive<f64>) -> String {
+    format!("{}", (mark.value * 1e6).round() / 1e6)
+}
+
+/// The y axis of a small plot, with labels close together.
+pub fn y_axis(label: &str) -> AxisHints<'static> {
+    AxisHints::new_y()
+        .label(label)
+        .label_spacing(egui::Rangef::new(8.0, 12.0))
+        .min_thickness(36.0)
+        .formatter(number)
+}
+
+/// The x axis of a small plot, with labels close together.
+pub fn x_axis(label: &str) -> AxisHints<'static> {
+    AxisHints::new_x()
+        .label(label)
+        .label_spacing(egui::Rangef::new(14.0, 24.0))
+        .formatter(number)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn marks_are_few_and_round() {
+        let values =
+            |bounds| -> Vec<f64> { round_marks(bounds, 7.0).iter().map(|m| m.value).collect() };
+        assert_eq!(values((0.5, 3.0)), [0.5, 1.0, 1.5, 2.0, 2.5, 3.0]);
+        assert_eq!(values((0.0, 100.0)), [0.0, 20.0, 40.0, 60.0, 80.0, 100.0]);
+        assert_eq!(values((300.0, 700.0)), [300.0, 400.0, 500.0, 600.0, 700.0]);
+        for bounds in [
+            (0.0, 1e-3),
+            (-0.02, 0.61),
+            (0.0, 37.0),
+            (2.0, 2.0),
+            (0.0, f64::NAN),
+        ] {
+            assert!(round_marks(bounds, 7.0).len() <= 8, "{bounds:?}");
+        }
+    }
+}

@@ -1,0 +1,21 @@
+//! What is on the screen: a file per part.
+
+pub mod camera;
+pub mod files;
+pub mod guidance;
+pub mod help;
+pub mod knobs;
+pub mod lamps;
+pub mod look;
+pub mod menu;
+pub mod operation;
+pub mod phase_plot;
+pub mod picture;
+pub mod plots;
+pub mod scene;
+pub mod shortcuts;
+pub mod spectra;
+pub mod status;
+pub mod theme;
+pub mod toasts;
+pub mod water;

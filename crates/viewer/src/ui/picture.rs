@@ -1,0 +1,254 @@
+//! The picture in the middle: shown, turned, probed.
+
+use egui::{
+    Align2, Color32, FontId, PointerButton, Pos2, Rect, Role, Sense, TextureHandle, TextureOptions,
+    Ui, Vec2, WidgetInfo, pos2, vec2,
+};
+use glam::{DVec2, DVec3};
+use uw_render::image::LayerData;
+use uw_render::prepare::Primitive;
+
+use crate::app::Viewer;
+use crate::model::{CameraSettings, camera::Motion, display::Legend};
+use crate::worker::Frame;
+
+/// Most pixels that are rendered, whatever the size of the window.
+const MOST_PIXELS: f64 = 1280.0 * 720.0;
+/// Change of the distance per unit of the wheel.
+const WHEEL: f64 = 0.002;
+/// Nearest that the wheel gets to what is ahead, m.
+const NEAREST_M: f64 = 0.05;
+
+/// What the picture keeps between frames of the window.
+#[derive(Default)]
+pub struct PictureView {
+    texture: Option<TextureHandle>,
+    serial: u64,
+    size_px: Option<DVec2>,
+    /// Place of the probe in the picture, in [0, 1] from the upper left corner.
+    probe: Option<DVec2>,
+}
+
+impl PictureView {
+    /// Size of the place for the picture, pixels; `None` before it was laid out.
+    pub fn size_px(&self) -> Option<DVec2> {
+        self.size_px
+    }
+
+    /// Takes the probe off, for another scene.
+    pub fn forget_probe(&mut self) {
+        self.probe = None;
+    }
+
+    /// The texture of `frame`.
+    fn texture(&mut self, ui: &Ui, frame: &Frame) -> TextureHandle {
+        let image = || egui::ImageData::from(frame.shown.image.clone());
+        // Pixel for pixel there is nothing between texels to be found.
+        let options = if frame.coarseness == 1 {
+            TextureOptions::NEAREST
+        } else {
+            TextureOptions::LINEAR
+        };
+        let texture = match self.texture.take() {
+            Some(mut texture) => {
+                if self.serial != frame.serial {
+                    texture.set(image(), options);
+                }
+                texture
+            }
+            None => ui.ctx().load_texture("picture", image(), options),
+        };
+        self.serial = frame.serial;
+        self.texture = Some(texture.clone());
+        texture
+    }
+}
+
+/// Size of the render of a camera in a place of `limit` pixels.
+pub fn render_size(camera: &CameraSettings, limit: DVec2) -> (u32, u32) {
+    let own = DVec2::new(f64::from(camera.width), f64::from(camera.height));
+    let most = (MOST_PIXELS / (own.x * own.y)).sqrt();
+    let scale = (limit / own).min_element().min(most);
+    let side = |full: f64| (full * scale).round().max(1.0) as u32;
+    (side(own.x), side(own.y))
+}
+
+/// Shows the picture and what belongs on it.
+pub fn show(app: &mut Viewer, ui: &mut Ui) {
+    let place = ui.available_rect_before_wrap();
+    let pixels = place.size() * ui.ctx().pixels_per_point();
+    app.picture.size_px = Some(DVec2::new(
+        f64::from(pixels.x.floor().max(16.0)),
+        f64::from(pixels.y.floor().max(16.0)),
+    ));
+    let camera = &app.settings.camera;
+    let rect = fitted(place, vec2(camera.width as f32, camera.height as f32));
+    let response = ui.interact(rect, ui.scope_id().with("picture"), Sense::click_and_drag());
+    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, "Picture"));
+    let Some(frame) = app.frame().cloned() else {
+        ui.painter().text(
+            place.center(),
+            Align2::CENTER_CENTER,
+            "Preparing the first picture...",
+            FontId::proportional(18.0),
+            Color32::GRAY,
+        );
+        return;
+    };
+    let texture = app.picture.texture(ui, &frame);
+    let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
+    ui.painter()
+        .image(texture.id(), rect, whole, Color32::WHITE);
+    if let Some(legend) = &frame.shown.legend {
+        draw_legend(ui, rect, legend);
+    }
+    if !app.is_current() {
+        badge(
+            ui,
+            rect.left_top() + vec2(8.0, 8.0),
+            Align2::LEFT_TOP,
+            "updating: earlier settings",
+        );
+    }
+    if let Some(at) = response.hover_pos() {
+        let place = (at - rect.min) / rect.size();
+        app.picture.probe = Some(DVec2::new(f64::from(place.x), f64::from(place.y)));
+    }
+    if let Some(text) = app.picture.probe.and_then(|at| probe_text(&frame, at)) {
+        badge(
+            ui,
+            rect.left_bottom() + vec2(8.0, -8.0),
+            Align2::LEFT_BOTTOM,
+            &text,
+        );
+    }
+    navigate(app, ui, &response, &frame);
+}
+
+/// The largest rectangle of these proportions in the middle of `place`.
+fn fitted(place: Rect, proportions: Vec2) -> Rect {
+    let scale = (place.size() / proportions).min_elem();
+    Rect::from_center_size(place.center(), proportions * scale)
+}
+
+fn badge(ui: &Ui, at: Pos2, anchor: Align2, text: &str) {
+    let painter = ui.painter();
+    let galley = painter.layout_no_wrap(text.to_owned(), FontId::monospace(12.0), Color32::WHITE);
+    let rect = anchor.anchor_size(at, galley.size()).expand(5.0);
+    painter.rect_filled(rect, 4.0, Color32::from_black_alpha(170));
+    painter.galley(rect.min + vec2(5.0, 5.0), galley, Color32::WHITE);
+}
+
+fn draw_legend(ui: &Ui, picture: Rect, legend: &Legend) {
+    let bar = Rect::from_min_size(
+        picture.right_top() + vec2(-34.0, 30.0),
+        vec2(14.0, (picture.height() - 60.0).clamp(20.0, 200.0)),
+    );
+    let painter = ui.painter();
+    painter.rect_filled(bar.expand(1.0), 0.0, Color32::BLACK);
+    let steps = 64;
+    let height = bar.height() / steps as f32;
+    for i in 0..steps {
+        let t = 1.0 - (i as f32 + 0.5) / steps as f32;
+        let min = bar.min + vec2(0.0, i as f32 * height);
+        let step = Rect::from_min_size(min, vec2(bar.width(), height + 0.5));
+        painter.rect_filled(step, 0.0, legend.colours.colour(t));
+    }
+    let scale = if legend.logarithmic { " (log)" } else { "" };
+    for (value, y) in [(legend.high, bar.top()), (legend.low, bar.bottom())] {
+        let text = format!("{value:.3e} {}{scale}", legend.unit);
+        badge(ui, pos2(bar.left() - 8.0, y), Align2::RIGHT_CENTER, &text);
+    }
+}
+
+/// What is known about a place of the picture, in [0, 1] from its upper left corner.
+pub fn probe_text(frame: &Frame, at: DVec2) -> Option<String> {
+    let (width, height) = (frame.camera.width, frame.camera.height);
+    let point = at * DVec2::new(f64::from(width), f64::from(height));
+    let inside = (0.0..1.0).contains(&at.x) && (0.0..1.0).contains(&at.y);
+    if !inside {
+        return None;
+    }
+    let (column, row) = (point.x as usize, point.y as usize);
+    let index = row * width as usize + column;
+    let [r, g, b] = *frame.shown.radiance.get(index)?;
+    let counts = frame.shown.image.pixels.get(index)?;
+    let mut text = format!("radiance {r:.3e} {g:.3e} {b:.3e} W/(m² sr)");
+    let value = match &frame.shown.values {
+        Some(LayerData::Scalar(values)) => values.get(index).map(|v| format!("{v:.4e}")),
+        Some(LayerData::Colour(values) | LayerData::Vector(values)) => values
+            .get(index)
+            .map(|[x, y, z]| format!("{x:.3e} {y:.3e} {z:.3e}")),
+        None => None,
+    };
+    if let Some(value) = value {
+        text += &format!("\nlayer    {value}");
+    }
+    text += &format!(
+        "\ncounts   {} {} {}   pixel {column}, {row} of {width} x {height}",
+        counts.r(),
+        counts.g(),
+        counts.b()
+    );
+    match surface_at(frame, at) {
+        Some(point) => {
+            let offset = point - frame.camera.position_m;
+            text += &format!(
+                "\ndepth    {:.3} m along the axis, {:.3} m away, at ({:.2}, {:.2}, {:.2}) m",
+                offset.dot(frame.camera.forward),
+                offset.length(),
+                point.x,
+                point.y,
+                point.z
+            );
+        }
+        None => text += "\ndepth    nothing ahead",
+    }
+    Some(text)
+}
+
+/// The first surface behind a place of the picture, m.
+fn surface_at(frame: &Frame, at: DVec2) -> Option<DVec3> {
+    let camera = &frame.camera;
+    let direction = camera.direction(
+        at.x * f64::from(camera.width),
+        at.y * f64::from(camera.height),
+    );
+    let hit =
+        frame
+            .geometry
+            .closest(camera.position_m, direction, f64::INFINITY, Primitive::None)?;
+    Some(camera.position_m + hit.t * direction)
+}
+
+fn navigate(app: &mut Viewer, ui: &Ui, response: &egui::Response, frame: &Frame) {
+    let width_px = f64::from(response.rect.width());
+    let delta = response.drag_delta();
+    let delta = DVec2::new(f64::from(delta.x), f64::from(delta.y));
+    if delta != DVec2::ZERO {
+        let distance_m = app.distance_ahead_m();
+        let shift = ui.input(|i| i.modifiers.shift);
+        let pan = shift || response.dragged_by(PointerButton::Middle);
+        let motion = app.motion;
+        app.move_camera(|camera| match motion {
+            _ if pan => camera.pan(delta, width_px, distance_m),
+            Motion::Orbit => camera.orbit(delta, width_px, distance_m),
+            Motion::Fly | Motion::Vehicle => camera.turn(delta, width_px),
+        });
+    }
+    if response.hovered() {
+        let wheel = f64::from(ui.input(|i| i.smooth_scroll_delta().y));
+        if wheel != 0.0 {
+            let distance_m = app.distance_ahead_m();
+            let step = (distance_m * (1.0 - (-WHEEL * wheel).exp())).min(distance_m - NEAREST_M);
+            let motion = app.motion;
+            app.move_camera(|camera| camera.step(motion, DVec3::new(0.0, 0.0, step)));
+        }
+    }
+    if response.double_clicked()
+        && let Some(at) = app.picture.probe
+        && let Some(target) = surface_at(frame, at)
+    {
+        app.move_camera(|camera| camera.look_at(target));
+    }
+}

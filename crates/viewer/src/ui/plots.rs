@@ -1,0 +1,160 @@
+//! Plots of the guidance panel: profiles, and the objective over distance and lamp level.
+
+use std::sync::Arc;
+
+use egui::{Color32, ColorImage, TextureHandle, TextureOptions, Ui};
+use egui_plot::{Line, LineStyle, MarkerShape, PlotImage, PlotPoint, PlotPoints, Points};
+use uw_calib::Profile;
+
+use uw_survey::routine::CONTRAST_LIGHT_PCT;
+
+use super::knobs::{still_plot, x_axis, y_axis};
+use super::theme::{CHANNELS, HERE, SUGGESTED, channel_colours};
+use crate::guidance::answer::{Answer, MAP_SIZE, ScoreMap};
+use crate::model::FalseColour;
+
+/// Points of a curve: place and value of each channel.
+pub type Curve = Vec<(f64, [f64; 3])>;
+
+/// The curves of a profile: K_z over depth, K_c over distance with the lamps on and off.
+pub fn curves(profile: &Profile) -> [Curve; 3] {
+    let contrast = |samples: &[uw_calib::ContrastSample]| {
+        samples.iter().map(|s| (s.distance_m, s.k_c)).collect()
+    };
+    [
+        profile.depth().iter().map(|s| (s.depth_m, s.k_z)).collect(),
+        contrast(profile.contrast_on()),
+        contrast(profile.contrast_off()),
+    ]
+}
+
+fn lines(
+    plot: &mut egui_plot::PlotUi<'_>,
+    curve: &Curve,
+    name: &str,
+    colours: [Color32; 3],
+    style: LineStyle,
+) {
+    for (k, (channel, colour)) in CHANNELS.into_iter().zip(colours).enumerate() {
+        let points: Vec<_> = curve.iter().map(|(x, y)| [*x, y[k]]).collect();
+        plot.line(
+            Line::new(format!("{channel}{name}"), PlotPoints::from(points))
+                .color(colour)
+                .style(style)
+                .width(1.8),
+        );
+    }
+}
+
+/// Shows a profile.
+pub fn profile(ui: &mut Ui, profile: &Arc<Profile>) {
+    let [depth, on, off] = curves(profile);
+    let colours = channel_colours(ui);
+    ui.columns(2, |columns| {
+        still_plot("K_z", 120.0)
+            .custom_x_axes(vec![x_axis("depth, m")])
+            .custom_y_axes(vec![y_axis("K_z")])
+            .include_y(0.0)
+            .show(&mut columns[0], |plot| {
+                lines(plot, &depth, "", colours, LineStyle::Solid);
+            });
+        still_plot("K_c", 120.0)
+            .custom_x_axes(vec![x_axis("distance, m")])
+            .custom_y_axes(vec![y_axis("K_c, counts")])
+            .include_y(0.0)
+            .show(&mut columns[1], |plot| {
+                lines(plot, &on, " on", colours, LineStyle::Solid);
+                lines(plot, &off, " off", colours, LineStyle::dashed_dense());
+            });
+    });
+    ui.weak(format!(
+        "K_c: solid with lamps at {CONTRAST_LIGHT_PCT} %, dashed without"
+    ));
+}
+
+/// Shows the objective over distance and lamp level, with the state, the search and the suggestion.
+pub fn map(ui: &mut Ui, answer: &Answer) {
+    let texture = answer.map.as_ref().map(|map| (map_texture(ui, map), map));
+    still_plot("objective", 210.0)
+        .custom_x_axes(vec![x_axis("distance, m")])
+        .custom_y_axes(vec![y_axis("lamp, %")])
+        .set_margin_fraction(egui::vec2(0.03, 0.06))
+        .show(ui, |plot| {
+            if let Some((texture, map)) = &texture {
+                let [near, far] = map.distance_m;
+                let [dim, bright] = map.light_pct;
+                let centre = PlotPoint::new(0.5 * (near + far), 0.5 * (dim + bright));
+                let size = egui::vec2((far - near) as f32, (bright - dim) as f32);
+                plot.image(PlotImage::new("score", texture.id(), centre, size));
+            }
+            let seen: Vec<[f64; 2]> = answer
+                .steps
+                .iter()
+                .map(|(c, _)| [c.distance_m, c.light_pct])
+                .collect();
+            plot.points(
+                Points::new("looked at", PlotPoints::from(seen))
+                    .radius(1.2)
+                    .color(Color32::from_white_alpha(110)),
+            );
+            plot.line(
+                Line::new("better and better", PlotPoints::from(answer.ascent()))
+                    .color(SUGGESTED)
+                    .width(1.5),
+            );
+            let mark = |name: &str, at: [f64; 2], shape, colour| {
+                Points::new(name, vec![at])
+                    .shape(shape)
+                    .radius(7.0)
+                    .color(colour)
+            };
+            let now = answer.observation;
+            plot.points(mark(
+                "here",
+                [now.distance_m, now.light_pct],
+                MarkerShape::Cross,
+                HERE,
+            ));
+            plot.points(mark(
+                "suggestion",
+                [answer.distance_m, answer.light_pct],
+                MarkerShape::Diamond,
+                SUGGESTED,
+            ));
+        });
+    ui.horizontal_wrapped(|ui| {
+        ui.colored_label(SUGGESTED, "pink: suggestion and search");
+        ui.weak("cross: here; dots: looked at");
+    });
+}
+
+/// The scores as a texture, made once per map.
+fn map_texture(ui: &Ui, map: &ScoreMap) -> TextureHandle {
+    type Kept = (ScoreMap, TextureHandle);
+    let id = egui::Id::unique("score map");
+    let kept: Option<Arc<Kept>> = ui.data(|d| d.get_temp(id));
+    if let Some(kept) = kept
+        && kept.0 == *map
+    {
+        return kept.1.clone();
+    }
+    let texture = ui
+        .ctx()
+        .load_texture("score map", map_image(map), TextureOptions::LINEAR);
+    let kept = Arc::new((map.clone(), texture.clone()));
+    ui.data_mut(|d| d.insert_temp(id, kept));
+    texture
+}
+
+/// The scores as a picture, the brightest lamps at the top.
+pub fn map_image(map: &ScoreMap) -> ColorImage {
+    let (columns, rows) = MAP_SIZE;
+    let (low, high) = map.range();
+    let pixels = (0..rows * columns).map(|i| {
+        let (row, column) = (rows - 1 - i / columns, i % columns);
+        let score = map.scores.get(row * columns + column);
+        let score = score.copied().unwrap_or(f64::NAN);
+        FalseColour::Viridis.colour(((score - low) / (high - low)) as f32)
+    });
+    ColorImage::new([columns, rows], pixels.collect())
+}

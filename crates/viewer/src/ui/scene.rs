@@ -1,0 +1,117 @@
+//! The scene panel: objects, camera, lamps, sensor.
+
+use egui::{ComboBox, DragValue, Ui};
+use uw_render::scene::{Encoding, Exposure, Noise};
+
+use super::knobs::{heading, log_slider};
+use super::{camera, lamps};
+use crate::app::{FilePurpose, Viewer};
+use crate::model::SensorSettings;
+
+/// Shows the panel.
+pub fn show(app: &mut Viewer, ui: &mut Ui) {
+    file(app, ui);
+    camera::show(app, ui);
+    lamps::show(app, ui);
+    let used = app.frame().map(|f| f.shown.exposure);
+    sensor(ui, &mut app.settings.sensor, used);
+    heading(ui, "Paths");
+    ui.horizontal(|ui| {
+        let label = ui.label("most bounces");
+        ui.add(DragValue::new(&mut app.settings.max_bounces).range(0..=1000))
+            .on_hover_text("Largest number of scatterings and reflections; 0: no limit")
+            .labelled_by(label.id);
+        ui.weak("0: no limit, unbiased");
+    });
+}
+
+fn file(app: &mut Viewer, ui: &mut Ui) {
+    ui.horizontal(|ui| {
+        if ui.button("Open scene or glTF...").clicked() {
+            app.ask_file(FilePurpose::OpenScene);
+        }
+        if ui.button("Save...").clicked() {
+            app.ask_file(FilePurpose::SaveScene);
+        }
+    });
+    ui.weak("or drop a file on the window");
+    ui.label(format!(
+        "{}: objects {}, surfaces {}",
+        app.open.title,
+        app.open.objects.len(),
+        app.open.geometry.len()
+    ));
+    if let Some((lower, upper)) = app.open.geometry.bounds() {
+        let size = upper - lower;
+        ui.weak(format!("{:.2} x {:.2} x {:.2} m", size.x, size.y, size.z));
+    }
+    examples(app, ui);
+}
+
+/// The scenes that ship.
+fn examples(app: &mut Viewer, ui: &mut Ui) {
+    let Some(folder) = app.assets.as_ref().map(|a| a.join("scenes")) else {
+        return;
+    };
+    ComboBox::from_label("examples")
+        .selected_text("choose")
+        .show_ui(ui, |ui| {
+            let mut paths: Vec<_> = std::fs::read_dir(&folder)
+                .into_iter()
+                .flatten()
+                .flatten()
+                .map(|entry| entry.path())
+                .filter(|path| path.extension().is_some_and(|e| e == "toml" || e == "glb"))
+                .collect();
+            paths.sort();
+            for path in paths {
+                let name = path.file_name().unwrap_or_default().to_string_lossy();
+                if ui.selectable_label(false, name.as_ref()).clicked() {
+                    app.open_file(&path, &ui.ctx().clone());
+                }
+            }
+        });
+}
+
+fn sensor(ui: &mut Ui, sensor: &mut SensorSettings, used: Option<f64>) {
+    heading(ui, "Sensor");
+    let mut automatic = matches!(sensor.exposure, Exposure::AutoMean(_));
+    ui.checkbox(&mut automatic, "automatic exposure");
+    match (automatic, sensor.exposure) {
+        (true, Exposure::Fixed(_)) => sensor.exposure = Exposure::AutoMean(0.4),
+        // What was in use goes on, so that the picture does not jump.
+        (false, Exposure::AutoMean(_)) => sensor.exposure = Exposure::Fixed(used.unwrap_or(1.0)),
+        _ => {}
+    }
+    match &mut sensor.exposure {
+        Exposure::Fixed(factor) => {
+            log_slider(ui, "exposure", factor, 1e-3..=1e4, "");
+        }
+        Exposure::AutoMean(mean) => {
+            log_slider(ui, "mean signal", mean, 0.01..=1.0, "");
+            if let Some(used) = used {
+                ui.weak(format!("exposure in use {used:.4}"));
+            }
+        }
+    }
+    let mut noisy = sensor.noise.is_some();
+    ui.checkbox(&mut noisy, "sensor noise")
+        .on_hover_text("Variance of the signal y: a y + b");
+    match (noisy, sensor.noise) {
+        (true, None) => sensor.noise = Some(Noise { a: 1e-3, b: 1e-5 }),
+        (false, Some(_)) => sensor.noise = None,
+        _ => {}
+    }
+    if let Some(noise) = &mut sensor.noise {
+        log_slider(ui, "photon noise a", &mut noise.a, 1e-6..=0.05, "");
+        log_slider(ui, "read noise b", &mut noise.b, 1e-8..=0.01, "");
+    }
+    ui.horizontal(|ui| {
+        ui.label("encoding");
+        ui.selectable_value(&mut sensor.encoding, Encoding::Srgb, "sRGB");
+        ui.selectable_value(&mut sensor.encoding, Encoding::Linear, "linear");
+        ui.separator();
+        ui.selectable_value(&mut sensor.bits, 8, "8 bits");
+        ui.selectable_value(&mut sensor.bits, 16, "16 bits");
+    });
+}

@@ -1,0 +1,134 @@
+//! Keys.
+
+use egui::{Context, Key, KeyboardShortcut, Modifiers};
+use glam::DVec3;
+
+use crate::app::{FilePurpose, Tab, Viewer};
+use crate::model::camera::Motion;
+
+/// Open a file.
+pub const OPEN: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::O);
+/// Save the scene.
+pub const SAVE: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::S);
+/// Export the picture.
+pub const EXPORT: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::E);
+/// Undo.
+pub const UNDO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::Z);
+/// Redo.
+pub const REDO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::Y);
+/// Redo, as on a Mac.
+const REDO_TOO: KeyboardShortcut =
+    KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::Z);
+/// Quit.
+pub const QUIT: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::Q);
+
+/// Speed of keys, as a share of the distance to what is ahead per second.
+const SPEED: f64 = 0.6;
+
+/// What the help lists: keys and what they do.
+pub const HELP: [(&str, &str); 19] = [
+    ("Drag", "Orbit, or turn the view"),
+    ("Shift + drag, middle drag", "Shift the view"),
+    ("Wheel", "Closer, farther"),
+    ("W A S D", "Ahead, left, back, right"),
+    ("R F", "Up, down"),
+    ("Hover", "Probe: radiance, counts, depth"),
+    ("Double click", "Look at this point"),
+    ("1 2 3", "Orbit, fly, vehicle"),
+    ("Space", "Pause, go on"),
+    ("Backspace", "Start the picture anew"),
+    ("F2 F3 F4", "Water, scene, guidance"),
+    ("Ctrl + O", "Open a scene or glTF file"),
+    ("Ctrl + S", "Save the scene"),
+    ("Ctrl + E", "Export the picture"),
+    ("Ctrl + Z, Ctrl + Y", "Undo, redo"),
+    ("Ctrl + plus, minus", "Size of the controls"),
+    ("Drop a file", "Open it"),
+    ("F1", "This help"),
+    ("Ctrl + Q", "Quit"),
+];
+
+/// How a shortcut is written.
+pub fn text(shortcut: &KeyboardShortcut) -> String {
+    shortcut.format(&egui::ModifierNames::NAMES, false)
+}
+
+/// Does what the keys say.
+pub fn handle(app: &mut Viewer, ctx: &Context) {
+    let pressed = |shortcut: &KeyboardShortcut| ctx.input_mut(|i| i.consume_shortcut(shortcut));
+    if pressed(&OPEN) {
+        app.ask_file(FilePurpose::OpenScene);
+    }
+    if pressed(&SAVE) {
+        app.ask_file(FilePurpose::SaveScene);
+    }
+    if pressed(&EXPORT) {
+        app.ask_file(FilePurpose::ExportPicture);
+    }
+    if pressed(&REDO_TOO) || pressed(&REDO) {
+        app.redo();
+    }
+    if pressed(&UNDO) {
+        app.undo();
+    }
+    if pressed(&QUIT) {
+        ctx.send_viewport_cmd(egui::ViewportCommand::Close);
+    }
+    let key = |key: Key| ctx.input(|i| i.key_pressed(key) && i.modifiers.is_none());
+    if key(Key::F1) {
+        app.help_open = !app.help_open;
+    }
+    for (k, tab) in [
+        (Key::F2, Tab::Water),
+        (Key::F3, Tab::Scene),
+        (Key::F4, Tab::Guidance),
+    ] {
+        if key(k) {
+            app.tab = tab;
+        }
+    }
+    if ctx.text_edit_focused() || app.files.is_some() {
+        return;
+    }
+    if key(Key::Space) && ctx.memory(|m| m.focused().is_none()) {
+        app.paused = !app.paused;
+    }
+    if key(Key::Backspace) {
+        app.reset_picture();
+    }
+    for (k, motion) in [
+        (Key::Num1, Motion::Orbit),
+        (Key::Num2, Motion::Fly),
+        (Key::Num3, Motion::Vehicle),
+    ] {
+        if key(k) {
+            app.motion = motion;
+        }
+    }
+    fly(app, ctx);
+}
+
+/// Moves the camera while keys are down.
+fn fly(app: &mut Viewer, ctx: &Context) {
+    let (step, seconds) = ctx.input(|i| {
+        let axis = |plus, minus| {
+            let down = |key| f64::from(u8::from(i.key_down(key)));
+            down(plus) - down(minus)
+        };
+        let step = DVec3::new(
+            axis(Key::D, Key::A),
+            axis(Key::R, Key::F),
+            axis(Key::W, Key::S),
+        );
+        let free = i.modifiers.is_none() || i.modifiers.shift_only();
+        let step = if free { step } else { DVec3::ZERO };
+        (step, f64::from(i.stable_dt).min(0.1))
+    });
+    if step == DVec3::ZERO {
+        return;
+    }
+    let reach = app.distance_ahead_m().clamp(0.2, 20.0);
+    let motion = app.motion;
+    app.move_camera(|camera| camera.step(motion, step * SPEED * reach * seconds));
+    ctx.request_repaint();
+}

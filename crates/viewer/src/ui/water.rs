@@ -1,0 +1,233 @@
+//! The water panel: an ocean of any kind.
+
+use egui::{ComboBox, Slider, Ui};
+use uw_media::{Bands, WaterType, phase::PhaseFunction};
+
+use super::knobs::{channels, heading, log_slider, slider};
+use super::{phase_plot, spectra};
+use crate::app::{FilePurpose, Viewer};
+use crate::model::{Coefficients, PhaseModel, Sun, Surface, Water, water};
+
+/// Shows the panel.
+pub fn show(app: &mut Viewer, ui: &mut Ui) {
+    let mut wet = app.settings.water.is_some();
+    ui.checkbox(&mut wet, "there is water")
+        .on_hover_text("Off: air");
+    match (wet, &app.settings.water) {
+        (true, None) => app.settings.water = Some(Water::default()),
+        (false, Some(_)) => app.settings.water = None,
+        _ => {}
+    }
+    if let Some(water) = &mut app.settings.water {
+        coefficients(ui, &mut water.coefficients);
+        phase(ui, &mut water.phase);
+        slider(
+            ui,
+            "refractive index of the water",
+            &mut water.refractive_index,
+            1.0..=1.6,
+            "",
+        );
+    }
+    light(app, ui);
+    ui.add_space(8.0);
+    ui.horizontal(|ui| {
+        if ui.button("Open scene...").clicked() {
+            app.ask_file(FilePurpose::OpenScene);
+        }
+        if ui.button("Save scene...").clicked() {
+            app.ask_file(FilePurpose::SaveScene);
+        }
+    });
+}
+
+fn coefficients(ui: &mut Ui, coefficients: &mut Coefficients) {
+    heading(ui, "Absorption a and scattering b");
+    types(ui, coefficients);
+    let before = coefficients.iops();
+    match coefficients {
+        Coefficients::Jerlov { place, bands } => {
+            let last = (WaterType::ALL.len() - 1) as f64;
+            let name = |place: f64, _| water::place_name(place);
+            ui.add(
+                Slider::new(place, 0.0..=last)
+                    .text("between types")
+                    .custom_formatter(name),
+            )
+            .on_hover_text("Mixes a and b of neighbouring types");
+            bands_box(ui, bands);
+            spectra::show(ui, *place, bands);
+        }
+        Coefficients::Direct(_) => {}
+    }
+    let mut iops = match before {
+        Ok(iops) => iops,
+        Err(error) => {
+            ui.colored_label(ui.visuals().error_fg_color, error.to_string());
+            return;
+        }
+    };
+    let shown = iops;
+    channels(ui, "a", &mut iops.a, 20.0, "1/m");
+    channels(ui, "b", &mut iops.b, 20.0, "1/m");
+    if iops != shown {
+        *coefficients = Coefficients::Direct(iops);
+    }
+    ui.weak(format!(
+        "attenuation c = a + b  {} 1/m",
+        triple(iops.c(), 3)
+    ));
+    ui.weak(format!("albedo b/c  {}", triple(iops.albedo(), 2)));
+}
+
+fn triple(values: [f64; 3], digits: usize) -> String {
+    values.map(|x| format!("{x:.digits$}")).join("  ")
+}
+
+/// A button per type, and one for coefficients of one's own.
+fn types(ui: &mut Ui, coefficients: &mut Coefficients) {
+    ui.horizontal_wrapped(|ui| {
+        ui.spacing_mut().item_spacing.x = 3.0;
+        let (place, bands) = match coefficients {
+            Coefficients::Jerlov { place, bands } => (Some(*place), *bands),
+            Coefficients::Direct(_) => (None, Bands::Mean),
+        };
+        for (i, water_type) in WaterType::ALL.into_iter().enumerate() {
+            let chosen = place == Some(i as f64);
+            if ui.selectable_label(chosen, water_type.name()).clicked() {
+                *coefficients = Coefficients::Jerlov {
+                    place: i as f64,
+                    bands,
+                };
+            }
+        }
+        if ui
+            .selectable_label(place.is_none(), "own")
+            .on_hover_text("Set a and b below")
+            .clicked()
+            && let Ok(iops) = coefficients.iops()
+        {
+            *coefficients = Coefficients::Direct(iops);
+        }
+    });
+}
+
+fn bands_box(ui: &mut Ui, bands: &mut Bands) {
+    let own = Bands::Intervals(spectra::intervals(bands));
+    ComboBox::from_label("wavelengths to channels")
+        .selected_text(match &*bands {
+            Bands::Intervals(_) => "own intervals".to_owned(),
+            other => other.to_string(),
+        })
+        .show_ui(ui, |ui| {
+            let cameras = uw_media::Camera::ALL.map(Bands::Camera);
+            for choice in [Bands::Mean, Bands::Measured].into_iter().chain(cameras) {
+                ui.selectable_value(bands, choice, choice.to_string());
+            }
+            ui.selectable_value(bands, own, "own intervals");
+            ui.selectable_value(bands, Bands::PaperPrinted, "paper-printed (misprints)");
+        });
+}
+
+fn phase(ui: &mut Ui, model: &mut PhaseModel) {
+    heading(ui, "Phase function");
+    ComboBox::from_label("model")
+        .selected_text(model.name())
+        .show_ui(ui, |ui| {
+            for choice in PhaseModel::CHOICES {
+                if ui
+                    .selectable_label(choice.name() == model.name(), choice.name())
+                    .clicked()
+                    && choice.name() != model.name()
+                {
+                    *model = choice;
+                }
+            }
+        });
+    match model {
+        PhaseModel::FournierForand {
+            n,
+            backscatter_fraction,
+        } => {
+            log_slider(
+                ui,
+                "backscatter fraction B",
+                backscatter_fraction,
+                5e-4..=0.4,
+                "",
+            );
+            slider(ui, "particle index n", n, 1.01..=1.33, "");
+        }
+        PhaseModel::HenyeyGreenstein { g } => {
+            slider(ui, "mean cosine g", g, -0.99..=0.99, "");
+        }
+        PhaseModel::Rayleigh { depolarisation } => {
+            slider(ui, "depolarisation", depolarisation, 0.0..=1.0, "");
+        }
+        PhaseModel::Draine { g, alpha } => {
+            slider(ui, "g", g, -0.99..=0.99, "");
+            slider(ui, "alpha", alpha, 0.0..=50.0, "");
+        }
+        PhaseModel::Petzold | PhaseModel::Isotropic | PhaseModel::OfFile { .. } => {}
+    }
+    match model.phase() {
+        Ok(phase) => {
+            ui.weak(format!(
+                "backscatter fraction {:.4}   mean cosine {:.4}",
+                phase.backscatter_fraction(),
+                phase.mean_cosine()
+            ));
+            phase_plot::show(ui, model.name(), &phase);
+        }
+        Err(error) => {
+            ui.colored_label(ui.visuals().error_fg_color, error.to_string());
+        }
+    }
+}
+
+/// Depth, sun and sky.
+fn light(app: &mut Viewer, ui: &mut Ui) {
+    heading(ui, "Depth, sun and sky");
+    let settings = &mut app.settings;
+    let mut surface = settings.surface.is_some();
+    ui.checkbox(&mut surface, "water surface");
+    match (surface, settings.surface) {
+        (true, None) => {
+            settings.surface = Some(Surface {
+                height_m: settings.camera.position_m.z + 3.0,
+                refractive: true,
+            });
+        }
+        (false, Some(_)) => settings.surface = None,
+        _ => {}
+    }
+    if let (Some(surface), Some(depth_m)) = (settings.surface, settings.depth_m()) {
+        let mut depth = depth_m;
+        if slider(ui, "depth of the camera", &mut depth, 0.1..=40.0, " m").changed() {
+            app.move_camera(|camera| camera.position_m.z = surface.height_m - depth);
+        }
+    }
+    let settings = &mut app.settings;
+    if let Some(surface) = &mut settings.surface {
+        ui.checkbox(&mut surface.refractive, "surface bends and reflects light");
+    }
+    let mut shines = settings.sun.is_some();
+    ui.checkbox(&mut shines, "sun");
+    match (shines, settings.sun) {
+        (true, None) => {
+            settings.sun = Some(Sun {
+                zenith_deg: 30.0,
+                azimuth_deg: 0.0,
+                irradiance: [1.0; 3],
+            });
+        }
+        (false, Some(_)) => settings.sun = None,
+        _ => {}
+    }
+    if let Some(sun) = &mut settings.sun {
+        slider(ui, "zenith angle", &mut sun.zenith_deg, 0.0..=89.0, "°");
+        slider(ui, "azimuth", &mut sun.azimuth_deg, -180.0..=180.0, "°");
+        channels(ui, "irradiance", &mut sun.irradiance, 1e4, "W/m²");
+    }
+    channels(ui, "sky", &mut settings.sky_radiance, 1e4, "W/(m² sr)");
+}

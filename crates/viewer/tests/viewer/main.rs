@@ -1,0 +1,11 @@
+//! Tests of the viewer: scene files and worker without a window, panels by clicking, the real program.
+
+mod bad_files;
+mod exports;
+mod panels;
+mod program;
+mod scene_files;
+mod snapshots;
+mod stress;
+mod support;
+mod worker;

@@ -1,0 +1,90 @@
+//! A slider that is dragged for a long time: frames stay short, memory stays flat, nothing stale is called current.
+
+use std::time::{Duration, Instant};
+
+use uw_viewer::app::{Options, Viewer};
+use uw_viewer::model::{Coefficients, OpenScene};
+
+use crate::support::{PATIENCE, SCENE};
+
+/// Events per second.
+const RATE_HZ: u32 = 60;
+/// Seconds of dragging, where `UW_DRAG_SECONDS` asks for no other number.
+const SECONDS: u32 = 6;
+/// Longest work of the window's own thread on one frame. Its processor time, so that other work on the machine does
+/// not count.
+const LONGEST: Duration = Duration::from_millis(100);
+/// Growth of the memory over the second half, bytes: some frames in flight, no leak (one frame per event would be
+/// fifty times more).
+const GROWTH: u64 = 48 << 20;
+
+/// Resident memory of this process, bytes, where the system tells.
+fn memory() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/self/statm").ok()?;
+    let pages: u64 = text.split_whitespace().nth(1)?.parse().ok()?;
+    Some(4096 * pages)
+}
+
+#[test]
+fn dragging_a_slider_neither_freezes_nor_leaks_nor_lies() {
+    let text = SCENE.replace("width = 160, height = 90", "width = 640, height = 360");
+    let opened = OpenScene::parse(&text, "drag.toml".as_ref()).expect("valid");
+    let viewer =
+        Viewer::new(&egui::Context::default(), opened, Options::default()).expect("a thread");
+    let mut harness = egui_kittest::Harness::builder()
+        .with_size([1280.0, 720.0])
+        .build_ui_state(|ui, viewer: &mut Viewer| viewer.show(ui), viewer);
+    harness.run_steps(3);
+    let start = Instant::now();
+    let (mut longest, mut pictures, mut last_serial) = (Duration::ZERO, 0, 0);
+    let (mut half_way, mut last_generation) = (None, 0);
+    let asked = std::env::var("UW_DRAG_SECONDS").ok();
+    let seconds = asked.and_then(|s| s.parse().ok()).unwrap_or(SECONDS);
+    let events = RATE_HZ * seconds;
+    for i in 0..events {
+        let due = start + Duration::from_secs(1) * i / RATE_HZ;
+        std::thread::sleep(due.saturating_duration_since(Instant::now()));
+        let water = harness.state_mut().settings.water.as_mut().expect("water");
+        water.coefficients = Coefficients::Jerlov {
+            place: 4.5 + 4.5 * (f64::from(i) * 0.05).sin(),
+            bands: uw_media::Bands::Mean,
+        };
+        let before = cpu_time::ThreadTime::now();
+        harness.step();
+        longest = longest.max(before.elapsed());
+        let viewer = harness.state();
+        assert!(
+            viewer.generation() > last_generation,
+            "a change was not sent"
+        );
+        last_generation = viewer.generation();
+        if let Some(frame) = viewer.frame() {
+            assert_eq!(viewer.is_current(), frame.generation == viewer.generation());
+            pictures += u32::from(frame.serial != last_serial);
+            last_serial = frame.serial;
+        }
+        if i == events / 2 {
+            half_way = memory();
+        }
+    }
+    eprintln!(
+        "longest frame {:.1} ms, {pictures} pictures in {seconds} s, memory half way and now {:?} {:?} MiB",
+        1e3 * longest.as_secs_f64(),
+        half_way.map(|b| b >> 20),
+        memory().map(|b| b >> 20)
+    );
+    assert!(longest < LONGEST, "a frame of the window took {longest:?}");
+    assert!(pictures >= 2, "no pictures came while dragging");
+    if let (Some(then), Some(now)) = (half_way, memory()) {
+        assert!(
+            now < then + GROWTH,
+            "memory grew from {then} to {now} bytes"
+        );
+    }
+    let end = Instant::now();
+    while !harness.state().is_current() {
+        harness.step();
+        assert!(end.elapsed() < PATIENCE, "the last picture did not come");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
