@@ -5,8 +5,6 @@ import pathlib
 import tempfile
 import unittest
 
-import h5py  # noqa: F401  a clear message where it is missing
-
 import keras_to_json
 
 DATA = pathlib.Path(__file__).parent.parent / "crates/guidance/tests/data"
