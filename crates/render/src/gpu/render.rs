@@ -200,19 +200,18 @@ impl<'a> Job<'a> {
     }
 
     fn run(&mut self, film: &mut Film) -> Result<(), GpuError> {
+        let (cancel, start, limit) = (self.cancel, self.start, self.plan.time_limit);
+        let cancelled = || cancel.load(Ordering::Relaxed);
+        let late = || limit.is_some_and(|limit| start.elapsed() >= limit);
         let (mut batch, mut done) = (0, 0);
         while let Some(samples) = self.plan.next_batch(batch, done) {
-            let (cancel, start, limit) = (self.cancel, self.start, self.plan.time_limit);
-            let stop = || {
-                let late = || limit.is_some_and(|limit| start.elapsed() >= limit);
-                cancel.load(Ordering::Relaxed) || (batch > 0 && late())
-            };
+            let stop = || cancelled() || (batch > 0 && late());
             if !self.add_batch(film, batch, samples, &stop)? {
                 return Ok(());
             }
             batch += 1;
             done += samples;
-            if self.cancelled() || self.out_of_time() || self.plan.is_met_by(film) {
+            if cancelled() || late() || self.plan.is_met_by(film) {
                 return Ok(());
             }
         }
@@ -369,14 +368,5 @@ impl<'a> Job<'a> {
             rows_total: self.plan.rows_total(self.scene.camera.height),
             elapsed: self.start.elapsed(),
         });
-    }
-
-    fn cancelled(&self) -> bool {
-        self.cancel.load(Ordering::Relaxed)
-    }
-
-    fn out_of_time(&self) -> bool {
-        let limit = self.plan.time_limit;
-        limit.is_some_and(|limit| self.start.elapsed() >= limit)
     }
 }
