@@ -1,11 +1,12 @@
 //! Tests of the viewer: scene files and worker without a window, panels by clicking, the real program.
 
 mod bad_files;
+#[path = "../common.rs"]
+mod common;
 mod exports;
 mod panels;
 mod program;
 mod scene_files;
 mod snapshots;
-mod stress;
 mod support;
 mod worker;
