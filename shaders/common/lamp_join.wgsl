@@ -5,7 +5,7 @@ import package::common::bvh::SurfacePoint;
 import package::common::film::add_light;
 import package::common::interface::{distance_to_surface, flip, is_above};
 import package::common::lamp_walk::{Target, lamp_point, target_count, targets, unfolded, unfolded_direction, walk};
-import package::common::layout::{HAS_SCATTERING, NONE, PI, counters, lamps, scene, scratch};
+import package::common::layout::{HAS_SCATTERING, NONE, PI, lamps, scene, scratch};
 import package::common::light::{lamp_facing_area, lamp_radiance_along, lamp_relative_intensity};
 import package::common::math::sin2_half;
 import package::common::order::{order_sample, order_sample_scattered};
@@ -74,14 +74,14 @@ fn cross_bridge(start: vec3f, end: vec3f) -> bool {
 
 /// Adds the light of the path that the bridge makes from `start` to the lamp point `end`. `meets` tells whether disks
 /// are also looked for in drawn directions.
-fn send(aimed: Target, start: vec3f, end: vec3f, lobe: f32, meets: bool) {
+fn send(aimed: Target, start: vec3f, end: vec3f, lobe: f32) {
     let emission = select(bridge.emission, flip(bridge.emission), aimed.mirrored);
     let relative = lamp_relative_intensity(aimed.lamp, emission);
     if relative == 0.0 || !cross_bridge(start, end) {
         return;
     }
     var facing = 0.0;
-    if meets && lamps[aimed.lamp].radius > 0.0 {
+    if lamps[aimed.lamp].radius > 0.0 {
         var last = start;
         if bridge.order > 0u {
             last = scratch[bridge_place(bridge.order - 1u)].xyz;
@@ -117,7 +117,7 @@ fn join_lamps(on_surface: bool, point: SurfacePoint, max_events: u32, is_leading
         }
         let lobe = site_lobe(on_surface, point, unfolded_direction(bridge.first));
         if lobe > 0.0 {
-            send(aimed, position, end, lobe, true);
+            send(aimed, position, end, lobe);
         }
     }
 }
@@ -135,7 +135,7 @@ fn meet_lamp(aimed: Target, lobe: f32) {
     let start = unfolded(walk.origin);
     let end = unfolded(walk.origin + disk.t * walk.direction);
     if bridge_straight(start, end) {
-        send(aimed, start, end, lobe, true);
+        send(aimed, start, end, lobe);
     }
 }
 

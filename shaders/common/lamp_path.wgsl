@@ -1,26 +1,19 @@
-// Light of the lamps: a camera walk whose vertices are joined to the lamps by bridges, and the light that scatters
-// nowhere in the water. Twins: crates/render/src/integrator/cpu/{lamp_path,direct_lamps}.rs.
-// Checked by: tests/system/gpu.rs.
-import package::common::bvh::{SurfacePoint, closest};
-import package::common::camera::{BOUNDARY, CameraRay, End, NOTHING, SCATTER, SURFACE, no_point};
-import package::common::film::{add_light, share};
-import package::common::interface::{flip, internal_reflectance};
-import package::common::lamp_join::{join_lamps, meet_lamp, meet_lamps, send, surface_lobe, vertex_count};
+// Light of the lamps: a camera walk whose vertices are joined to the lamps by bridges.
+// Twin: crates/render/src/integrator/cpu/lamp_path.rs. Checked by: tests/system/gpu.rs.
+import package::common::bvh::SurfacePoint;
+import package::common::camera::{BOUNDARY, CameraRay, End, SCATTER, SURFACE, no_point};
+import package::common::lamp_join::{join_lamps, meet_lamps, vertex_count};
 import package::common::lamp_landing::{Landing, choose_landing};
-import package::common::lamp_walk::{choose_targets, first_end, go_to_scattering, lamp_point, next_end, reflect_at_boundary, survives, target_centre, target_count, targets, unfolded, walk, walk_start};
-import package::common::layout::{HAS_SCATTERING, HAS_SURFACE, INFINITE, NONE, PI, counters, dispatch, lamps, scene};
-import package::common::bridge::{bridge, bridge_straight};
-import package::common::light::lamp_radiance_along;
+import package::common::lamp_walk::{choose_targets, first_end, go_to_scattering, next_end, reflect_at_boundary, survives, target_centre, target_count, targets, unfolded, walk, walk_start};
+import package::common::layout::{HAS_SCATTERING, PI, dispatch, lamps, scene};
 import package::common::math::{cosine_hemisphere, turn};
-import package::common::medium::{spectral_scatter, spectral_start, transmittance};
+import package::common::medium::{spectral_scatter, spectral_start};
 import package::common::phase::{phase_sample_x, phase_value};
 import package::common::rng::{leading, leading_bits, next_bits, uniform_number};
 import package::common::ways::{trail, trail_leave, trail_push, trail_root, trail_start};
 
 /// Distance of a surface from a lamp, in optical depths, below which the water between them is joined to the lamp too.
 const CLOSE_SURFACE: f32 = 0.6;
-/// Distance from a surface, in radii, below which a lamp's disk is also looked for in a drawn direction.
-const LARGE: f32 = 4.0;
 
 /// Traces one walk from `ray` whose first segment ends as `first` says.
 fn lamp_walk(ray: CameraRay, first: u32) {
@@ -150,98 +143,4 @@ fn is_close_to_lamp(position: vec3f) -> bool {
         }
     }
     return false;
-}
-
-/// The lamps' light along `ray` that does not scatter in the water.
-fn direct_lamps(ray: CameraRay) {
-    see_lamps(ray);
-    if dispatch.max_events == 0u || !ray.wet || ray.end.kind != SURFACE {
-        return;
-    }
-    if all(ray.end.point.reflectance == vec3f(0.0)) {
-        return;
-    }
-    walk_start(ray);
-    walk.origin += ray.end.t * ray.direction;
-    walk.start_primitive = ray.end.primitive;
-    walk.length = ray.end.t;
-    walk.events = 1u;
-    walk.met_surface = true;
-    walk.spectral.value = ray.end.point.reflectance * ray.entry_factor * transmittance(ray.end.t);
-    choose_targets(ray);
-    trail_root(walk.origin, walk.length, 1.0, false, false);
-    trail.certain = true;
-    join_straight(ray.end.point);
-    meet_straight(ray.end.point);
-}
-
-/// Whether the disk of a lamp is looked for in a drawn direction as well.
-fn is_large(lamp: u32) -> bool {
-    let reach = LARGE * lamps[lamp].radius;
-    let offset = lamps[lamp].position - walk.origin;
-    return dot(offset, offset) < reach * reach;
-}
-
-fn join_straight(point: SurfacePoint) {
-    for (var i = 0u; i < target_count; i++) {
-        let aimed = targets[i];
-        let end = lamp_point(aimed);
-        if !bridge_straight(walk.origin, end) {
-            continue;
-        }
-        let lobe = surface_lobe(point, bridge.first);
-        if lobe > 0.0 {
-            send(aimed, walk.origin, end, lobe, is_large(aimed.lamp));
-        }
-    }
-}
-
-fn meet_straight(point: SurfacePoint) {
-    var any_large = false;
-    for (var i = 0u; i < target_count; i++) {
-        any_large = any_large || is_large(targets[i].lamp);
-    }
-    if !any_large {
-        return;
-    }
-    let u = uniform_number();
-    walk.direction = cosine_hemisphere(point.shading_normal, u, uniform_number());
-    if dot(walk.direction, point.normal) <= 0.0 {
-        return;
-    }
-    let lobe = dot(point.shading_normal, walk.direction) / PI;
-    for (var i = 0u; i < target_count; i++) {
-        if is_large(targets[i].lamp) {
-            meet_lamp(targets[i], lobe);
-        }
-    }
-}
-
-/// Disk lamps that the camera looks at, straight or in the underside of the water surface.
-fn see_lamps(ray: CameraRay) {
-    if !ray.wet {
-        return;
-    }
-    see_lamps_along(ray.origin, ray.direction, ray.length, 0.0, ray.entry_factor);
-    if !HAS_SURFACE || ray.end.kind != BOUNDARY {
-        return;
-    }
-    let reflectance = internal_reflectance(ray.direction.z);
-    if reflectance == 0.0 {
-        return;
-    }
-    let origin = vec3f((ray.origin + ray.length * ray.direction).xy, scene.surface_height_m);
-    let direction = flip(ray.direction);
-    let hit = closest(origin, direction, INFINITE, NONE);
-    see_lamps_along(origin, direction, hit.t, ray.length, reflectance * ray.entry_factor);
-}
-
-fn see_lamps_along(origin: vec3f, direction: vec3f, length: f32, range_m: f32, factor: f32) {
-    for (var i = 0u; i < scene.lamp_count; i++) {
-        let disk = lamp_radiance_along(i, origin, direction, length);
-        if disk.met {
-            let light = factor * disk.radiance * transmittance(range_m + disk.t);
-            add_light(lamps[i].film_layer, lamps[i].level, false, false, light);
-        }
-    }
 }

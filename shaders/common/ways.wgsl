@@ -1,7 +1,7 @@
 // The ways in which one path to a lamp can be made, combined by the balance heuristic.
 // Twin: crates/render/src/integrator/cpu/ways.rs. Checked by: crates/render/src/gpu/twins/lamps.rs.
 import package::common::bridge::{bridge, bridge_place, extra_place, trail_place};
-import package::common::layout::{HAS_SCATTERING, dispatch, scene, scratch};
+import package::common::layout::{HAS_SCATTERING, scene, scratch};
 import package::common::math::ln_1p;
 import package::common::medium::{LN_ZERO, Spectral, largest, spectral_weight, transmittance, used};
 import package::common::order::{LN_POISSON_SHARE, order_ln_tail, scattered_share};
@@ -12,7 +12,6 @@ struct Trail {
     count: u32,
     rooted: bool,
     companions: bool,
-    certain: bool,
     scattered: bool,
 }
 
@@ -43,11 +42,11 @@ struct LnDensities {
 var<private> path: PathToLamp;
 
 fn trail_start() {
-    trail = Trail(0u, false, true, false, false);
+    trail = Trail(0u, false, true, false);
 }
 
 fn trail_root(position: vec3f, length: f32, reflected: f32, companions: bool, scattered: bool) {
-    trail = Trail(0u, true, companions, false, scattered);
+    trail = Trail(0u, true, companions, scattered);
     trail_push(position, length, reflected);
 }
 
@@ -151,7 +150,7 @@ fn root_density(ln_walk_density: vec3f, lamp: vec3f) -> vec3f {
 
 /// Radiance per channel, for unit intensity, of the path made by the walk and by the bridge.
 fn ways_contribution(spectral: Spectral, junction: Junction) -> vec3f {
-    if HAS_SCATTERING && !trail.certain {
+    if HAS_SCATTERING {
         return ways_scattering(spectral, junction);
     }
     let reflected = scratch[extra_place(0u)].y;

@@ -1,16 +1,17 @@
 // Light of the lamps: one lane per pixel, some samples of a batch per dispatch.
 // Twin: crates/render/src/integrator/cpu/mod.rs (`Worker::sample`). Checked by: tests/system/gpu.rs.
 import package::common::camera::{camera_direction, camera_ray, is_clear, place};
+import package::common::direct_lamps::direct_lamps;
 import package::common::film::share;
 import package::common::lamp_join::vertex_count;
-import package::common::lamp_path::{direct_lamps, lamp_walk};
+import package::common::lamp_path::lamp_walk;
 import package::common::lamp_walk::{FREE, SCATTERED, THROUGH};
 import package::common::lane::{LaneWork, lane_end, lane_start};
 import package::common::layout::{HAS_SCATTERING, dispatch};
 import package::common::rng::{leading, start_draws};
 
 /// Image points per sample at which unscattered light is seen in clear water.
-const DIRECT_POINTS: u32 = 2u;
+const DIRECT_POINTS: u32 = 4u;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {

@@ -33,6 +33,7 @@ sources![
     "common/lamp_join",
     "common/lamp_landing",
     "common/lamp_path",
+    "common/direct_lamps",
     "common/daylight",
     "common/ambient_flight",
     "common/ambient_walk",

@@ -3,16 +3,14 @@
 //! It is smooth but for the texture and the edges in the pixel, and cheap, so that it is sampled at more image points
 //! than the walks, which leave it out.
 
-use std::f64::consts::PI;
+use glam::DVec3;
 
 use super::{
     camera_ray::{CameraRay, End, Segment},
-    lamp_join::{Site, lamp_ahead, send},
-    lamp_target::{LampWorkspace, choose_targets, lamp_point, straight},
-    lamp_walk::Walk,
+    lamp_join::Site,
+    lamp_target::{LampWorkspace, Target, choose_targets, lamp_point},
     score::{Scores, Source, Way},
-    spectral::Spectral,
-    unfold::flip,
+    unfold::{flip, segment_factor},
 };
 use crate::{
     integrator::sampling::{Draws, directions::cosine_hemisphere},
@@ -22,6 +20,19 @@ use crate::{
 /// Distance from a surface, in radii, below which a lamp's disk is also looked for in a drawn direction: joining a
 /// surface to points of a disk close to it has heavy tails.
 const LARGE: f64 = 4.0;
+
+/// The surface at the end of a camera ray.
+struct Seen {
+    point: SurfacePoint,
+    primitive: Primitive,
+    position: DVec3,
+    /// Direction of the camera ray there.
+    arrived: DVec3,
+    /// Length of the ray in the water, m.
+    range_m: f64,
+    /// Factor of all light that comes from there.
+    factor: f64,
+}
 
 /// Adds `share` of the unscattered light of the lamps in `active` along `ray` to `scores`.
 pub(super) fn add_direct(
@@ -44,84 +55,100 @@ pub(super) fn add_direct(
     if point.reflectance == [0.0; 3] {
         return;
     }
-    let mut spectral = Spectral::start(&Default::default(), 0.5);
-    spectral.scale(point.reflectance);
-    spectral.scale_all(ray.entry_factor * share);
-    if let Some(medium) = &scene.medium {
-        spectral.pass_surely(medium, t);
-    }
-    let mut walk = Walk {
-        origin: start.origin + t * start.direction,
-        direction: start.direction,
-        from: primitive,
-        length: t,
-        events: 1,
-        met_surface: true,
-        spectral,
-        ..Walk::start(start)
+    let seen = Seen {
+        point,
+        primitive,
+        position: start.origin + t * start.direction,
+        arrived: start.direction,
+        range_m: t,
+        factor: ray.entry_factor * share,
     };
     choose_targets(scene, active, ray, draws, &mut work.targets);
-    work.trail.straight(walk.vertex(scene));
-    join_straight(scene, &point, &walk, draws, work, scores);
-    if work.targets.iter().any(|t| is_large(scene, t.lamp, &walk)) {
+    for &target in &work.targets {
+        join(scene, target, &seen, draws, scores);
+    }
+    if work.targets.iter().any(|&t| is_large(scene, t, &seen)) {
         let (u, v) = (draws.uniform(), draws.uniform());
-        walk.direction = cosine_hemisphere(point.shading_normal, u, v);
-        if walk.direction.dot(point.normal) > 0.0 {
-            meet_straight(scene, &point, &walk, work, scores);
+        let direction = cosine_hemisphere(seen.point.shading_normal, u, v);
+        if direction.dot(seen.point.normal) > 0.0 {
+            for &target in &work.targets {
+                meet(scene, target, &seen, direction, scores);
+            }
         }
     }
 }
 
 /// Whether the disk of a lamp is looked for in a drawn direction as well.
-fn is_large(scene: &Prepared, lamp: usize, walk: &Walk) -> bool {
-    let lamp = &scene.lamps[lamp];
+fn is_large(scene: &Prepared, target: Target, seen: &Seen) -> bool {
+    let lamp = &scene.lamps[target.lamp];
     let reach = LARGE * lamp.radius;
-    lamp.position.distance_squared(walk.origin) < reach * reach
+    lamp.position.distance_squared(seen.position) < reach * reach
 }
 
-fn join_straight(
-    scene: &Prepared,
-    point: &SurfacePoint,
-    walk: &Walk,
-    draws: &mut Draws,
-    work: &mut LampWorkspace,
-    scores: &mut Scores,
-) {
-    let position = walk.origin;
-    let site = Site::Surface(point);
-    for i in 0..work.targets.len() {
-        let target = work.targets[i];
-        let lamp = lamp_point(scene, target, draws);
-        if !straight(position, lamp, &mut work.bridge) {
-            continue;
-        }
-        let lobe = site.lobe(walk.direction, work.bridge.first);
-        if lobe > 0.0 {
-            let large = is_large(scene, target.lamp, walk);
-            send(
-                scene, target, position, lamp, lobe, large, walk, work, scores,
-            );
-        }
+/// Light from a point of the lamp.
+fn join(scene: &Prepared, target: Target, seen: &Seen, draws: &mut Draws, scores: &mut Scores) {
+    let end = lamp_point(scene, target, draws);
+    let distance = seen.position.distance(end);
+    if distance > 0.0 {
+        let towards = (end - seen.position) / distance;
+        send(scene, target, seen, end, towards, distance, scores);
     }
 }
 
-fn meet_straight(
+/// Light from where the drawn `direction` meets the lamp's disk.
+fn meet(scene: &Prepared, target: Target, seen: &Seen, direction: DVec3, scores: &mut Scores) {
+    if target.mirrored || !is_large(scene, target, seen) {
+        return;
+    }
+    let to_boundary = scene.distance_to_boundary(seen.position, direction);
+    let lamp = &scene.lamps[target.lamp];
+    if let Some((t, _)) = lamp.radiance_along(seen.position, direction, to_boundary) {
+        let end = seen.position + t * direction;
+        send(scene, target, seen, end, direction, t, scores);
+    }
+}
+
+/// Adds the light from the lamp point `end`, in unfolded space, which lies `distance` away along `towards`. A large disk
+/// is found in two ways, which share by the balance heuristic.
+fn send(
     scene: &Prepared,
-    point: &SurfacePoint,
-    walk: &Walk,
-    work: &mut LampWorkspace,
+    target: Target,
+    seen: &Seen,
+    end: DVec3,
+    towards: DVec3,
+    distance: f64,
     scores: &mut Scores,
 ) {
-    let lobe = point.shading_normal.dot(walk.direction) / PI;
-    for i in 0..work.targets.len() {
-        let target = work.targets[i];
-        if !is_large(scene, target.lamp, walk) {
-            continue;
-        }
-        if let Some((start, end)) = lamp_ahead(scene, target, walk, work) {
-            send(scene, target, start, end, lobe, true, walk, work, scores);
-        }
+    let lamp = &scene.lamps[target.lamp];
+    let lobe = Site::Surface(&seen.point).lobe(seen.arrived, towards);
+    let emission = if target.mirrored {
+        flip(-towards)
+    } else {
+        -towards
+    };
+    let relative = lamp.relative_intensity(emission);
+    if !(lobe > 0.0) || relative == 0.0 {
+        return;
     }
+    let open = segment_factor(scene, seen.position, end, seen.primitive);
+    if open == 0.0 {
+        return;
+    }
+    let by_chance = if is_large(scene, target, seen) && scene.same_side(seen.position, end) {
+        open * lamp.facing_area(emission)
+    } else {
+        0.0
+    };
+    let density = distance * distance / lobe + by_chance;
+    let factor = seen.factor * target.weight * relative * open / density;
+    let transmittance = scene
+        .medium
+        .as_ref()
+        .map_or([1.0; 3], |m| m.transmittance(seen.range_m + distance));
+    let light = std::array::from_fn(|k| {
+        factor * seen.point.reflectance[k] * lamp.intensity[k] * transmittance[k]
+    });
+    scores.add(Source::Lamp(target.lamp), Way::Direct, light);
 }
 
 /// Disk lamps that the camera looks at, straight or in the underside of the water surface: their unscattered light is

@@ -63,9 +63,7 @@ pub(super) fn join(
         let towards = walk.unfolded_direction(work.bridge.first);
         let lobe = site.lobe(walk.direction, towards);
         if lobe > 0.0 {
-            send(
-                scene, target, position, lamp, lobe, true, walk, work, scores,
-            );
+            send(scene, target, position, lamp, lobe, walk, work, scores);
         }
     }
 }
@@ -87,20 +85,18 @@ pub(super) fn meet_lamps(
     for i in 0..work.targets.len() {
         let target = work.targets[i];
         if let Some((start, end)) = lamp_ahead(scene, target, walk, work) {
-            send(scene, target, start, end, lobe, true, walk, work, scores);
+            send(scene, target, start, end, lobe, walk, work, scores);
         }
     }
 }
 
-/// Adds the light of the path that the workspace's bridge makes from `start` to the lamp point `lamp`. `meets` tells
-/// whether disks are also looked for in drawn directions.
-pub(super) fn send(
+/// Adds the light of the path that the workspace's bridge makes from `start` to the lamp point `lamp`.
+fn send(
     scene: &Prepared,
     target: Target,
     start: DVec3,
     lamp: DVec3,
     lobe: f64,
-    meets: bool,
     walk: &Walk,
     work: &mut LampWorkspace,
     scores: &mut Scores,
@@ -109,11 +105,7 @@ pub(super) fn send(
     if relative == 0.0 || !cross(scene, start, lamp, walk.from, work) {
         return;
     }
-    let facing = if meets {
-        facing_area(scene, target, start, lamp, &work.bridge)
-    } else {
-        0.0
-    };
+    let facing = facing_area(scene, target, start, lamp, &work.bridge);
     let junction = Junction { lobe, lamp, facing };
     let radiance = ways::contribution(scene.medium.as_ref(), &walk.spectral, work, &junction);
     let intensity = scene.lamps[target.lamp].intensity;
@@ -125,7 +117,7 @@ pub(super) fn send(
 
 /// Start and end, unfolded, of the straight way to the target's disk when the walk's direction meets it; the bridge
 /// of the workspace is then this way.
-pub(super) fn lamp_ahead(
+fn lamp_ahead(
     scene: &Prepared,
     target: Target,
     walk: &Walk,

@@ -42,7 +42,7 @@ const LATE_SURVIVAL: f64 = 0.998;
 /// one each: in clear water nearly every free flight would reach the target.
 const SPLIT_BELOW: f64 = 0.7;
 /// Image points per sample at which the lamps' unscattered light is seen in clear water.
-const DIRECT_POINTS: u32 = 2;
+const DIRECT_POINTS: u32 = 4;
 
 /// Which paths a render needs.
 #[derive(Clone, Debug)]

@@ -41,8 +41,6 @@ pub struct Trail {
     pub rooted: bool,
     /// Whether volume vertices after the surface are joined to lamps as well.
     pub companions: bool,
-    /// Whether only straight bridges are made, for certain.
-    pub certain: bool,
     /// Whether bridges from the first vertex, a surface, scatter at least once.
     pub scattered: bool,
 }
@@ -53,14 +51,7 @@ impl Trail {
         self.vertices.clear();
         self.rooted = false;
         self.companions = true;
-        self.certain = false;
         self.scattered = false;
-    }
-
-    /// Ends at a surface, from which only straight bridges are made.
-    pub fn straight(&mut self, vertex: Vertex) {
-        self.root(vertex, false, false);
-        self.certain = true;
     }
 
     /// Starts at a surface; flags as in the fields.
@@ -69,7 +60,6 @@ impl Trail {
         self.vertices.push(vertex);
         self.rooted = true;
         self.companions = companions;
-        self.certain = false;
         self.scattered = scattered;
     }
 
@@ -242,7 +232,7 @@ pub fn contribution(
     work: &LampWorkspace,
     junction: &Junction,
 ) -> [f64; 3] {
-    match medium.filter(|m| m.scatters() && !work.trail.certain) {
+    match medium.filter(|m| m.scatters()) {
         Some(medium) => scattering(medium, spectral, work, junction),
         None => straight(medium, spectral, work, junction),
     }

@@ -1,0 +1,131 @@
+// Light of the lamps that scatters nowhere in the water: lamp, first surface, camera; and lamps that the camera sees.
+// Twin: crates/render/src/integrator/cpu/direct_lamps.rs. Checked by: tests/system/gpu.rs.
+import package::common::bvh::closest;
+import package::common::camera::{BOUNDARY, CameraRay, SURFACE};
+import package::common::film::add_light;
+import package::common::interface::{distance_to_surface, flip, internal_reflectance, is_above};
+import package::common::lamp_join::surface_lobe;
+import package::common::lamp_walk::{Target, choose_targets, lamp_point, target_count, targets};
+import package::common::layout::{HAS_SURFACE, INFINITE, NONE, dispatch, lamps, scene};
+import package::common::light::{lamp_facing_area, lamp_radiance_along, lamp_relative_intensity};
+import package::common::math::cosine_hemisphere;
+import package::common::medium::transmittance;
+import package::common::rng::uniform_number;
+import package::common::unfold::segment_factor;
+
+/// Distance from a surface, in radii, below which a lamp's disk is also looked for in a drawn direction.
+const LARGE: f32 = 4.0;
+
+/// The lamps' light along `ray` that does not scatter in the water.
+fn direct_lamps(ray: CameraRay) {
+    see_lamps(ray);
+    if dispatch.max_events == 0u || !ray.wet || ray.end.kind != SURFACE {
+        return;
+    }
+    let point = ray.end.point;
+    if all(point.reflectance == vec3f(0.0)) {
+        return;
+    }
+    let position = ray.origin + ray.end.t * ray.direction;
+    choose_targets(ray);
+    // First every lamp is joined, then the disks close by are looked for in one drawn direction: one loop, so that the
+    // way to the lamp is traced in one place.
+    var any_large = false;
+    var drawn = vec3f(0.0);
+    for (var i = 0u; i < 2u * target_count; i++) {
+        let meets = i >= target_count;
+        if i == target_count {
+            if !any_large {
+                return;
+            }
+            let u = uniform_number();
+            drawn = cosine_hemisphere(point.shading_normal, u, uniform_number());
+            if dot(drawn, point.normal) <= 0.0 {
+                return;
+            }
+        }
+        let aimed = targets[select(i, i - target_count, meets)];
+        let large = is_large(aimed.lamp, position);
+        any_large = any_large || large;
+        var end: vec3f;
+        var towards = drawn;
+        var length: f32;
+        if meets {
+            if aimed.mirrored || !large {
+                continue;
+            }
+            let disk = lamp_radiance_along(aimed.lamp, position, drawn, distance_to_surface(position, drawn));
+            if !disk.met {
+                continue;
+            }
+            length = disk.t;
+            end = position + length * drawn;
+        } else {
+            end = lamp_point(aimed);
+            length = distance(position, end);
+            if length == 0.0 {
+                continue;
+            }
+            towards = (end - position) / length;
+        }
+        let light = ray.entry_factor * straight_light(ray, aimed, position, end, towards, length, large);
+        add_light(lamps[aimed.lamp].film_layer, lamps[aimed.lamp].level, true, false, light);
+    }
+}
+
+/// Whether the disk of a lamp is looked for in a drawn direction as well.
+fn is_large(lamp: u32, position: vec3f) -> bool {
+    let reach = LARGE * lamps[lamp].radius;
+    let offset = lamps[lamp].position - position;
+    return dot(offset, offset) < reach * reach;
+}
+
+/// Light from the lamp point `end`, in unfolded space, which lies `length` away along `towards`. A large disk is found in
+/// two ways, which share by the balance heuristic.
+fn straight_light(ray: CameraRay, aimed: Target, position: vec3f, end: vec3f, towards: vec3f, length: f32, large: bool) -> vec3f {
+    let lobe = surface_lobe(ray.end.point, towards);
+    let emission = select(-towards, flip(-towards), aimed.mirrored);
+    let relative = lamp_relative_intensity(aimed.lamp, emission);
+    if lobe <= 0.0 || relative == 0.0 {
+        return vec3f(0.0);
+    }
+    let open = segment_factor(position, end, ray.end.primitive);
+    if open == 0.0 {
+        return vec3f(0.0);
+    }
+    var density = length * length / lobe;
+    if large && is_above(position) == is_above(end) {
+        density += open * lamp_facing_area(aimed.lamp, emission);
+    }
+    let factor = aimed.weight * relative * open / density;
+    return factor * lamps[aimed.lamp].intensity * ray.end.point.reflectance * transmittance(ray.end.t + length);
+}
+
+/// Disk lamps that the camera looks at, straight or in the underside of the water surface.
+fn see_lamps(ray: CameraRay) {
+    if !ray.wet {
+        return;
+    }
+    see_lamps_along(ray.origin, ray.direction, ray.length, 0.0, ray.entry_factor);
+    if !HAS_SURFACE || ray.end.kind != BOUNDARY {
+        return;
+    }
+    let reflectance = internal_reflectance(ray.direction.z);
+    if reflectance == 0.0 {
+        return;
+    }
+    let origin = vec3f((ray.origin + ray.length * ray.direction).xy, scene.surface_height_m);
+    let direction = flip(ray.direction);
+    let hit = closest(origin, direction, INFINITE, NONE);
+    see_lamps_along(origin, direction, hit.t, ray.length, reflectance * ray.entry_factor);
+}
+
+fn see_lamps_along(origin: vec3f, direction: vec3f, length: f32, range_m: f32, factor: f32) {
+    for (var i = 0u; i < scene.lamp_count; i++) {
+        let disk = lamp_radiance_along(i, origin, direction, length);
+        if disk.met {
+            let light = factor * disk.radiance * transmittance(range_m + disk.t);
+            add_light(lamps[i].film_layer, lamps[i].level, false, false, light);
+        }
+    }
+}
