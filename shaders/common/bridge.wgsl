@@ -108,3 +108,36 @@ fn bridge_fit(start: vec3f, axis: vec3f, reach: vec3f, last: vec3f, scale: f32, 
         scratch[place] = vec4f(start + scale * (map * shape.xyz), scale * shape.w);
     }
 }
+
+/// Turns the bridge about the straight way by that of four quarter turns which `u` picks in proportion to `worths`.
+/// Returns the mean worth over its own; 0 where all are worth nothing.
+fn bridge_turn(start: vec3f, axis: vec3f, u: f32, worths: vec4f) -> f32 {
+    let sum = dot(worths, vec4f(1.0));
+    if !(sum > 0.0) {
+        return 0.0;
+    }
+    var turns = 0u;
+    var left = u * sum - worths.x;
+    while left >= 0.0 && turns < 3u {
+        turns += 1u;
+        left -= worths[turns];
+    }
+    if worths[turns] == 0.0 {
+        return 0.0;
+    }
+    bridge.first = quarters_about(bridge.first, axis, turns);
+    bridge.emission = quarters_about(bridge.emission, axis, turns);
+    for (var i = 0u; i < bridge.order && turns > 0u; i++) {
+        let place = bridge_place(i);
+        let vertex = scratch[place];
+        scratch[place] = vec4f(start + quarters_about(vertex.xyz - start, axis, turns), vertex.w);
+    }
+    return 0.25 * sum / worths[turns];
+}
+
+/// `v` turned about the unit vector `axis` by 0 to 3 right angles.
+fn quarters_about(v: vec3f, axis: vec3f, turns: u32) -> vec3f {
+    let along = dot(v, axis) * axis;
+    let across = select(v - along, cross(axis, v), (turns & 1u) == 1u);
+    return along + select(across, -across, turns >= 2u);
+}

@@ -1,12 +1,12 @@
 // Joining the last vertex of a walk to the lamps, by bridges and by what lies straight ahead.
 // Twins: crates/render/src/integrator/cpu/{lamp_join,lamp_target}.rs. Checked by: tests/system/gpu.rs.
-import package::common::bridge::{bridge, bridge_draw, bridge_place, bridge_straight, extra_place};
+import package::common::bridge::{bridge, bridge_draw, bridge_place, bridge_straight, bridge_turn, extra_place, quarters_about};
 import package::common::bvh::SurfacePoint;
 import package::common::film::add_light;
 import package::common::interface::{distance_to_surface, flip, is_above};
 import package::common::lamp_walk::{Target, lamp_point, target_count, targets, unfolded, unfolded_direction, walk};
 import package::common::layout::{HAS_SCATTERING, NONE, PI, lamps, scene, scratch};
-import package::common::light::{lamp_facing_area, lamp_radiance_along, lamp_relative_intensity};
+import package::common::light::{lamp_facing_area, lamp_is_directed, lamp_radiance_along, lamp_relative_intensity};
 import package::common::math::sin2_half;
 import package::common::order::{order_sample, order_sample_scattered};
 import package::common::phase::phase_value;
@@ -72,11 +72,9 @@ fn cross_bridge(start: vec3f, end: vec3f) -> bool {
     return true;
 }
 
-/// Adds the light of the path that the bridge makes from `start` to the lamp point `end`. `meets` tells whether disks
-/// are also looked for in drawn directions.
-fn send(aimed: Target, start: vec3f, end: vec3f, lobe: f32) {
-    let emission = select(bridge.emission, flip(bridge.emission), aimed.mirrored);
-    let relative = lamp_relative_intensity(aimed.lamp, emission);
+/// Adds the light of the path that the bridge makes from `start` to the lamp point `end`, times `factor`.
+fn send(aimed: Target, start: vec3f, end: vec3f, lobe: f32, factor: f32) {
+    let relative = emitted(aimed, bridge.emission);
     if relative == 0.0 || !cross_bridge(start, end) {
         return;
     }
@@ -88,11 +86,11 @@ fn send(aimed: Target, start: vec3f, end: vec3f, lobe: f32) {
         }
         // A walk cannot meet the lamp by chance across the water surface.
         if is_above(last) == is_above(end) {
-            facing = lamp_facing_area(aimed.lamp, emission);
+            facing = lamp_facing_area(aimed.lamp, select(bridge.emission, flip(bridge.emission), aimed.mirrored));
         }
     }
     let radiance = ways_contribution(walk.spectral, Junction(lobe, end, facing));
-    let light = relative * aimed.weight * lamps[aimed.lamp].intensity * radiance;
+    let light = factor * relative * aimed.weight * lamps[aimed.lamp].intensity * radiance;
     let scattered = walk.scatterings + bridge.order > 0u;
     add_light(lamps[aimed.lamp].film_layer, lamps[aimed.lamp].level, walk.met_surface, scattered, light);
 }
@@ -115,11 +113,38 @@ fn join_lamps(on_surface: bool, point: SurfacePoint, max_events: u32, is_leading
         if !draw_bridge(position, end, least, most, u) {
             continue;
         }
+        let factor = turn_bridge(on_surface, point, aimed, position, end);
+        if factor == 0.0 {
+            continue;
+        }
         let lobe = site_lobe(on_surface, point, unfolded_direction(bridge.first));
         if lobe > 0.0 {
-            send(aimed, position, end, lobe);
+            send(aimed, position, end, lobe, factor);
         }
     }
+}
+
+/// Chooses the roll of a bridge that scatters, of four quarter turns, by the lamp's beam and, at a surface, the cosine.
+/// Returns the factor for the choice; 0 where none is worth anything.
+fn turn_bridge(on_surface: bool, point: SurfacePoint, aimed: Target, start: vec3f, end: vec3f) -> f32 {
+    if bridge.order == 0u || !(on_surface || lamp_is_directed(aimed.lamp)) {
+        return 1.0;
+    }
+    let axis = (end - start) / bridge.distance;
+    var worths: vec4f;
+    for (var turns = 0u; turns < 4u; turns++) {
+        var lobe = 1.0;
+        if on_surface {
+            lobe = surface_lobe(point, unfolded_direction(quarters_about(bridge.first, axis, turns)));
+        }
+        worths[turns] = lobe * emitted(aimed, quarters_about(bridge.emission, axis, turns));
+    }
+    return bridge_turn(start, axis, uniform_number(), worths);
+}
+
+/// Relative intensity with which the target sends light along `emission`, a direction of unfolded space.
+fn emitted(aimed: Target, emission: vec3f) -> f32 {
+    return lamp_relative_intensity(aimed.lamp, select(emission, flip(emission), aimed.mirrored));
 }
 
 /// The aimed's disk when the walk's direction meets it: sent with `lobe`, the density of that direction.
@@ -135,7 +160,7 @@ fn meet_lamp(aimed: Target, lobe: f32) {
     let start = unfolded(walk.origin);
     let end = unfolded(walk.origin + disk.t * walk.direction);
     if bridge_straight(start, end) {
-        send(aimed, start, end, lobe);
+        send(aimed, start, end, lobe, 1.0);
     }
 }
 

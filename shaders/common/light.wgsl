@@ -37,6 +37,11 @@ fn lamp_relative_intensity(index: u32, emission: vec3f) -> f32 {
     return disk * mix(word_f32(table + i), word_f32(table + i + 1u), position - f32(i));
 }
 
+/// Whether the lamp sends different light in different directions.
+fn lamp_is_directed(index: u32) -> bool {
+    return lamps[index].radius > 0.0 || lamps[index].falloff != NONE || lamps[index].cos_half_angle > -1.0;
+}
+
 /// Area of the disk as it is seen from unit direction `emission`, m².
 fn lamp_facing_area(index: u32, emission: vec3f) -> f32 {
     let radius = lamps[index].radius;

@@ -1,7 +1,7 @@
 // Functions of the lamps' light over tables of inputs: row i of the scratch buffer holds four numbers, of which function
 // `max_events` of the list below makes up to four, in the film. Random numbers are those of pixel i.
 // Checked by: crates/render/src/gpu/twins/{lamps,surfaces}.rs.
-import package::common::bridge::{bridge_draw, extra_place};
+import package::common::bridge::{bridge, bridge_draw, bridge_turn, extra_place, quarters_about};
 import package::common::bvh::SurfacePoint;
 import package::common::camera::{CameraRay, End, NOTHING, no_point};
 import package::common::film::lane;
@@ -63,7 +63,8 @@ fn ray_along(direction: vec3f, length: f32) -> CameraRay {
     return CameraRay(true, vec3f(0.0), direction, length, 1.0, false, End(NOTHING, length, NONE, no_point()));
 }
 
-/// A walk of up to three vertices that starts in the water or on a surface, and a bridge of up to three to the disk.
+/// A walk of up to three vertices that starts in the water or on a surface, and a bridge of up to three, its roll chosen,
+/// to the disk.
 fn way_of_row(a: vec4f) -> vec4f {
     let rooted = a.x < 0.5;
     let count = 1u + u32(3.0 * a.z);
@@ -94,7 +95,14 @@ fn way_of_row(a: vec4f) -> vec4f {
     for (var i = 0u; i <= order; i++) {
         scratch[extra_place(i)].y = 0.9;
     }
-    return vec4f(ways_contribution(spectral, Junction(0.3, end, 0.01)), f32(order));
+    let axis = normalize(end - position);
+    var worths: vec4f;
+    for (var turns = 0u; turns < 4u; turns++) {
+        let beam = select(0.0, 1.0, quarters_about(bridge.emission, axis, turns).x > -0.3);
+        worths[turns] = beam * (1.5 + quarters_about(bridge.first, axis, turns).z);
+    }
+    let factor = bridge_turn(position, axis, uniform_number(), worths) * (2.0 + bridge.first.z);
+    return vec4f(factor * ways_contribution(spectral, Junction(0.3, end, 0.01)), f32(order));
 }
 
 /// A scout's landing in view of the disk and of the point lamp's mirror image.

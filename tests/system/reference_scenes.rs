@@ -142,7 +142,7 @@ fn plate_radiance(scene: &Scene, x: usize, y: usize) -> f64 {
         }
         // One tile is 2 m = 512 texels; u to the right from the left edge, v down from the upper one.
         let texel = |metres: f64| ((metres / 2.0).fract() * 512.0) as usize;
-        let reflectance = f64::from(texture.texels[texel(4.0 - pz) * 512 + texel(4.0 - py)][1]);
+        let reflectance = f64::from(texture.texels.get(texel(4.0 - pz) * 512 + texel(4.0 - py))[1]);
         let attenuation = (-0.1 * (range + to_lamp)).exp();
         sum +=
             reflectance / std::f64::consts::PI * 10.0 * cosine / (to_lamp * to_lamp) * attenuation;

@@ -159,7 +159,7 @@ fn textures_of_every_size() {
         scene.textures.push(Texture {
             width,
             height,
-            texels: vec![[0.25, 0.5, 0.75]; (width * height) as usize],
+            texels: vec![[0.25, 0.5, 0.75]; (width * height) as usize].into(),
             filter: TextureFilter::Bilinear,
         });
         for material in &mut scene.materials {

@@ -231,7 +231,7 @@ impl Extreme {
             scene.textures.push(Texture {
                 width: 1,
                 height: 1,
-                texels: vec![[1.0, 0.5, 0.0]],
+                texels: vec![[1.0, 0.5, 0.0]].into(),
                 filter: TextureFilter::Bilinear,
             });
             scene.materials[0].texture = Some(0);

@@ -79,6 +79,12 @@ impl PreparedLamp {
         }
     }
 
+    /// Whether the lamp sends different light in different directions.
+    #[inline]
+    pub fn is_directed(&self) -> bool {
+        self.radius > 0.0 || self.falloff.is_some() || self.cos_half_angle > -1.0
+    }
+
     /// Area of the disk as it is seen from unit direction `emission`, m²; 0 for a point and from behind.
     #[inline]
     pub fn facing_area(&self, emission: DVec3) -> f64 {

@@ -17,11 +17,13 @@ mod phase;
 mod range;
 mod reader;
 mod sections;
+mod texels;
 mod texture;
 mod value;
 
 pub use error::SceneError;
 pub use gltf_resource::GltfError;
+pub use texels::Texels;
 
 use glam::{DVec2, DVec3};
 use uw_media::{Iops, phase::Phase};
@@ -194,7 +196,7 @@ pub struct Texture {
     /// Height, texels, >= 1.
     pub height: u32,
     /// Linear R, G, B in [0, 1], row 0 at the top.
-    pub texels: Vec<[f32; 3]>,
+    pub texels: Texels,
     /// How values between texel centres are found; coordinates repeat.
     pub filter: TextureFilter,
 }

@@ -69,7 +69,7 @@ impl Texture {
             None => Ok(Self {
                 width,
                 height,
-                texels,
+                texels: texels.into(),
                 filter,
             }),
         }
@@ -113,7 +113,7 @@ impl Texture {
 
     #[inline]
     fn texel(&self, column: usize, row: usize) -> [f32; 3] {
-        self.texels[row * self.width as usize + column]
+        self.texels.get(row * self.width as usize + column)
     }
 
     /// Mean value over all texels.
@@ -182,7 +182,7 @@ mod tests {
         Texture {
             width: 2,
             height: 2,
-            texels,
+            texels: texels.into(),
             filter,
         }
     }

@@ -17,7 +17,7 @@ pub(super) fn check(config: &DatasetConfig) -> Result<(), DatasetError> {
         let texture = Texture {
             width: 1,
             height: 1,
-            texels: vec![[0.5; 3]],
+            texels: vec![[0.5; 3]].into(),
             filter: TextureFilter::Nearest,
         };
         let target = Target { pattern, texture };

@@ -30,7 +30,7 @@ impl TexturePyramid {
         let size = texture.width.min(texture.height) as usize;
         let mut levels = vec![Level {
             size,
-            texels: texture.texels.clone(),
+            texels: texture.texels.iter().collect(),
         }];
         while let Some(next) = levels.last().and_then(Level::next) {
             levels.push(next);
@@ -150,7 +150,8 @@ mod tests {
                 height: size as u32,
                 texels: (0..size * size)
                     .map(|i| [wave(i % size) as f32; 3])
-                    .collect(),
+                    .collect::<Vec<_>>()
+                    .into(),
                 filter: TextureFilter::Bilinear,
             };
             let pyramid = TexturePyramid::new(&texture, 2.0);

@@ -275,7 +275,7 @@ mod tests {
         let texture = Texture {
             width: 1,
             height: 1,
-            texels: vec![[0.5; 3]],
+            texels: vec![[0.5; 3]].into(),
             filter: TextureFilter::Nearest,
         };
         let target = Target {
@@ -295,13 +295,13 @@ mod tests {
     }
 
     fn pyramid() -> TexturePyramid {
-        let texels = (0..256 * 256)
+        let texels: Vec<[f32; 3]> = (0..256 * 256)
             .map(|i| [(i % 256) as f32 / 256.0; 3])
             .collect();
         let texture = Texture {
             width: 256,
             height: 256,
-            texels,
+            texels: texels.into(),
             filter: TextureFilter::Bilinear,
         };
         TexturePyramid::new(&texture, 2.0)

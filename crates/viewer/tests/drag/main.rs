@@ -1,7 +1,7 @@
 //! A slider that is dragged for a long time: frames stay short, memory stays flat, nothing stale is called current.
 //! A program of its own, because the memory it reads is that of the whole process.
 
-#[path = "../common.rs"]
+#[path = "../common/mod.rs"]
 mod common;
 
 use std::time::{Duration, Instant};

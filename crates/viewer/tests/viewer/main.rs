@@ -1,7 +1,7 @@
 //! Tests of the viewer: scene files and worker without a window, panels by clicking, the real program.
 
 mod bad_files;
-#[path = "../common.rs"]
+#[path = "../common/mod.rs"]
 mod common;
 mod exports;
 mod panels;

@@ -1,7 +1,7 @@
 //! What the tests share.
 
 use std::path::PathBuf;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use uw_viewer::model::{Display, OpenScene, Settings};
 use uw_viewer::worker::{Frame, Goal, Job, Place, View, Worker};

@@ -161,7 +161,8 @@ fn corner() -> Scene {
             [0.1, 0.8, 0.5],
             [0.3, 0.6, 1.0],
             [0.7, 0.4, 0.2],
-        ],
+        ]
+        .into(),
         filter: TextureFilter::Bilinear,
     });
     scene.materials[0].texture = Some(0);

@@ -267,7 +267,16 @@ fn way_of_row(
         lamp,
         facing: 0.01,
     };
-    let light = contribution(Some(medium), &spectral, &work, &junction);
+    let worth = |first: DVec3, emission: DVec3| {
+        let beam = if emission.x > -0.3 { 1.0 } else { 0.0 };
+        beam * (1.5 + first.z)
+    };
+    let axis = (lamp - position).normalize();
+    let chosen = work
+        .bridge
+        .choose_roll(position, axis, draws.uniform(), worth);
+    let factor = chosen? * (2.0 + work.bridge.first.z);
+    let light = contribution(Some(medium), &spectral, &work, &junction).map(|l| factor * l);
     Some((light, work.bridge.length / work.bridge.distance))
 }
 

@@ -83,6 +83,37 @@ impl Bridge {
         true
     }
 
+    /// Turns the bridge about the straight way by that of four quarter turns which `u` picks in proportion to `worth`, of
+    /// its directions at the start and of emission. Returns the factor of what it then brings, the mean worth over its
+    /// own: by resampling (Talbot et al. 2005) as right on the average as the one roll it was drawn with. `None` where
+    /// all four are worth nothing.
+    pub fn choose_roll(
+        &mut self,
+        start: DVec3,
+        axis: DVec3,
+        u: f64,
+        worth: impl Fn(DVec3, DVec3) -> f64,
+    ) -> Option<f64> {
+        let worths: [f64; 4] = std::array::from_fn(|turns| {
+            let turned = |d: DVec3| quarters_about(d, axis, turns);
+            worth(turned(self.first), turned(self.emission))
+        });
+        let sum: f64 = worths.iter().sum();
+        let mut left = u * sum;
+        let turns = worths.iter().position(|w| {
+            left -= w;
+            left < 0.0
+        })?;
+        self.first = quarters_about(self.first, axis, turns);
+        self.emission = quarters_about(self.emission, axis, turns);
+        if turns > 0 {
+            for v in &mut self.vertices {
+                *v = start + quarters_about(*v - start, axis, turns);
+            }
+        }
+        Some(0.25 * sum / worths[turns])
+    }
+
     /// Draws the shape from the origin along +z; leaves vertices and lengths unscaled. Returns the end, the
     /// last direction and the total length.
     fn draw_shape(
@@ -134,5 +165,76 @@ impl Bridge {
         for l in &mut self.lengths {
             *l *= scale;
         }
+    }
+}
+
+/// `v` turned about the unit vector `axis` by 0 to 3 right angles.
+#[inline]
+fn quarters_about(v: DVec3, axis: DVec3, turns: usize) -> DVec3 {
+    let along = v.dot(axis) * axis;
+    match turns {
+        0 => v,
+        1 => along + axis.cross(v),
+        2 => 2.0 * along - v,
+        _ => along - axis.cross(v),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{prepare::Medium, scene::Water};
+    use uw_media::{Iops, phase::Phase};
+
+    /// A lobe at the start and a beam at the end, narrower than what the roll is chosen by.
+    fn light(first: DVec3, emission: DVec3) -> f64 {
+        first.y.max(0.0).powi(3) * if emission.z > 0.1 { 1.0 } else { 0.0 }
+    }
+
+    #[test]
+    fn a_chosen_roll_joins_the_same_points_and_brings_the_same_light() {
+        let medium = Medium::build(&Water {
+            iops: Iops {
+                a: [0.2; 3],
+                b: [1.0; 3],
+            },
+            phase: Phase::Isotropic,
+            refractive_index: 1.34,
+        })
+        .expect("it absorbs");
+        let (start, end) = (DVec3::new(0.3, -0.2, 0.1), DVec3::new(1.0, 0.7, -0.5));
+        let axis = (end - start).normalize();
+        let mut bridge = Bridge::default();
+        let mut sums = [0.0; 4];
+        for i in 0..40_000 {
+            let mut draws = Draws::new(5, i, 0, 0, 0);
+            if !bridge.draw(start, end, 2, &medium.phase, medium.c_min, &mut draws) {
+                continue;
+            }
+            let plain = light(bridge.first, bridge.emission);
+            let worth = |first: DVec3, emission: DVec3| {
+                first.y.max(0.0) * if emission.z > 0.0 { 1.0 } else { 0.0 }
+            };
+            let chosen = bridge.choose_roll(start, axis, draws.uniform(), worth);
+            let chosen = chosen.map_or(0.0, |f| f * light(bridge.first, bridge.emission));
+            let landed = bridge.vertices[1] - bridge.lengths[2] * bridge.emission;
+            assert!(landed.distance(end) < 1e-9, "{landed}");
+            let left = start + bridge.lengths[0] * bridge.first;
+            assert!(left.distance(bridge.vertices[0]) < 1e-9, "{left}");
+            for (sum, x) in sums
+                .iter_mut()
+                .zip([plain, plain * plain, chosen, chosen * chosen])
+            {
+                *sum += x / 40_000.0;
+            }
+        }
+        let variance = |mean: f64, square: f64| (square - mean * mean) / 40_000.0;
+        let (plain, chosen) = (variance(sums[0], sums[1]), variance(sums[2], sums[3]));
+        let z = (sums[0] - sums[2]) / (plain + chosen).sqrt();
+        assert!(z.abs() < 4.0, "{} instead of {}", sums[2], sums[0]);
+        assert!(
+            chosen < 0.7 * plain,
+            "no less variance: {chosen} and {plain}"
+        );
     }
 }

@@ -8,7 +8,7 @@ use glam::DVec3;
 use super::{
     camera_ray::{CameraRay, End, Segment},
     lamp_join::Site,
-    lamp_target::{LampWorkspace, Target, choose_targets, lamp_point},
+    lamp_target::{LampWorkspace, Target, choose_targets, emitted, lamp_point},
     score::{Scores, Source, Way},
     unfold::{flip, segment_factor},
 };
@@ -121,12 +121,7 @@ fn send(
 ) {
     let lamp = &scene.lamps[target.lamp];
     let lobe = Site::Surface(&seen.point).lobe(seen.arrived, towards);
-    let emission = if target.mirrored {
-        flip(-towards)
-    } else {
-        -towards
-    };
-    let relative = lamp.relative_intensity(emission);
+    let relative = emitted(scene, target, -towards);
     if !(lobe > 0.0) || relative == 0.0 {
         return;
     }
@@ -135,7 +130,7 @@ fn send(
         return;
     }
     let by_chance = if is_large(scene, target, seen) && scene.same_side(seen.position, end) {
-        open * lamp.facing_area(emission)
+        open * lamp.facing_area(-towards)
     } else {
         0.0
     };

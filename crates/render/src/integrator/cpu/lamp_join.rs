@@ -60,12 +60,46 @@ pub(super) fn join(
         let Some(lamp) = draw_bridge(scene, position, target, walk, orders, u, draws, work) else {
             continue;
         };
+        let Some(factor) = turn_bridge(scene, site, target, position, lamp, walk, draws, work)
+        else {
+            continue;
+        };
         let towards = walk.unfolded_direction(work.bridge.first);
         let lobe = site.lobe(walk.direction, towards);
         if lobe > 0.0 {
-            send(scene, target, position, lamp, lobe, walk, work, scores);
+            send(
+                scene, target, position, lamp, lobe, factor, walk, work, scores,
+            );
         }
     }
+}
+
+/// Chooses the roll of a bridge that scatters by what is known before it is followed: the lamp's beam and, at a surface,
+/// the cosine. Phase functions of junctions in the water are left to the ways. Returns the factor for the choice.
+fn turn_bridge(
+    scene: &Prepared,
+    site: &Site,
+    target: Target,
+    start: DVec3,
+    end: DVec3,
+    walk: &Walk,
+    draws: &mut Draws,
+    work: &mut LampWorkspace,
+) -> Option<f64> {
+    let on_surface = matches!(site, Site::Surface(_));
+    if work.bridge.order == 0 || !(on_surface || scene.lamps[target.lamp].is_directed()) {
+        return Some(1.0);
+    }
+    let axis = (end - start) / work.bridge.distance;
+    work.bridge
+        .choose_roll(start, axis, draws.uniform(), |first, emission| {
+            let lobe = if on_surface {
+                site.lobe(walk.direction, walk.unfolded_direction(first))
+            } else {
+                1.0
+            };
+            lobe * emitted(scene, target, emission)
+        })
 }
 
 /// Disk lamps that the walk's new direction meets: one more way of making the path, without which a lamp in view, or
@@ -85,23 +119,24 @@ pub(super) fn meet_lamps(
     for i in 0..work.targets.len() {
         let target = work.targets[i];
         if let Some((start, end)) = lamp_ahead(scene, target, walk, work) {
-            send(scene, target, start, end, lobe, walk, work, scores);
+            send(scene, target, start, end, lobe, 1.0, walk, work, scores);
         }
     }
 }
 
-/// Adds the light of the path that the workspace's bridge makes from `start` to the lamp point `lamp`.
+/// Adds the light of the path that the workspace's bridge makes from `start` to the lamp point `lamp`, times `factor`.
 fn send(
     scene: &Prepared,
     target: Target,
     start: DVec3,
     lamp: DVec3,
     lobe: f64,
+    factor: f64,
     walk: &Walk,
     work: &mut LampWorkspace,
     scores: &mut Scores,
 ) {
-    let relative = emitted(scene, target, &work.bridge);
+    let relative = emitted(scene, target, work.bridge.emission);
     if relative == 0.0 || !cross(scene, start, lamp, walk.from, work) {
         return;
     }
@@ -109,7 +144,7 @@ fn send(
     let junction = Junction { lobe, lamp, facing };
     let radiance = ways::contribution(scene.medium.as_ref(), &walk.spectral, work, &junction);
     let intensity = scene.lamps[target.lamp].intensity;
-    let factor = relative * target.weight;
+    let factor = factor * relative * target.weight;
     let way = Way::of(walk.met_surface, walk.scatterings + work.bridge.order > 0);
     let light = std::array::from_fn(|k| factor * intensity[k] * radiance[k]);
     scores.add(Source::Lamp(target.lamp), way, light);

@@ -216,12 +216,13 @@ pub(super) fn straight(start: DVec3, end: DVec3, bridge: &mut Bridge) -> bool {
     true
 }
 
-/// Relative intensity with which the target sends light along the bridge.
-pub(super) fn emitted(scene: &Prepared, target: Target, bridge: &Bridge) -> f64 {
+/// Relative intensity with which the target sends light along `emission`, a direction of unfolded space.
+#[inline]
+pub(super) fn emitted(scene: &Prepared, target: Target, emission: DVec3) -> f64 {
     let emission = if target.mirrored {
-        flip(bridge.emission)
+        flip(emission)
     } else {
-        bridge.emission
+        emission
     };
     scene.lamps[target.lamp].relative_intensity(emission)
 }
