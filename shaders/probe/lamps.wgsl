@@ -98,7 +98,7 @@ fn way_of_row(a: vec4f) -> vec4f {
     let axis = normalize(end - position);
     var worths: vec4f;
     for (var turns = 0u; turns < 4u; turns++) {
-        let beam = select(0.0, 1.0, quarters_about(bridge.emission, axis, turns).x > -0.3);
+        let beam = select(0.0, 1.0, quarters_about(bridge.emission, axis, turns).x < -0.3);
         worths[turns] = beam * (1.5 + quarters_about(bridge.first, axis, turns).z);
     }
     let factor = bridge_turn(position, axis, uniform_number(), worths) * (2.0 + bridge.first.z);

@@ -8,7 +8,8 @@ use std::time::Duration;
 
 use uw_survey::assets::assets_dir;
 use uw_survey::dataset::{
-    Accuracy, DatasetConfig, DatasetError, Observer, RunOptions, Shard, TABLE, generate, merge,
+    Accuracy, CheckPlan, CheckReport, DatasetConfig, DatasetError, Observer, Progress, RunOptions,
+    Shard, TABLE, check, generate, merge,
 };
 use uw_survey::vehicle::Vehicle;
 
@@ -127,6 +128,57 @@ fn a_stopped_run_keeps_what_it_has_and_says_so() {
         "{result:?}"
     );
     assert!(!folder.path().join(TABLE).exists());
+}
+
+#[test]
+fn a_stopped_check_goes_on_with_the_entries_it_has() {
+    let folder = tempfile::tempdir().expect("folder");
+    let (config, folder) = (tiny(), folder.path());
+    run(&config, folder, &options(1, Shard::WHOLE));
+    let assets = assets_dir().expect("assets");
+    let plan = CheckPlan {
+        entries: 3,
+        samples_per_pixel: 4,
+        pixels_per_patch: 2,
+    };
+    let check_until = |stop: usize| {
+        let (cancel, calls) = (AtomicBool::new(false), AtomicUsize::new(0));
+        let progress = |p: &Progress| {
+            assert_eq!(p.images_total, 3 * 120);
+            if calls.fetch_add(1, Ordering::Relaxed) + 1 == stop {
+                cancel.store(true, Ordering::Relaxed);
+            }
+        };
+        let observer = Observer {
+            progress: &progress,
+            cancel: &cancel,
+        };
+        let report = check(&config, folder, &assets, &plan, Some(1), &observer);
+        (report, calls.into_inner())
+    };
+    let (stopped, _) = check_until(150);
+    assert!(
+        matches!(
+            stopped,
+            Err(DatasetError::Interrupted { done: 1, total: 3 })
+        ),
+        "{stopped:?}"
+    );
+    let (report, calls) = check_until(usize::MAX);
+    let report = report.expect("a report");
+    // One step for the entry that was there, 120 for each of the others.
+    assert_eq!(calls, 241);
+    let (again, calls) = check_until(usize::MAX);
+    assert_eq!(calls, 3);
+    let json = |r: &CheckReport| serde_json::to_string(r).expect("numbers");
+    assert_eq!(json(&report), json(&again.expect("a report")));
+    // An entry that does not fit, of another seed say, is made again.
+    let kept = folder.join("check/4spp_2px_1.json");
+    let text = std::fs::read_to_string(&kept).expect("kept");
+    std::fs::write(&kept, text.replace("\"depth_m\": ", "\"depth_m\": 9")).expect("written");
+    let (mended, calls) = check_until(usize::MAX);
+    assert_eq!(calls, 122);
+    assert_eq!(json(&report), json(&mended.expect("a report")));
 }
 
 #[test]

@@ -114,7 +114,10 @@ impl DatasetArguments {
         let display = ProgressDisplay::start(self.quiet, true);
         let progress = |p: &Progress| {
             display.update(Some(p.images as f64 / p.images_total as f64), || {
-                format!("entry {} of {}", p.images, p.images_total)
+                format!(
+                    "{} of {} patches of {entries} images",
+                    p.images, p.images_total
+                )
             });
         };
         let observer = Observer {

@@ -8,21 +8,24 @@
 //! model at the same pixels
 //!
 //! Both terms are unbiased; where the model is right their difference has little noise but that of the renders.
+//!
+//! An entry takes minutes. It is kept in a file of its own under `check/` as soon as it is done, and the same check goes
+//! on from there.
 
-use std::sync::atomic::Ordering;
+use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use uw_calib::stats::{PATCH_COLUMNS, PATCH_ROWS};
 use uw_render::integrator::cpu::{Selection, Worker};
 use uw_render::integrator::sampling::Rng;
 use uw_render::prepare::Prepared;
 
+use super::check_files::{entry_path, image_name, keep, kept};
 use super::group::{self, GroupLight, Place, group_scene};
 use super::plan::{Group, groups};
-use super::{
-    DatasetConfig, DatasetError, Observer, Progress, Workshop, exposure, interrupted, pool,
-};
+use super::{DatasetConfig, DatasetError, Observer, Progress, Workshop, exposure, pool};
 use crate::estimate::radiance::{Estimates, Lattice, RadianceImage, Reflection};
 use crate::estimate::statistics::Shot;
 
@@ -38,7 +41,7 @@ pub struct CheckPlan {
 }
 
 /// One entry checked: contrast of its label and of the render, 8-bit counts.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct CheckedEntry {
     /// Environment and view.
     pub image: String,
@@ -75,11 +78,14 @@ pub struct CheckReport {
     pub entries: Vec<CheckedEntry>,
 }
 
-/// Checks labels of the dataset in the `folder` of a finished run.
+/// Renders of one patch of each entry: what progress counts.
+const STEPS_PER_ENTRY: usize = 2 * PATCH_COLUMNS * PATCH_ROWS;
+
+/// Checks labels of the dataset in the `folder` of a finished run. Progress counts patches, [`STEPS_PER_ENTRY`] an entry.
 pub fn check(
     config: &DatasetConfig,
-    folder: &std::path::Path,
-    assets: &std::path::Path,
+    folder: &Path,
+    assets: &Path,
     plan: &CheckPlan,
     threads: Option<usize>,
     observer: &Observer,
@@ -99,22 +105,40 @@ pub fn check(
             (group, depth_m, light_pct, i as u32)
         })
         .collect();
+    let done = AtomicUsize::new(0);
+    let tick = |steps: usize| {
+        let images = steps + done.fetch_add(steps, Ordering::Relaxed);
+        (observer.progress)(&Progress {
+            images,
+            images_total: STEPS_PER_ENTRY * plan.entries,
+            images_per_s: 0.0,
+        });
+    };
     let entries: Result<Vec<CheckedEntry>, DatasetError> = pool.install(|| {
         chosen
             .par_iter()
             .with_max_len(1)
             .map(|(group, depth_m, light_pct, index)| {
-                let entry = check_one(&workshop, group, *depth_m, *light_pct, plan, *index)?;
-                (observer.progress)(&Progress {
-                    images: *index as usize + 1,
-                    images_total: plan.entries,
-                    images_per_s: 0.0,
-                });
+                let path = entry_path(folder, plan, *index);
+                if let Some(entry) = kept(&path, group, *depth_m, *light_pct) {
+                    tick(STEPS_PER_ENTRY);
+                    return Ok(entry);
+                }
+                let entry = check_one(&workshop, group, *depth_m, *light_pct, plan, *index, &tick)?;
+                keep(&path, &entry)?;
                 Ok(entry)
             })
             .collect()
     });
-    let entries = entries.map_err(|e| interrupted(e, 0, config))?;
+    let entries = entries.map_err(|error| match error {
+        DatasetError::Stopped => DatasetError::Interrupted {
+            done: (0..plan.entries as u32)
+                .filter(|&i| entry_path(folder, plan, i).exists())
+                .count(),
+            total: plan.entries,
+        },
+        other => other,
+    })?;
     Ok(report(plan, entries))
 }
 
@@ -125,6 +149,7 @@ fn check_one(
     light_pct: f64,
     plan: &CheckPlan,
     index: u32,
+    tick: &(dyn Fn(usize) + Sync),
 ) -> Result<CheckedEntry, DatasetError> {
     let places = group::places(workshop, group, &workshop.config.depths_m)?;
     let light = group::light(workshop, group, &places, |r| r, &workshop.effort)?;
@@ -139,13 +164,12 @@ fn check_one(
         workshop.config.seed,
         index,
     );
-    let halves = render(workshop, group, depth_m, light_pct, plan, &pixels, index)?;
+    let halves = render(
+        workshop, group, depth_m, light_pct, plan, &pixels, index, tick,
+    )?;
     let (render, error) = compare(workshop, &model, &pixels, &halves);
     Ok(CheckedEntry {
-        image: group
-            .images_path(std::path::Path::new(""))
-            .display()
-            .to_string(),
+        image: image_name(group),
         depth_m,
         distance_m: group.distance_m,
         light_pct,
@@ -253,6 +277,7 @@ fn render(
     plan: &CheckPlan,
     pixels: &[Vec<usize>],
     index: u32,
+    tick: &(dyn Fn(usize) + Sync),
 ) -> Result<[Vec<Vec<[f64; 3]>>; 2], DatasetError> {
     let mut scene = group_scene(workshop, group, depth_m)?;
     scene.lamps.iter_mut().for_each(|l| l.level_pct = light_pct);
@@ -286,6 +311,7 @@ fn render(
                 sum
             };
             all.push(patch.iter().map(of_pixel).collect());
+            tick(1);
         }
         Ok(all)
     };

@@ -13,6 +13,7 @@
 //! interruptions, nor the parts in which it was made change a byte of the result.
 
 mod check;
+mod check_files;
 mod config;
 mod exposure;
 mod finish;

@@ -268,7 +268,7 @@ fn way_of_row(
         facing: 0.01,
     };
     let worth = |first: DVec3, emission: DVec3| {
-        let beam = if emission.x > -0.3 { 1.0 } else { 0.0 };
+        let beam = if emission.x < -0.3 { 1.0 } else { 0.0 };
         beam * (1.5 + first.z)
     };
     let axis = (lamp - position).normalize();
