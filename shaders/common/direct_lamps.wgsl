@@ -4,10 +4,10 @@ import package::common::bvh::closest;
 import package::common::camera::{BOUNDARY, CameraRay, SURFACE};
 import package::common::film::add_light;
 import package::common::interface::{distance_to_surface, flip, internal_reflectance, is_above};
-import package::common::lamp_join::surface_lobe;
+import package::common::lamp_join::{emitted, surface_lobe};
 import package::common::lamp_walk::{Target, choose_targets, lamp_point, target_count, targets};
 import package::common::layout::{HAS_SURFACE, INFINITE, NONE, dispatch, lamps, scene};
-import package::common::light::{lamp_facing_area, lamp_radiance_along, lamp_relative_intensity};
+import package::common::light::{lamp_facing_area, lamp_radiance_along};
 import package::common::math::cosine_hemisphere;
 import package::common::medium::transmittance;
 import package::common::rng::uniform_number;
@@ -84,8 +84,7 @@ fn is_large(lamp: u32, position: vec3f) -> bool {
 /// two ways, which share by the balance heuristic.
 fn straight_light(ray: CameraRay, aimed: Target, position: vec3f, end: vec3f, towards: vec3f, length: f32, large: bool) -> vec3f {
     let lobe = surface_lobe(ray.end.point, towards);
-    let emission = select(-towards, flip(-towards), aimed.mirrored);
-    let relative = lamp_relative_intensity(aimed.lamp, emission);
+    let relative = emitted(aimed, -towards);
     if lobe <= 0.0 || relative == 0.0 {
         return vec3f(0.0);
     }
@@ -95,7 +94,7 @@ fn straight_light(ray: CameraRay, aimed: Target, position: vec3f, end: vec3f, to
     }
     var density = length * length / lobe;
     if large && is_above(position) == is_above(end) {
-        density += open * lamp_facing_area(aimed.lamp, emission);
+        density += open * lamp_facing_area(aimed.lamp, -towards);
     }
     let factor = aimed.weight * relative * open / density;
     return factor * lamps[aimed.lamp].intensity * ray.end.point.reflectance * transmittance(ray.end.t + length);

@@ -91,9 +91,8 @@ class Tabulated(mi.PhaseFunction):
 mi.register_phase("tabulated", Tabulated)
 
 
-def load(name):
-    """A scene file as a Mitsuba scene."""
-    scene = tomllib.loads((BENCHMARKS / f"{name}.toml").read_text())
+def build(scene):
+    """The content of a scene file as a Mitsuba scene."""
     water, camera, lamp, target = scene["water"], scene["camera"], scene["lamp"][0], scene["object"][0]
     c = [a + b for a, b in zip(water["a"], water["b"])]
     medium = {
@@ -104,18 +103,17 @@ def load(name):
         "phase": {"type": "tabulated"},
     }
     T, position = mi.ScalarTransform4f, lamp["position_m"]
+    at_lamp = T().look_at(origin=position, target=np.add(position, [1, 0, 0]).tolist(), up=[0, 0, 1])
     intensity = {"type": "rgb", "value": lamp["intensity"]}
     if lamp["radius_m"] == 0.0:
-        to_world = T().look_at(origin=position, target=np.add(position, [1, 0, 0]).tolist(), up=[0, 0, 1])
         half = lamp["half_angle_deg"]
-        light = {"type": "spot", "to_world": to_world, "intensity": intensity, "cutoff_angle": half, "beam_width": half}
+        light = {"type": "spot", "to_world": at_lamp, "intensity": intensity, "cutoff_angle": half, "beam_width": half}
         light["medium"] = {"type": "ref", "id": "water"}
     else:
         radiance = [i / (np.pi * lamp["radius_m"] ** 2) for i in lamp["intensity"]]
-        to_world = T().look_at(origin=position, target=np.add(position, [1, 0, 0]).tolist(), up=[0, 0, 1])
         light = {
             "type": "disk",
-            "to_world": to_world @ T().scale(lamp["radius_m"]),
+            "to_world": at_lamp @ T().scale(lamp["radius_m"]),
             "bsdf": {"type": "diffuse", "reflectance": 0.0},
             "emitter": {"type": "area", "radiance": {"type": "rgb", "value": radiance}},
             "exterior": {"type": "ref", "id": "water"},
@@ -165,7 +163,7 @@ def load(name):
             "light": light,
             "wall": wall,
         }
-    ), water["phase"]
+    )
 
 
 def reference(name):
@@ -187,7 +185,7 @@ def main():
     for name in args.scenes:
         scene_file = tomllib.loads((BENCHMARKS / f"{name}.toml").read_text())
         Tabulated.tables = phase_tables(args.uw, scene_file["water"]["phase"])
-        scene, _ = load(name)
+        scene = build(scene_file)
         np.array(mi.render(scene, spp=1, seed=1))
         ref = reference(name)
         for spp in map(int, args.spp.split(",")):
