@@ -48,6 +48,9 @@ pub(super) struct ErrorTimeArguments {
         conflicts_with = "make_references"
     )]
     backends: Vec<Backend>,
+    /// Leave out the rungs of a scene above the first whose relative mean squared error is at most this.
+    #[arg(long, value_name = "RELMSE", conflicts_with = "make_references", value_parser = positive)]
+    until: Option<f64>,
     /// Renders per rung that differ in their seeds only.
     #[arg(long, default_value_t = 3, value_parser = value_parser!(u32).range(1..=10_000), conflicts_with = "make_references")]
     repeats: u32,
@@ -123,6 +126,7 @@ impl ErrorTimeArguments {
             } else {
                 self.spp.clone()
             },
+            until: self.until,
             repeats: self.repeats,
             seed: self.seed,
             threads: self.threads.map(usize::from),

@@ -14,6 +14,7 @@ use super::error::compare;
 use super::peers::{self, PeerPoint};
 use super::reference::Reference;
 use super::scene::{BenchmarkScene, Size};
+use super::seeds::seed_of_run;
 use super::table::{self, Measurement};
 use super::{
     ErrorTimeError, Observer, make_folder, plot, program_version, references_of, threads_or_all,
@@ -36,6 +37,9 @@ pub struct Ladder {
     pub backends: Vec<Backend>,
     /// Samples per pixel of the rungs, each >= 2.
     pub samples_per_pixel: Vec<u32>,
+    /// Relative mean squared error at which a scene's ladder ends: rungs with more samples than the first that is as
+    /// good in the first repeat are left out.
+    pub until: Option<f64>,
     /// Renders per rung that differ in their seeds only, >= 1.
     pub repeats: u32,
     /// Seed from which those of all renders are made.
@@ -71,6 +75,14 @@ struct Run {
     backend: Backend,
     samples_per_pixel: u32,
     repeat: u32,
+}
+
+impl Run {
+    /// Whether this is a higher rung of the same ladder.
+    fn is_above(&self, top: &Self) -> bool {
+        (self.scene, self.backend) == (top.scene, top.backend)
+            && self.samples_per_pixel > top.samples_per_pixel
+    }
 }
 
 /// A scene with its reference.
@@ -164,7 +176,12 @@ impl Ladder {
         };
         let total: f64 = runs.iter().map(work).sum();
         let (mut climbed, mut done) = (Climbed::default(), 0.0);
+        let mut tops: Vec<Run> = Vec::new();
         for (index, run) in runs.iter().enumerate() {
+            if tops.iter().any(|top| run.is_above(top)) {
+                done += work(run);
+                continue;
+            }
             let subject = &subjects[run.scene];
             let wanted = identity.row(subject, run);
             let row = match rows.iter().find(|row| row.repeats(&wanted)) {
@@ -193,6 +210,9 @@ impl Ladder {
                     row
                 }
             };
+            if run.repeat == 0 && self.until.is_some_and(|until| row.rel_mse <= until) {
+                tops.push(*run);
+            }
             climbed.rows.push((run.scene, row));
             done += work(run);
         }
@@ -346,44 +366,4 @@ fn others(peers: &[PeerPoint], curves: &[Curve]) -> Vec<String> {
         .filter(|name| !known(name))
         .collect();
     names.into_iter().map(str::to_owned).collect()
-}
-
-/// Seed of a render of the ladder. From one base all seeds differ, those of references included.
-fn seed_of_run(base: u64, samples_per_pixel: u32, repeat: u32) -> u64 {
-    let run = u64::from(repeat.wrapping_add(1)) << 32 | u64::from(samples_per_pixel);
-    split_mix(split_mix(base) ^ run)
-}
-
-/// Seed of a reference.
-pub(super) fn seed_of_reference(base: u64) -> u64 {
-    split_mix(split_mix(base))
-}
-
-/// A bijection of 64-bit numbers that mixes all bits (SplitMix64, Steele, Lea and Flood 2014).
-fn split_mix(value: u64) -> u64 {
-    let mut z = value.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn no_two_renders_share_a_seed() {
-        let mut seeds = BTreeSet::from([seed_of_reference(1)]);
-        for samples in (0..20).map(|i| 1 << i) {
-            for repeat in 0..10 {
-                assert!(
-                    seeds.insert(seed_of_run(1, samples, repeat)),
-                    "{samples} {repeat}"
-                );
-            }
-        }
-        assert!(!seeds.contains(&seed_of_run(2, 64, 0)));
-        // First output of the published generator for the state 0.
-        assert_eq!(split_mix(0), 0xe220_a839_7b1d_cdaf);
-    }
 }

@@ -14,6 +14,7 @@ mod plot;
 pub mod reference;
 pub mod remake;
 pub mod scene;
+mod seeds;
 pub mod table;
 
 use std::path::{Path, PathBuf};

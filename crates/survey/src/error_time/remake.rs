@@ -5,9 +5,9 @@ use std::sync::atomic::Ordering;
 
 use uw_render::integrator::{self, Plan, Progress};
 
-use super::ladder::seed_of_reference;
 use super::reference::{Provenance, Reference};
 use super::scene::{BenchmarkScene, Size};
+use super::seeds::seed_of_reference;
 use super::{
     ErrorTimeError, Observer, make_folder, program_version, references_of, threads_or_all,
 };

@@ -145,3 +145,15 @@ fn arguments_that_do_not_go_together_are_refused() {
         folder.refused(line, &[words]);
     }
 }
+
+#[test]
+fn a_ladder_ends_where_it_is_good_enough() {
+    let folder = Folder::with_scene();
+    folder.good(MAKE);
+    folder.good(&format!("{RUN} --until 1e9"));
+    assert_eq!(numbers(&folder, "samples_per_pixel"), [4.0, 4.0]);
+    folder.good(&format!("{RUN} --until 1e-9"));
+    let mut samples = numbers(&folder, "samples_per_pixel");
+    samples.sort_by(f64::total_cmp);
+    assert_eq!(samples, [4.0, 4.0, 16.0, 16.0]);
+}
