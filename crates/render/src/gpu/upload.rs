@@ -9,10 +9,7 @@ use super::{
     tree,
 };
 use crate::{
-    integrator::cpu::{
-        lamp_target::mirror_share,
-        order::{MAX_ORDER, OrderLaw},
-    },
+    integrator::cpu::order::{MAX_ORDER, OrderLaw},
     prepare::{Medium, Prepared, PreparedLamp, Strategies},
 };
 
@@ -185,7 +182,7 @@ fn lamp(scene: &Prepared, index: usize, origin: DVec3, words: &mut Words) -> Lam
         falloff: falloff.map_or(NONE, |table| words.falloff(table)),
         tangent_v: lamp.tangent.1.as_vec3().to_array(),
         film_layer: (FIXED_LAYERS + index) as u32,
-        mirror_share: mirror_share(scene, lamp) as f32,
+        mirror_share: lamp.mirror_share as f32,
         padding_1: 0,
         padding_2: 0,
         padding_3: 0,

@@ -4,10 +4,17 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
+use super::{Boundary, Medium};
 use crate::scene::{Falloff, Lamp};
 
 /// Entries of a falloff table, spaced evenly in the sine of half the angle from the axis.
 const FALLOFF_ENTRIES: usize = 2048;
+/// Probability of aiming at the mirror image of a lamp right at the surface.
+const MIRROR_SHARE: f64 = 0.5;
+/// What it falls to, but for absorption, where the way by the surface is much longer than a free path.
+const FAR_MIRROR_SHARE: f64 = 0.1;
+/// Least share: weights stay finite.
+const LEAST_MIRROR_SHARE: f64 = 1e-9;
 
 /// A lamp at 100 %.
 #[derive(Clone, Debug)]
@@ -22,6 +29,8 @@ pub struct PreparedLamp {
     pub level: f64,
     /// Radius of the disk, m; 0 for a point.
     pub radius: f64,
+    /// Probability of aiming at the lamp's mirror image in the water surface; 0 where there is none.
+    pub(crate) mirror_share: f64,
     pub(crate) cos_half_angle: f64,
     pub(crate) tangent: (DVec3, DVec3),
     pub(crate) falloff: Option<Vec<f64>>,
@@ -40,6 +49,7 @@ impl PreparedLamp {
             intensity: lamp.intensity,
             level: lamp.level_pct / 100.0,
             radius: lamp.radius_m,
+            mirror_share: 0.0,
             cos_half_angle: if lamp.half_angle_deg >= 180.0 {
                 -1.0
             } else {
@@ -48,6 +58,22 @@ impl PreparedLamp {
             tangent: lamp.forward.any_orthonormal_pair(),
             falloff,
         }
+    }
+
+    /// The lamp in water under a surface, seen from `camera`.
+    pub(super) fn under(
+        mut self,
+        boundary: Option<&Boundary>,
+        medium: Option<&Medium>,
+        camera: DVec3,
+    ) -> Self {
+        self.mirror_share = match boundary {
+            Some(boundary) if boundary.index != 1.0 => {
+                mirror_share(self.position, boundary, medium, camera)
+            }
+            _ => 0.0,
+        };
+        self
     }
 
     /// A point of the lamp, uniform on its disk, from two numbers in (0, 1).
@@ -125,6 +151,22 @@ fn look_up(table: &[f64], sin_half: f64) -> f64 {
     let i = (position as usize).min(FALLOFF_ENTRIES - 1);
     let f = position - i as f64;
     table[i] + f * (table[i + 1] - table[i])
+}
+
+/// Probability of aiming at the mirror image of a lamp at `position`: the smaller the longer the way by the surface is.
+/// Scattering takes light to and from the surface that attenuation would not let through, absorption does not.
+fn mirror_share(
+    position: DVec3,
+    boundary: &Boundary,
+    medium: Option<&Medium>,
+    camera: DVec3,
+) -> f64 {
+    let height = boundary.height - position.z;
+    let image = position + DVec3::new(0.0, 0.0, 2.0 * height);
+    let detour = (camera.distance(image) - camera.distance(position)).max(0.0);
+    let (c, a) = medium.map_or((0.0, 0.0), |m| (m.c_min, m.a_min()));
+    let least = (FAR_MIRROR_SHARE * (-a * detour).exp()).max(LEAST_MIRROR_SHARE);
+    (MIRROR_SHARE * (-c * 2.0 * height).exp()).clamp(least, MIRROR_SHARE)
 }
 
 #[cfg(test)]

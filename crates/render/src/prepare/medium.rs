@@ -113,6 +113,14 @@ impl Medium {
         self.by_scattering.count > 0
     }
 
+    /// Least absorption coefficient of the channels, 1/m.
+    pub(super) fn a_min(&self) -> f64 {
+        (0..3)
+            .map(|k| self.c[k] - self.b[k])
+            .fold(f64::INFINITY, f64::min)
+            .max(0.0)
+    }
+
     /// Mean scattering coefficient of the channels, 1/m.
     pub fn b_mean(&self) -> f64 {
         self.b.iter().sum::<f64>() / 3.0

@@ -72,7 +72,11 @@ impl Prepared {
     pub fn build_unsteered(scene: &Scene, geometry: Arc<Geometry>) -> Self {
         let medium = scene.water.as_ref().and_then(Medium::build);
         let boundary = Boundary::build(scene);
-        let lamps: Vec<_> = scene.lamps.iter().map(PreparedLamp::build).collect();
+        let under_surface = |lamp: PreparedLamp| {
+            lamp.under(boundary.as_ref(), medium.as_ref(), scene.camera.position_m)
+        };
+        let lamps = scene.lamps.iter().map(PreparedLamp::build);
+        let lamps: Vec<_> = lamps.map(under_surface).collect();
         // Without a surface the sun would be infinitely far away through the water.
         let lit = boundary.is_some() || medium.is_none();
         let sun = SunBeam::build(scene, boundary.as_ref()).filter(|_| lit);

@@ -14,7 +14,7 @@ use super::{
 };
 use crate::{
     integrator::sampling::Draws,
-    prepare::{Medium, Prepared, PreparedLamp, Primitive},
+    prepare::{Medium, Prepared, Primitive},
 };
 
 /// Most lamps that one walk is joined to.
@@ -127,25 +127,13 @@ fn estimate(scene: &Prepared, lamp: usize, ray: &CameraRay) -> f64 {
 
 /// The lamp or its mirror image; `weight` is the reciprocal of the probability of the lamp.
 fn aim(scene: &Prepared, lamp: usize, weight: f64, draws: &mut Draws) -> Target {
-    let share = mirror_share(scene, &scene.lamps[lamp]);
+    let share = scene.lamps[lamp].mirror_share;
     let mirrored = share > 0.0 && draws.uniform() < share;
     let probability = if mirrored { share } else { 1.0 - share };
     Target {
         lamp,
         mirrored,
         weight: weight / probability,
-    }
-}
-
-/// Probability of aiming at the mirror image: smaller the deeper the lamp.
-pub(crate) fn mirror_share(scene: &Prepared, lamp: &PreparedLamp) -> f64 {
-    match scene.boundary {
-        Some(b) if b.index != 1.0 => {
-            let detour = 2.0 * (b.height - lamp.position.z);
-            let c = scene.medium.as_ref().map_or(0.0, |m| m.c_min);
-            (0.5 * (-c * detour).exp()).clamp(0.1, 0.5)
-        }
-        _ => 0.0,
     }
 }
 
