@@ -24,7 +24,7 @@ fn ambient_trace(direction: vec3f) -> u32 {
     has_reference = false;
     copies_made = 0u;
     let flags = LEADING | select(0u, IN_AIR, is_above(vec3f(0.0)));
-    let spectral = spectral_start(scene.ambient_strategies, uniform_number());
+    let spectral = spectral_start(scene.ambient_strategies, leading(6u));
     push_walk(AmbientWalk(vec3f(0.0), direction, direction - scene.sun_towards, NONE, flags, 0u, spectral));
     var vertices = 0u;
     while pending > 0u {

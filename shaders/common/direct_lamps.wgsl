@@ -5,7 +5,7 @@ import package::common::camera::{BOUNDARY, CameraRay, SURFACE};
 import package::common::film::add_light;
 import package::common::interface::{distance_to_surface, flip, internal_reflectance, is_above};
 import package::common::lamp_join::{emitted, surface_lobe};
-import package::common::lamp_walk::{Target, choose_targets, lamp_point, target_count, targets};
+import package::common::lamp_walk::{NO_NUMBER, Target, choose_targets, lamp_point, target_count, targets};
 import package::common::layout::{HAS_SURFACE, INFINITE, NONE, dispatch, lamps, scene};
 import package::common::light::{lamp_facing_area, lamp_radiance_along};
 import package::common::math::cosine_hemisphere;
@@ -27,7 +27,7 @@ fn direct_lamps(ray: CameraRay) {
         return;
     }
     let position = ray.origin + ray.end.t * ray.direction;
-    choose_targets(ray);
+    choose_targets(ray, NO_NUMBER);
     // First every lamp is joined, then the disks close by are looked for in one drawn direction: one loop, so that the
     // way to the lamp is traced in one place.
     var any_large = false;

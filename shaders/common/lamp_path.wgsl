@@ -7,7 +7,7 @@ import package::common::lamp_landing::{Landing, choose_landing};
 import package::common::lamp_walk::{choose_targets, first_end, go_to_scattering, next_end, reflect_at_boundary, survives, target_centre, target_count, targets, unfolded, walk, walk_start};
 import package::common::layout::{HAS_SCATTERING, PI, dispatch, lamps, scene};
 import package::common::math::{cosine_hemisphere, turn};
-import package::common::medium::{spectral_scatter, spectral_start};
+import package::common::medium::{rest_of_start, spectral_scatter, spectral_start};
 import package::common::phase::{phase_sample_x, phase_value};
 import package::common::rng::{leading, leading_bits, next_bits, uniform_number};
 import package::common::ways::{trail, trail_leave, trail_push, trail_root, trail_start};
@@ -18,10 +18,12 @@ const CLOSE_SURFACE: f32 = 0.6;
 /// Traces one walk from `ray` whose first segment ends as `first` says.
 fn lamp_walk(ray: CameraRay, first: u32) {
     walk_start(ray);
-    walk.spectral = spectral_start(scene.lamp_strategies, uniform_number());
+    let chooser = leading(6u);
+    walk.spectral = spectral_start(scene.lamp_strategies, chooser);
+    let aim_number = rest_of_start(walk.spectral, chooser);
     walk.spectral.value *= ray.entry_factor;
     trail_start();
-    choose_targets(ray);
+    choose_targets(ray, aim_number);
     var at_start = true;
     // Whether the first landing is still to be chosen. Every function is called from one place, because compilers copy
     // what is called from several.

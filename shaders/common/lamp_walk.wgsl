@@ -20,6 +20,8 @@ const REACH_FROM_SURFACE: f32 = 5.0;
 const EQUIANGULAR_SHARE: f32 = 0.25;
 /// Distance from a lamp, in optical depths, within which a ray passes close to it.
 const CLOSE_RAY: f32 = 0.1;
+/// Where a number is drawn that might have been given.
+const NO_NUMBER: f32 = -1.0;
 const SURE_EVENTS: u32 = 1000u;
 const LATE_SURVIVAL: f32 = 0.998;
 
@@ -99,11 +101,16 @@ fn lamp_point(aimed: Target) -> vec3f {
     return point;
 }
 
-fn aim(lamp: u32, weight: f32) {
+/// Adds the lamp or its mirror image to the targets; the first of them by `number`, unless that is NO_NUMBER.
+fn aim(lamp: u32, weight: f32, number: f32) {
     let share = lamps[lamp].mirror_share;
     var mirrored = false;
     if share > 0.0 {
-        mirrored = uniform_number() < share;
+        var u = number;
+        if target_count > 0u || number == NO_NUMBER {
+            u = uniform_number();
+        }
+        mirrored = u < share;
     }
     let probability = select(1.0 - share, share, mirrored);
     if target_count < MOST_LAMPS {
@@ -122,13 +129,14 @@ fn lamp_estimate(lamp: u32, ray: CameraRay) -> f32 {
     return largest(lamps[lamp].intensity) * (0.1 + beam) * exp(-min(scene.c_min * sqrt(distance2), 80.0)) / distance2;
 }
 
-/// Chooses, once per walk, the lamps it is joined to: all where there are few, else four by what they can bring.
-fn choose_targets(ray: CameraRay) {
+/// Chooses, once per walk, the lamps it is joined to: all where there are few, else four by what they can bring. Whether
+/// the first is the lamp or its image is told by `number`, unless that is NO_NUMBER.
+fn choose_targets(ray: CameraRay, number: f32) {
     target_count = 0u;
     let count = scene.lamp_count;
     if count <= MOST_LAMPS {
         for (var i = 0u; i < count; i++) {
-            aim(i, 1.0);
+            aim(i, 1.0, number);
         }
         return;
     }
@@ -150,7 +158,7 @@ fn choose_targets(ray: CameraRay) {
             next += 1.0;
         }
         if chosen > 0.0 {
-            aim(i, chosen / expected);
+            aim(i, chosen / expected, number);
         }
     }
 }

@@ -27,6 +27,11 @@ fn spectral_start(strategies: u32, u: f32) -> Spectral {
     return Spectral(vec3f(1.0), used(vec3f(0.0), count), count, chosen);
 }
 
+/// What is left of the number that `spectral_start` chose a strategy by: in [0, 1) and as good as new.
+fn rest_of_start(s: Spectral, u: f32) -> f32 {
+    return fract(u * f32(s.count));
+}
+
 /// Logarithms of the strategies in use, that of zero for the others.
 fn used(ln: vec3f, count: u32) -> vec3f {
     return select(vec3f(LN_ZERO), ln, vec3u(0u, 1u, 2u) < vec3u(count));

@@ -91,7 +91,7 @@ pub fn trace(
         met_surface: false,
         leading: true,
         events: 0,
-        spectral: Spectral::start(&strategies, draws.uniform()),
+        spectral: Spectral::start(&strategies, draws.leading(6)),
     });
     let mut tracer = Tracer {
         scene,

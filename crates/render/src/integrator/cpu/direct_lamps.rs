@@ -63,7 +63,7 @@ pub(super) fn add_direct(
         range_m: t,
         factor: ray.entry_factor * share,
     };
-    choose_targets(scene, active, ray, draws, &mut work.targets);
+    choose_targets(scene, active, ray, None, draws, &mut work.targets);
     for &target in &work.targets {
         join(scene, target, &seen, draws, scores);
     }

@@ -47,10 +47,12 @@ pub fn trace(
         .map(|m| m.by_scattering)
         .unwrap_or_default();
     let mut walk = Walk::start(start);
-    walk.spectral = Spectral::start(&strategies, draws.uniform());
+    let chooser = draws.leading(6);
+    walk.spectral = Spectral::start(&strategies, chooser);
+    let aim = Some(walk.spectral.rest_of_start(chooser));
     walk.spectral.scale_all(ray.entry_factor);
     work.trail.start();
-    choose_targets(scene, active, ray, draws, &mut work.targets);
+    choose_targets(scene, active, ray, aim, draws, &mut work.targets);
     let landed = to_first_surface(
         scene, active, ray, first, max_events, &mut walk, draws, work, scores,
     );

@@ -71,18 +71,20 @@ impl Target {
 }
 
 /// Chooses, once per walk, the lamps it is joined to: all of them where there are few, else [`MOST_LAMPS`] by an
-/// estimate of what they bring to the camera ray; and for each whether to aim at the lamp or at its mirror image.
+/// estimate of what they bring to the camera ray; and for each whether to aim at the lamp or at its mirror image, for the
+/// first one by the number `first` in [0, 1) where there is one.
 pub(super) fn choose_targets(
     scene: &Prepared,
     active: &[usize],
     ray: &CameraRay,
+    mut first: Option<f64>,
     draws: &mut Draws,
     targets: &mut Vec<Target>,
 ) {
     targets.clear();
     if active.len() <= MOST_LAMPS {
         for &lamp in active {
-            targets.push(aim(scene, lamp, 1.0, draws));
+            targets.push(aim(scene, lamp, 1.0, first.take(), draws));
         }
         return;
     }
@@ -105,7 +107,7 @@ pub(super) fn choose_targets(
             next += 1.0;
         }
         if chosen > 0.0 {
-            targets.push(aim(scene, lamp, chosen / expected, draws));
+            targets.push(aim(scene, lamp, chosen / expected, first.take(), draws));
         }
     }
 }
@@ -125,10 +127,16 @@ fn estimate(scene: &Prepared, lamp: usize, ray: &CameraRay) -> f64 {
     largest * (0.1 + beam) * (-c * distance2.sqrt()).exp() / distance2
 }
 
-/// The lamp or its mirror image; `weight` is the reciprocal of the probability of the lamp.
-fn aim(scene: &Prepared, lamp: usize, weight: f64, draws: &mut Draws) -> Target {
+/// The lamp or its mirror image, by `number` or a new one; `weight` is the reciprocal of the probability of the lamp.
+fn aim(
+    scene: &Prepared,
+    lamp: usize,
+    weight: f64,
+    number: Option<f64>,
+    draws: &mut Draws,
+) -> Target {
     let share = scene.lamps[lamp].mirror_share;
-    let mirrored = share > 0.0 && draws.uniform() < share;
+    let mirrored = share > 0.0 && number.unwrap_or_else(|| draws.uniform()) < share;
     let probability = if mirrored { share } else { 1.0 - share };
     Target {
         lamp,

@@ -35,6 +35,11 @@ impl Spectral {
         }
     }
 
+    /// What is left of the number that [`Spectral::start`] chose a strategy by: in [0, 1) and as good as new.
+    pub fn rest_of_start(&self, u: f64) -> f64 {
+        (u * self.count as f64).fract()
+    }
+
     /// Mean density over the strategies.
     #[inline]
     pub fn mean_density(&self) -> f64 {

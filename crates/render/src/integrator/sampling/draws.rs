@@ -5,7 +5,7 @@ use super::{
     sobol::{DIMENSIONS, scrambled},
 };
 
-/// Number of leading dimensions: two on the pixel and four for the first choices of a path.
+/// Number of leading dimensions: two on the pixel and five for the first choices of a path.
 pub const LEADING: usize = DIMENSIONS;
 /// Most samples in a batch.
 pub const MAX_BATCH: u32 = 4096;

@@ -2,7 +2,7 @@
 //! 2008) under nested uniform scrambling (Owen 1995), which keeps its evenness and makes every point uniform.
 
 /// Number of dimensions.
-pub const DIMENSIONS: usize = 6;
+pub const DIMENSIONS: usize = 7;
 
 /// Primitive polynomials and first direction numbers after the first dimension: degree, coefficients, numbers.
 const POLYNOMIALS: [(usize, u32, [u32; 4]); DIMENSIONS - 1] = [
@@ -11,6 +11,7 @@ const POLYNOMIALS: [(usize, u32, [u32; 4]); DIMENSIONS - 1] = [
     (3, 1, [1, 3, 1, 0]),
     (3, 2, [1, 1, 1, 0]),
     (4, 1, [1, 1, 3, 3]),
+    (4, 4, [1, 3, 5, 13]),
 ];
 
 /// Direction numbers, by bits of the index from the lowest.
