@@ -120,6 +120,12 @@ impl Reflection {
         }
         Self { lattice, values }
     }
+
+    /// None at all: what is left of an image is its veil.
+    pub fn none(lattice: Lattice) -> Self {
+        let values = vec![[0.0; 3]; lattice.columns() * lattice.rows()];
+        Self { lattice, values }
+    }
 }
 
 /// Mean texture over the pixel around (`x`, `y`).
