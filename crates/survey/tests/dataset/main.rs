@@ -1,4 +1,7 @@
-//! A tiny dataset: its rows, interruption, parts, and independence of the number of threads.
+//! A tiny dataset: its labels, its images, interruption, parts, and independence of the number of threads.
+
+mod images;
+mod labels;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -6,12 +9,10 @@ use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
 
-use uw_calib::ImageStats;
-use uw_render::image::{ExrImage, LayerData};
 use uw_survey::assets::assets_dir;
 use uw_survey::dataset::{
-    Accuracy, CheckPlan, CheckReport, DatasetConfig, DatasetError, Observer, Progress, RunOptions,
-    Shard, TABLE, check, generate, merge,
+    Accuracy, CheckPlan, CheckReport, Counts, DatasetConfig, DatasetError, Observer, Progress,
+    RunOptions, Shard, Summary, TABLE, check, generate, merge,
 };
 use uw_survey::vehicle::Vehicle;
 
@@ -47,14 +48,13 @@ fn options(threads: usize, shard: Shard) -> RunOptions {
     }
 }
 
-fn run(config: &DatasetConfig, folder: &Path, options: &RunOptions) -> usize {
+fn run(config: &DatasetConfig, folder: &Path, options: &RunOptions) -> Summary {
     let observer = Observer {
         progress: &|_| {},
         cancel: &AtomicBool::new(false),
     };
     let assets = assets_dir().expect("assets");
-    let summary = generate(config, folder, &assets, options, &observer).expect("a dataset");
-    summary.tables.len()
+    generate(config, folder, &assets, options, &observer).expect("a dataset")
 }
 
 /// Every file under a folder with its bytes.
@@ -89,99 +89,26 @@ fn assert_same(one: &Path, other: &Path) {
 }
 
 #[test]
-fn every_pair_of_images_at_one_depth_is_a_row_whoever_makes_it() {
+fn a_dataset_has_the_same_bytes_whoever_makes_it() {
     let folder = tempfile::tempdir().expect("folder");
     let whole = folder.path().join("whole");
-    assert_eq!(run(&tiny(), &whole, &options(2, Shard::WHOLE)), 2);
-    let text = std::fs::read_to_string(whole.join(TABLE)).expect("readable");
-    // 2 waters x 2 depths x (2 distances x 2 levels)².
-    assert_eq!(text.lines().count(), 1 + 2 * 2 * 16);
-    let columns = text.lines().next().expect("header").split(',').count();
-    assert!(text.lines().all(|l| l.split(',').count() == columns));
+    let made = run(&tiny(), &whole, &options(2, Shard::WHOLE));
+    assert_eq!(made.tables.len(), 2);
 
     let (first, second) = (folder.path().join("first"), folder.path().join("second"));
     let shard = |index| options(1, Shard { index, count: 2 });
-    assert_eq!(run(&tiny(), &first, &shard(1)), 0, "a part has no table");
-    assert_eq!(run(&tiny(), &second, &shard(2)), 0);
+    let part = run(&tiny(), &first, &shard(1));
+    assert_eq!(part.tables.len(), 0, "a part has no table");
+    assert_eq!(run(&tiny(), &second, &shard(2)).tables.len(), 0);
     let merged = folder.path().join("merged");
     merge(&tiny(), &merged, &[first, second]).expect("parts of one dataset");
-    assert_eq!(run(&tiny(), &merged, &options(1, Shard::WHOLE)), 2);
+    let joined = run(&tiny(), &merged, &options(1, Shard::WHOLE));
+    assert_eq!((joined.tables.len(), joined.times.renders()), (2, 0));
     assert_same(&whole, &merged);
 }
 
-/// The values of a layer in colour.
-fn colour<'a>(image: &'a ExrImage, layer: &str) -> &'a [[f32; 3]] {
-    match image.layer(layer) {
-        Some(LayerData::Colour(values)) => values,
-        other => panic!("{layer} is {other:?}"),
-    }
-}
-
 #[test]
-fn kept_images_are_those_of_the_labels_and_travel_with_their_part() {
-    let folder = tempfile::tempdir().expect("folder");
-    let (whole, merged) = (folder.path().join("whole"), folder.path().join("merged"));
-    let keep = |shard| RunOptions {
-        keep_images: true,
-        ..options(2, shard)
-    };
-    let mut config = tiny();
-    config.accuracy.least_paths = 4096;
-    config.accuracy.most_paths = 4096;
-    run(&config, &whole, &keep(Shard::WHOLE));
-    let parts = [1, 2].map(|index| folder.path().join(format!("part-{index}")));
-    for (index, part) in (1..).zip(&parts) {
-        run(&config, part, &keep(Shard { index, count: 2 }));
-    }
-    merge(&config, &merged, &parts).expect("parts of one dataset");
-    run(&config, &merged, &options(1, Shard::WHOLE));
-    assert_same(&whole, &merged);
-
-    let group = whole.join("images/II_B0.0183/hull_red_tilt0_d2");
-    let statistics = std::fs::read_to_string(group.with_extension("csv")).expect("statistics");
-    assert_eq!(statistics.lines().count(), 4);
-    for line in statistics.lines() {
-        let row: Vec<f64> = line.split(',').map(|v| v.parse().expect(line)).collect();
-        let picture = group.join(format!("z{}_light{}.png", row[0], row[1]));
-        let stats = ImageStats::from_file(&picture).expect("a picture");
-        for k in 0..3 {
-            let (mean, mean_error) = (row[3 + k], row[9 + k]);
-            let mean_off = (stats.mean[k] - mean).abs();
-            assert!(mean_off < 0.3 + 3.0 * mean_error, "{line} {stats:?}");
-            // The label takes the noise of the paths out, which the picture shows.
-            let (contrast, contrast_error) = (row[6 + k], row[12 + k]);
-            let contrast_off = (stats.contrast[k] - contrast).abs();
-            assert!(
-                contrast_off < 0.1 * contrast + 3.0 * contrast_error,
-                "{line} {stats:?}"
-            );
-        }
-    }
-
-    let image = ExrImage::read(&group.join("z3.exr")).expect("an image");
-    let (ambient, lamps) = (colour(&image, "ambient"), colour(&image, "lamps"));
-    let veils = ["ambient.backscatter", "lamps.backscatter"].map(|name| colour(&image, name));
-    let mean = |values: &[[f32; 3]], k: usize| values.iter().map(|v| v[k]).sum::<f32>();
-    for k in 0..3 {
-        for (all, veil) in [ambient, lamps].into_iter().zip(veils) {
-            let share = mean(veil, k) / mean(all, k);
-            assert!((0.01..0.9).contains(&share), "{k} {share}");
-        }
-        for (i, sum) in image.picture.data.iter().enumerate() {
-            let parts = ambient[i][k] + lamps[i][k];
-            assert!((sum[k] - parts).abs() <= 1e-6 * parts.abs(), "{i} {k}");
-        }
-    }
-    match image.layer("depth") {
-        Some(LayerData::Scalar(depths)) => {
-            assert!(depths.iter().all(|d| (d - 2.0).abs() < 1e-5), "{depths:?}");
-        }
-        other => panic!("depth is {other:?}"),
-    }
-}
-
-#[test]
-fn a_stopped_run_keeps_what_it_has_and_says_so() {
+fn a_stopped_run_keeps_what_it_has_and_goes_on_from_there() {
     let folder = tempfile::tempdir().expect("folder");
     let (cancel, calls) = (AtomicBool::new(false), AtomicUsize::new(0));
     let progress = |_: &_| {
@@ -201,6 +128,13 @@ fn a_stopped_run_keeps_what_it_has_and_says_so() {
         "{result:?}"
     );
     assert!(!folder.path().join(TABLE).exists());
+    let kept = content(folder.path()).into_keys();
+    let kept = kept.filter(|name| name.ends_with(".sums") && !name.contains("pilot"));
+    let (kept, all) = (kept.count(), Counts::of(&tiny()).renders());
+    assert!(kept > 0);
+    let rest = run(&tiny(), folder.path(), &options);
+    assert_eq!(rest.times.renders() as usize, all - kept);
+    assert_eq!(rest.tables.len(), 2);
 }
 
 #[test]
