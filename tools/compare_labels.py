@@ -50,6 +50,7 @@ def compare(one, other):
         "rms_counts": math.sqrt(sum(d[0] ** 2 for d in differences) / n),
         "mean_counts": sum(d[0] for d in differences) / n,
         "largest_counts": max(abs(d[0]) for d in differences),
+        "beyond_allowance": sum(abs(d[0]) > d[2] for d in differences) / n,
         "largest_in_allowance": abs(worst[0]) / worst[2],
         "worst": worst[3],
     }
@@ -69,7 +70,8 @@ def main():
         print(f"  {100 * share:6.2f} % differ by more than {times} of their combined standard errors")
     print(f"  difference: rms {result['rms_in_errors']:.3f} combined standard errors, {result['rms_counts']:.4f} counts;"
           f" mean {result['mean_counts']:+.5f}, largest {result['largest_counts']:.3f} counts")
-    print(f"  largest against 0.1 counts + 1 %: {result['largest_in_allowance']:.2f} of it, at {result['worst']}")
+    print(f"  {100 * result['beyond_allowance']:6.2f} % differ by more than 0.1 counts + 1 %;"
+          f" the largest by {result['largest_in_allowance']:.2f} times that, {result['worst']}")
 
 
 if __name__ == "__main__":

@@ -37,6 +37,7 @@ class Comparison(unittest.TestCase):
         self.assertAlmostEqual(result["beyond_errors"][1], 0.317, delta=0.05)
         self.assertAlmostEqual(result["beyond_errors"][2], 0.0455, delta=0.02)
         self.assertLess(abs(result["mean_counts"]), 0.005)
+        self.assertLess(result["beyond_allowance"], 0.003)
         self.assertAlmostEqual(result["largest_in_allowance"], result["largest_counts"] / 0.15, delta=0.05)
 
     def test_errors_that_are_stated_too_small_are_found(self):
