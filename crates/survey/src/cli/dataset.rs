@@ -41,7 +41,7 @@ pub(super) struct DatasetArguments {
     /// that holds nothing.
     #[arg(long)]
     resume: bool,
-    /// Write every image too: PNG per lamp level, EXR with daylight, lamps and depth per place.
+    /// Write every image too: PNG per lamp level, EXR per place with layers for daylight, lamps, their backscatter and depth.
     #[arg(long)]
     keep_images: bool,
     /// Instead of making anything, render the images of this many random entries plainly and compare their labels.

@@ -56,7 +56,7 @@ impl Default for Accuracy {
         Self {
             error_counts: 0.05,
             error_share: 0.005,
-            least_paths: 1024,
+            least_paths: 4096,
             most_paths: 65_536,
             pixel_step: 2,
         }

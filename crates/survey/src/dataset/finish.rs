@@ -86,12 +86,16 @@ pub fn merge(config: &DatasetConfig, folder: &Path, parts: &[PathBuf]) -> Result
     Ok(())
 }
 
+/// Copies the finished files under `from` that `to` lacks, with the folders they are in.
 fn copy_missing(from: &Path, to: &Path) -> Result<(), DatasetError> {
+    fs::create_dir_all(to).map_err(|e| io(to, e))?;
     for entry in fs::read_dir(from).map_err(|e| io(from, e))? {
         let name = entry.map_err(|e| io(from, e))?.file_name();
-        let target = to.join(&name);
-        if !name.to_string_lossy().starts_with('.') && !target.exists() {
-            copy(&from.join(&name), &target)?;
+        let (source, target) = (from.join(&name), to.join(&name));
+        if source.is_dir() {
+            copy_missing(&source, &target)?;
+        } else if !name.to_string_lossy().starts_with('.') && !target.exists() {
+            copy(&source, &target)?;
         }
     }
     Ok(())

@@ -12,7 +12,7 @@ use super::plan::{Group, Render};
 use super::{DatasetError, Workshop, pictures, store};
 use crate::environment::{View, scene};
 use crate::estimate::fields::{Fields, GROUPS};
-use crate::estimate::radiance::{Estimates, Lattice, RadianceImage, Reflection};
+use crate::estimate::radiance::{Estimates, Lattice, RadianceImage, Reflection, Source};
 use crate::estimate::statistics::{Shot, StandardErrors, standard_errors};
 use crate::estimate::target_model::{Effort, TargetModel, daylight_alone, lamps_alone};
 
@@ -229,16 +229,20 @@ fn dark(lattice: Lattice) -> RadianceImage {
 
 /// Statistics of the images of one place at all lamp levels.
 fn measure(workshop: &Workshop, place: &Place, daylight: &Fields, lamps: &Fields) -> Vec<ImageRow> {
-    let images = |lattice: Lattice, kind: Estimates| {
-        let (sun, lamp) = (place.model.daylight(), place.model.lamps());
+    let (sun, lamp) = (place.model.daylight(), place.model.lamps());
+    let images = |reflection: &dyn Fn(&Source) -> Reflection, kind: Estimates| {
         (
-            RadianceImage::new(&sun, daylight, &Reflection::new(&sun, lattice), kind),
-            RadianceImage::new(&lamp, lamps, &Reflection::new(&lamp, lattice), kind),
+            RadianceImage::new(&sun, daylight, &reflection(&sun), kind),
+            RadianceImage::new(&lamp, lamps, &reflection(&lamp), kind),
         )
     };
     let step = workshop.config.accuracy.pixel_step;
-    let fine = images(place.model.lattice(step), Estimates::Halves);
-    let coarse = images(place.model.error_lattice(), Estimates::Groups);
+    let (fine, coarse) = (place.model.lattice(step), place.model.error_lattice());
+    let fine = images(&|source| Reflection::new(source, fine), Estimates::Halves);
+    let coarse = images(
+        &|source| Reflection::of_groups(source, coarse),
+        Estimates::Groups,
+    );
     let levels = workshop.config.light_pct.iter();
     levels
         .map(|&light_pct| {

@@ -23,8 +23,9 @@ pub(super) fn are_kept(workshop: &Workshop, group: &Group) -> bool {
         .all(|&z| layers_path(workshop, group, z).exists())
 }
 
-/// Writes the pictures of a group: `z…_light….png` per lamp level, and last `z….exr` with the layers `ambient`,
-/// `lamps` (at 100 %) and `depth` (along the optical axis, m).
+/// Writes the pictures of a group: `z…_light….png` per lamp level, and last `z….exr`. That holds the radiance with
+/// lamps at 100 %, and its layers: `ambient` and `lamps`, which add up to it, of each the part that met no surface
+/// (`ambient.backscatter`, `lamps.backscatter`), and `depth` along the optical axis, m.
 pub(super) fn keep(
     workshop: &Workshop,
     group: &Group,
@@ -44,8 +45,12 @@ pub(super) fn keep(
             let reflection = Reflection::new(source, lattice);
             RadianceImage::new(source, fields, &reflection, Estimates::Whole)
         };
-        let ambient = image(&place.model.daylight(), daylight);
-        let lamps = image(&place.model.lamps(), &light.lamps);
+        let veil = |source: &Source, fields: &Fields| {
+            let reflection = Reflection::none(lattice);
+            RadianceImage::new(source, fields, &reflection, Estimates::Whole)
+        };
+        let (sun, lamp) = (place.model.daylight(), place.model.lamps());
+        let (ambient, lamps) = (image(&sun, daylight), image(&lamp, &light.lamps));
         let shot = |light_pct, exposure| Shot {
             ambient: &ambient,
             lamps: &lamps,
@@ -61,15 +66,16 @@ pub(super) fn keep(
             let name = format!("z{}_light{light_pct}.png", place.depth_m);
             write_frame(&layers.with_file_name(name), &frame)?;
         }
-        let layer = |name: &str, data| Layer {
-            name: name.to_owned(),
-            data,
-        };
         let mut exr = ExrImage::new(picture(&shot(100.0, 1.0), &ambient));
         exr.layers = vec![
-            layer("ambient", LayerData::Colour(ambient.estimates[0].clone())),
-            layer("lamps", LayerData::Colour(lamps.estimates[0].clone())),
-            layer("depth", LayerData::Scalar(depths_m(place.model.view()))),
+            colour("ambient", ambient),
+            colour("ambient.backscatter", veil(&sun, daylight)),
+            colour("lamps", lamps),
+            colour("lamps.backscatter", veil(&lamp, &light.lamps)),
+            Layer {
+                name: "depth".to_owned(),
+                data: LayerData::Scalar(depths_m(place.model.view())),
+            },
         ];
         exr.write(&layers)?;
     }
@@ -79,6 +85,14 @@ pub(super) fn keep(
 fn layers_path(workshop: &Workshop, group: &Group, depth_m: f64) -> PathBuf {
     let stem = group.images_path(workshop.folder).with_extension("");
     stem.join(format!("z{depth_m}.exr"))
+}
+
+/// The layer of an image of a single estimate.
+fn colour(name: &str, mut image: RadianceImage) -> Layer {
+    Layer {
+        name: name.to_owned(),
+        data: LayerData::Colour(image.estimates.swap_remove(0)),
+    }
 }
 
 fn picture(shot: &Shot, like: &RadianceImage) -> Picture {

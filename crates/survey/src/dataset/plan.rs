@@ -267,6 +267,8 @@ mod tests {
         let parts: Vec<Task> = (1..=7)
             .flat_map(|index| tasks(&config, Shard { index, count: 7 }))
             .collect();
+        let upward = config.waters().len() * config.calibration_depths_m.len();
+        assert_eq!(whole.len(), groups(&config).count() + upward);
         assert_eq!(parts.len(), whole.len());
         assert!(whole.iter().all(|t| parts.contains(t)));
         assert_eq!(Shard::parse("2/3"), Ok(Shard { index: 2, count: 3 }));

@@ -28,6 +28,7 @@
 pub mod basis;
 pub mod fields;
 pub mod guess;
+mod levels;
 pub mod pyramid;
 pub mod radiance;
 pub mod response;

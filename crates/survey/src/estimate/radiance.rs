@@ -4,7 +4,7 @@ use super::basis::{Basis, legendre};
 use super::fields::{Fields, GROUPS};
 use super::guess::Guess;
 use super::pyramid::TexturePyramid;
-use super::spread::Spread;
+use super::spread::{Scattered, Spread};
 use super::target_view::{Sight, TargetView};
 
 /// Most points along each edge of a pixel at which its texture is taken.
@@ -31,19 +31,20 @@ impl Source<'_> {
     /// Reflected radiance per fitted irradiance at a point: M times the guess.
     pub fn at_point(&self, sight: &Sight) -> [f64; 3] {
         let (u, v) = self.view.tiles(sight.point);
-        self.reflected(sight, self.pyramid.sample(0, u, v))
+        let sharp = self.pyramid.sample(0, u, v);
+        self.reflected(sight, sharp, self.spread.scattered())
     }
 
-    /// The same with the texture's own value (level 0) given.
-    fn reflected(&self, sight: &Sight, sharp: [f32; 3]) -> [f64; 3] {
+    /// The same with the texture's own value (level 0) and the fate of scattered rays given.
+    fn reflected(&self, sight: &Sight, sharp: [f32; 3], rays: &Scattered) -> [f64; 3] {
         let (u, v) = self.view.tiles(sight.point);
         let mut blurred = [
-            self.spread.levels(0)[0] * sharp[0],
-            self.spread.levels(1)[0] * sharp[1],
-            self.spread.levels(2)[0] * sharp[2],
+            rays.levels(0)[0] * sharp[0],
+            rays.levels(1)[0] * sharp[1],
+            rays.levels(2)[0] * sharp[2],
         ];
         for level in 1..self.pyramid.levels() {
-            let weights: [f32; 3] = std::array::from_fn(|k| self.spread.levels(k)[level]);
+            let weights: [f32; 3] = std::array::from_fn(|k| rays.levels(k)[level]);
             if weights == [0.0; 3] {
                 continue;
             }
@@ -51,9 +52,7 @@ impl Source<'_> {
             (0..3).for_each(|k| blurred[k] += weights[k] * texel[k]);
         }
         let transmitted = self.spread.transmittance(sight.range_m);
-        let scattered = self
-            .spread
-            .scattered_share(self.view.incidence(sight.direction));
+        let scattered = rays.share(self.view.incidence(sight.direction));
         let guess = self.guess.at(sight.point);
         std::array::from_fn(|k| {
             guess[k] * (transmitted[k] * f64::from(sharp[k]) + scattered[k] * f64::from(blurred[k]))
@@ -94,32 +93,79 @@ impl Lattice {
 #[derive(Clone, Debug)]
 pub struct Reflection {
     lattice: Lattice,
-    values: Vec<[f32; 3]>,
+    /// One for all estimates, or one for each.
+    values: Vec<Vec<[f32; 3]>>,
 }
 
 impl Reflection {
     /// Of `source`, the texture averaged over each pixel.
     pub fn new(source: &Source, lattice: Lattice) -> Self {
-        let view = source.view;
-        let pixel_m = view
-            .sight(lattice.width as f64 / 2.0, lattice.height as f64 / 2.0)
-            .map_or(0.0, |s| s.range_m / view.camera.focal_px.x);
-        let points =
-            ((2.0 * pixel_m / source.pyramid.texel_m()).ceil() as usize).clamp(2, MOST_POINTS);
-        let mut values = Vec::with_capacity(lattice.columns() * lattice.rows());
-        for row in 0..lattice.rows() {
-            for column in 0..lattice.columns() {
-                let (x, y) = lattice.centre(column, row);
-                values.push(match view.sight(x, y) {
-                    Some(sight) => source
-                        .reflected(&sight, pixel_texture(source, x, y, points))
-                        .map(|v| v as f32),
-                    None => [0.0; 3],
-                });
-            }
+        let values = reflected(source, &pixels(source, lattice), source.spread.scattered());
+        Self {
+            lattice,
+            values: vec![values],
         }
-        Self { lattice, values }
     }
+
+    /// One from each group of the walks that the spread comes from: their differences are the error that the
+    /// number of walks leaves. The irradiance was fitted with all walks; with those of a group it would have made up for
+    /// their mean, so each has the mean of all.
+    pub fn of_groups(source: &Source, lattice: Lattice) -> Self {
+        let pixels = pixels(source, lattice);
+        let mean =
+            |values: &[[f32; 3]], k: usize| values.iter().map(|v| f64::from(v[k])).sum::<f64>();
+        let all = reflected(source, &pixels, source.spread.scattered());
+        let of_group = |rays: &Scattered| {
+            let mut values = reflected(source, &pixels, rays);
+            for k in 0..3 {
+                let factor = mean(&all, k) / mean(&values, k).max(f64::MIN_POSITIVE);
+                values.iter_mut().for_each(|v| v[k] *= factor as f32);
+            }
+            values
+        };
+        Self {
+            lattice,
+            values: source.spread.groups().iter().map(of_group).collect(),
+        }
+    }
+
+    /// None at all: what is left of an image is its veil.
+    pub fn none(lattice: Lattice) -> Self {
+        Self {
+            lattice,
+            values: vec![vec![[0.0; 3]; lattice.columns() * lattice.rows()]],
+        }
+    }
+}
+
+/// What the pixels of a lattice see: the middle's sight and the mean texture; nothing beside the target.
+fn pixels(source: &Source, lattice: Lattice) -> Vec<Option<(Sight, [f32; 3])>> {
+    let view = source.view;
+    let pixel_m = view
+        .sight(lattice.width as f64 / 2.0, lattice.height as f64 / 2.0)
+        .map_or(0.0, |s| s.range_m / view.camera.focal_px.x);
+    let points = ((2.0 * pixel_m / source.pyramid.texel_m()).ceil() as usize).clamp(2, MOST_POINTS);
+    let of_row = |row| {
+        (0..lattice.columns()).map(move |column| {
+            let (x, y) = lattice.centre(column, row);
+            let sight = view.sight(x, y)?;
+            Some((sight, pixel_texture(source, x, y, points)))
+        })
+    };
+    (0..lattice.rows()).flat_map(of_row).collect()
+}
+
+/// Reflected radiance per fitted irradiance of every pixel.
+fn reflected(
+    source: &Source,
+    pixels: &[Option<(Sight, [f32; 3])>],
+    rays: &Scattered,
+) -> Vec<[f32; 3]> {
+    let of_pixel = |pixel: &Option<(Sight, [f32; 3])>| match pixel {
+        Some((sight, texture)) => source.reflected(sight, *texture, rays).map(|v| v as f32),
+        None => [0.0; 3],
+    };
+    pixels.iter().map(of_pixel).collect()
 }
 
 /// Mean texture over the pixel around (`x`, `y`).
@@ -175,9 +221,13 @@ impl RadianceImage {
             Estimates::Whole => vec![(0, GROUPS)],
         };
         let basis = Fields::basis(source.lamps, source.symmetric);
+        let reflections = reflection.values.iter().cycle();
         let estimates = parts
             .into_iter()
-            .map(|(from, to)| estimate(&basis, fields.mean_of(from, to), reflection))
+            .zip(reflections)
+            .map(|((from, to), values)| {
+                estimate(&basis, fields.mean_of(from, to), reflection.lattice, values)
+            })
             .collect();
         Self {
             lattice: reflection.lattice,
@@ -189,20 +239,20 @@ impl RadianceImage {
 fn estimate(
     basis: &Basis,
     (veil, irradiance): ([Vec<f64>; 3], [Vec<f64>; 3]),
-    reflection: &Reflection,
+    lattice: Lattice,
+    reflection: &[[f32; 3]],
 ) -> Vec<[f32; 3]> {
-    let lattice = reflection.lattice;
     let coordinate = |at: f64, size: usize| 2.0 * at / size as f64 - 1.0;
     let in_p: Vec<_> = (0..lattice.columns())
         .map(|column| legendre(coordinate(lattice.centre(column, 0).0, lattice.width)))
         .collect();
-    let mut pixels = Vec::with_capacity(reflection.values.len());
+    let mut pixels = Vec::with_capacity(reflection.len());
     for row in 0..lattice.rows() {
         let q = coordinate(lattice.centre(0, row).1, lattice.height);
         let veil_row: [_; 3] = std::array::from_fn(|k| basis.row(&veil[k], q));
         let irradiance_row: [_; 3] = std::array::from_fn(|k| basis.row(&irradiance[k], q));
         for (column, in_p) in in_p.iter().enumerate() {
-            let reflected = &reflection.values[row * lattice.columns() + column];
+            let reflected = &reflection[row * lattice.columns() + column];
             pixels.push(std::array::from_fn(|k| {
                 let veil = Basis::along_row(&veil_row[k], in_p);
                 let irradiance = Basis::along_row(&irradiance_row[k], in_p);

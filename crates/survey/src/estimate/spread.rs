@@ -3,20 +3,18 @@
 use std::f64::consts::TAU;
 
 use uw_media::phase::PhaseTable;
-use uw_render::integrator::sampling::{Rng, directions::turn};
+use uw_render::integrator::sampling::{Draws, LEADING, directions::turn};
 use uw_render::scene::Water;
 
 use super::basis::solve;
+use super::fields::GROUPS;
 use super::guess::Guess;
+use super::levels::{fit_levels, frequencies};
 use super::pyramid::TexturePyramid;
 use super::target_view::TargetView;
 
-/// Walks per channel.
-const WALKS: u32 = 8192;
-/// Frequencies at which the spread is compared with the pyramid's levels.
-const FREQUENCIES: usize = 20;
-/// Steps of the fit of the levels' weights.
-const FIT_STEPS: usize = 400;
+/// Walks per channel and group; each group is a batch of draws of its own.
+const WALKS_PER_GROUP: u32 = 2048;
 /// Weight below which a walk is ended or strengthened at random.
 const ROULETTE_BELOW: f64 = 0.05;
 /// Scatterings after which a walk is given up; only reached in water that hardly absorbs.
@@ -26,10 +24,34 @@ const MOST_SCATTERINGS: u32 = 2000;
 #[derive(Clone, Debug)]
 pub struct Spread {
     attenuation: [f64; 3],
-    /// Share of scattered rays that reach the target: polynomial in 1/cos - 1 of the view's angle.
+    all: Scattered,
+    groups: Vec<Scattered>,
+}
+
+/// What becomes of scattered camera rays, per channel.
+#[derive(Clone, Debug)]
+pub struct Scattered {
+    /// Share of them that reach the target: polynomial in 1/cos - 1 of the view's angle.
     share: [[f64; 3]; 3],
     /// Weights of the pyramid's levels, sum 1.
     levels: [Vec<f32>; 3],
+}
+
+/// The numbers that a walk is made of: evenly spread ones for its first choices, then random ones.
+struct Numbers {
+    draws: Draws,
+    used: usize,
+}
+
+impl Numbers {
+    fn next(&mut self) -> f64 {
+        self.used += 1;
+        if self.used <= LEADING {
+            self.draws.leading(self.used - 1)
+        } else {
+            self.draws.uniform()
+        }
+    }
 }
 
 impl Spread {
@@ -44,9 +66,7 @@ impl Spread {
         seed: u64,
     ) -> Self {
         let frequencies = frequencies(pyramid);
-        let mut share = [[0.0; 3]; 3];
-        let mut levels: [Vec<f32>; 3] = Default::default();
-        for k in 0..3 {
+        let sums: [Vec<Sums>; 3] = std::array::from_fn(|k| {
             let walker = Walker {
                 view,
                 phase,
@@ -55,14 +75,22 @@ impl Spread {
                 absorption: water.iops.a[k],
                 scattering: water.iops.b[k],
             };
-            let sums = walker.all(&frequencies, seed);
-            share[k] = sums.share();
-            levels[k] = fit_levels(pyramid, &frequencies, &sums.transfer());
-        }
+            let groups = 0..GROUPS as u32;
+            groups
+                .map(|g| walker.walks(&frequencies, seed, g))
+                .collect()
+        });
+        let all = sums.each_ref().map(|groups| Sums::of_all(groups));
+        let scattered = |of: [&Sums; 3]| Scattered {
+            share: of.map(Sums::share),
+            levels: of.map(|s| fit_levels(pyramid, &frequencies, &s.transfer())),
+        };
         Self {
             attenuation: water.iops.c(),
-            share,
-            levels,
+            all: scattered(all.each_ref()),
+            groups: (0..GROUPS)
+                .map(|g| scattered(sums.each_ref().map(|groups| &groups[g])))
+                .collect(),
         }
     }
 
@@ -70,10 +98,14 @@ impl Spread {
     pub fn none(pyramid: &TexturePyramid) -> Self {
         let mut levels = vec![0.0; pyramid.levels()];
         levels[0] = 1.0;
-        Self {
-            attenuation: [0.0; 3],
+        let nothing = Scattered {
             share: [[0.0; 3]; 3],
             levels: [levels.clone(), levels.clone(), levels],
+        };
+        Self {
+            attenuation: [0.0; 3],
+            groups: vec![nothing.clone(); GROUPS],
+            all: nothing,
         }
     }
 
@@ -83,9 +115,21 @@ impl Spread {
         self.attenuation.map(|c| (-c * range_m).exp())
     }
 
+    /// What becomes of scattered rays, from all walks.
+    pub fn scattered(&self) -> &Scattered {
+        &self.all
+    }
+
+    /// The same from each group of walks alone.
+    pub fn groups(&self) -> &[Scattered] {
+        &self.groups
+    }
+}
+
+impl Scattered {
     /// Share of scattered rays that reach the target, per channel, at the cosine of the view's angle.
     #[inline]
-    pub fn scattered_share(&self, cosine: f64) -> [f64; 3] {
+    pub fn share(&self, cosine: f64) -> [f64; 3] {
         let m = 1.0 / cosine - 1.0;
         self.share.map(|[a, b, c]| (a + m * (b + m * c)).max(0.0))
     }
@@ -118,16 +162,21 @@ struct Sums {
 }
 
 impl Walker<'_> {
-    fn all(&self, frequencies: &[f64], seed: u64) -> Sums {
+    /// The walks of one group.
+    fn walks(&self, frequencies: &[f64], seed: u64, group: u32) -> Sums {
         let mut sums = Sums {
             moments: [0.0; 5],
             weights: [0.0; 3],
             waves: vec![0.0; frequencies.len()],
         };
         let (width, height) = self.view.size_px();
-        for walk in 0..WALKS {
-            let mut rng = Rng::new(seed, walk, self.channel as u32, 0x5eed);
-            let (x, y) = (rng.uniform() * width, rng.uniform() * height);
+        let draws = Draws::new(seed, self.channel as u32, group, 0, 0x5eed);
+        for walk in 0..WALKS_PER_GROUP {
+            let mut numbers = Numbers {
+                draws: draws.at(walk),
+                used: 0,
+            };
+            let (x, y) = (numbers.next() * width, numbers.next() * height);
             let Some(sight) = self.view.sight(x, y) else {
                 continue;
             };
@@ -137,7 +186,8 @@ impl Walker<'_> {
                 *sum += power;
                 power *= m;
             }
-            let Some((end, weight)) = self.walk(sight.direction, sight.range_m, &mut rng) else {
+            let Some((end, weight)) = self.walk(sight.direction, sight.range_m, &mut numbers)
+            else {
                 continue;
             };
             let k = self.channel;
@@ -158,19 +208,23 @@ impl Walker<'_> {
         &self,
         mut direction: glam::DVec3,
         range_m: f64,
-        rng: &mut Rng,
+        numbers: &mut Numbers,
     ) -> Option<(glam::DVec3, f64)> {
         let b = self.scattering;
         let mut weight = -(-b * range_m).exp_m1();
         if !(weight > 0.0) {
             return None;
         }
-        let first = -(-rng.uniform() * weight).ln_1p() / b;
+        let first = -(-numbers.next() * weight).ln_1p() / b;
         let mut origin = self.view.camera.position_m + first * direction;
         weight *= (-self.absorption * first).exp();
         for _ in 0..MOST_SCATTERINGS {
-            direction = turn(direction, self.phase.sample_x(rng.uniform()), rng.uniform());
-            let flight = -rng.uniform().ln() / b;
+            direction = turn(
+                direction,
+                self.phase.sample_x(numbers.next()),
+                numbers.next(),
+            );
+            let flight = -numbers.next().ln() / b;
             let to_target = self
                 .view
                 .range_m(origin, direction)
@@ -182,7 +236,7 @@ impl Walker<'_> {
                 return Some((origin, weight));
             }
             if weight < ROULETTE_BELOW {
-                if rng.uniform() < 0.5 {
+                if numbers.next() < 0.5 {
                     return None;
                 }
                 weight *= 2.0;
@@ -193,6 +247,17 @@ impl Walker<'_> {
 }
 
 impl Sums {
+    fn of_all(groups: &[Self]) -> Self {
+        let total = |of: fn(&Self) -> &[f64], i: usize| groups.iter().map(|g| of(g)[i]).sum();
+        Self {
+            moments: std::array::from_fn(|i| total(|g| &g.moments, i)),
+            weights: std::array::from_fn(|i| total(|g| &g.weights, i)),
+            waves: (0..groups[0].waves.len())
+                .map(|i| total(|g| &g.waves, i))
+                .collect(),
+        }
+    }
+
     /// Least-squares polynomial of the weights in m; a constant where the view has no range of angles.
     fn share(&self) -> [f64; 3] {
         let s = &self.moments;
@@ -212,51 +277,6 @@ impl Sums {
             .map(|w| if total > 0.0 { w / total } else { 0.0 })
             .collect()
     }
-}
-
-/// Frequencies, cycles per metre, from far below the tile's to the finest the texture holds.
-fn frequencies(pyramid: &TexturePyramid) -> Vec<f64> {
-    let finest = 0.5 / pyramid.texel_m();
-    let coarsest = finest / 2f64.powi(pyramid.levels() as i32);
-    let step = (finest / coarsest).powf(1.0 / (FREQUENCIES - 1) as f64);
-    (0..FREQUENCIES)
-        .map(|i| coarsest * step.powi(i as i32))
-        .collect()
-}
-
-/// Weights >= 0 with sum 1 of the levels, whose blurs together come closest to `transfer` (least squares by
-/// coordinate descent).
-fn fit_levels(pyramid: &TexturePyramid, frequencies: &[f64], transfer: &[f64]) -> Vec<f32> {
-    let n = pyramid.levels();
-    // The mean's weight makes up the sum; its own transfer is 0.
-    let columns: Vec<Vec<f64>> = (0..n - 1)
-        .map(|level| {
-            let blur = pyramid.blur_m(level);
-            frequencies
-                .iter()
-                .map(|f| (-0.5 * (TAU * f * blur).powi(2)).exp())
-                .collect()
-        })
-        .collect();
-    let mut weights = vec![0.0; n - 1];
-    let mut residual = transfer.to_vec();
-    for _ in 0..FIT_STEPS {
-        for (level, column) in columns.iter().enumerate() {
-            let square: f64 = column.iter().map(|c| c * c).sum();
-            let along: f64 = column.iter().zip(&residual).map(|(c, r)| c * r).sum();
-            let others: f64 = weights.iter().sum::<f64>() - weights[level];
-            let new = (weights[level] + along / square).clamp(0.0, (1.0 - others).max(0.0));
-            let change = new - weights[level];
-            weights[level] = new;
-            residual
-                .iter_mut()
-                .zip(column)
-                .for_each(|(r, c)| *r -= change * c);
-        }
-    }
-    let rest = (1.0 - weights.iter().sum::<f64>()).max(0.0);
-    weights.push(rest);
-    weights.into_iter().map(|w| w as f32).collect()
 }
 
 #[cfg(test)]
@@ -323,7 +343,7 @@ mod tests {
         for cosine in [1.0, 0.87] {
             let range = d / cosine;
             for k in 0..3 {
-                let all = spread.transmittance(range)[k] + spread.scattered_share(cosine)[k];
+                let all = spread.transmittance(range)[k] + spread.scattered().share(cosine)[k];
                 let expected = (-a[k] * range).exp();
                 assert!(
                     (all / expected - 1.0).abs() < 2e-3,
@@ -331,7 +351,7 @@ mod tests {
                 );
             }
         }
-        let weights = spread.levels(1);
+        let weights = spread.scattered().levels(1);
         assert!((weights.iter().sum::<f32>() - 1.0).abs() < 1e-5);
         // A mean cosine of 0.9999 is a mean square angle of 2e-4; the spread is a centimetre at most, so next to
         // nothing may be in levels that blur by more than ten.
