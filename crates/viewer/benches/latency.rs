@@ -41,6 +41,7 @@ fn measure(path: &Path) -> String {
     let view = View {
         display: Display::default(),
         sensor: settings.sensor,
+        probing: false,
     };
     let goal = Goal {
         samples_per_pixel: 1,
