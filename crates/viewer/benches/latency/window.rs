@@ -17,8 +17,8 @@ const SECONDS: u64 = 20;
 /// Frames that are not counted: the window opens.
 const FIRST_FRAMES: usize = 10;
 
-/// Times between frames, s.
-type Times = Arc<Mutex<Vec<f64>>>;
+/// Per frame, s: from the one before to this one, and within it what the viewer does itself; the rest is drawing.
+type Times = Arc<Mutex<Vec<[f64; 2]>>>;
 
 /// A window whose slider moves by itself.
 struct Dragged {
@@ -32,10 +32,7 @@ struct Dragged {
 impl eframe::App for Dragged {
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
         let now = Instant::now();
-        if let Some(before) = self.before.replace(now) {
-            let mut times = self.times.lock().unwrap_or_else(PoisonError::into_inner);
-            times.push((now - before).as_secs_f64());
-        }
+        let before = self.before.replace(now);
         let age = self.start.elapsed();
         if let Some(water) = &mut self.viewer.settings.water {
             water.coefficients = Coefficients::Jerlov {
@@ -44,6 +41,10 @@ impl eframe::App for Dragged {
             };
         }
         self.viewer.show(ui);
+        if let Some(before) = before {
+            let mut times = self.times.lock().unwrap_or_else(PoisonError::into_inner);
+            times.push([now - before, now.elapsed()].map(|t| t.as_secs_f64()));
+        }
         if age > Duration::from_secs(self.seconds) {
             ui.ctx().send_viewport_cmd(egui::ViewportCommand::Close);
         }
@@ -52,7 +53,7 @@ impl eframe::App for Dragged {
     }
 }
 
-/// Drags the slider of a scene; frames, their median and longest time, ms. The reason where there is no window.
+/// Drags the slider of a scene and says how long frames took, or why there is no window.
 pub fn drag(scene: &Path, backend: Backend) -> Result<String, String> {
     let opened = OpenScene::read(scene).map_err(|e| e.to_string())?;
     let times = Times::default();
@@ -90,14 +91,20 @@ pub fn drag(scene: &Path, backend: Backend) -> Result<String, String> {
     )
     .map_err(|e| e.to_string())?;
     let times = times.lock().unwrap_or_else(PoisonError::into_inner);
-    let mut counted: Vec<f64> = times.iter().skip(FIRST_FRAMES).copied().collect();
-    counted.sort_by(f64::total_cmp);
-    let longest = counted.last().ok_or("the window drew no frames")?;
-    let median = counted[counted.len() / 2];
+    let counted = times.get(FIRST_FRAMES..).unwrap_or_default();
+    let [between, own] = [0, 1].map(|which| spread(counted.iter().map(|times| times[which])));
     Ok(format!(
-        "{} frames in {seconds} s, {:.0} ms from one to the next, {:.0} ms at most",
-        counted.len(),
-        1e3 * median,
-        1e3 * longest
+        "{} frames in {seconds} s; median and longest, ms: {between} from one to the next, {own} of the viewer itself",
+        counted.len()
     ))
+}
+
+/// Median and longest of some times, ms.
+fn spread(times: impl Iterator<Item = f64>) -> String {
+    let mut times: Vec<f64> = times.collect();
+    times.sort_by(f64::total_cmp);
+    match (times.get(times.len() / 2), times.last()) {
+        (Some(median), Some(longest)) => format!("{:.1}, {:.1}", 1e3 * median, 1e3 * longest),
+        _ => "no frames".to_owned(),
+    }
 }
