@@ -61,6 +61,28 @@ impl Film {
         }
     }
 
+    /// The film of `batches` batches from what a graphics adapter holds, plane after plane of the picture's size: the
+    /// mean of the total, the sum of its squared deviations weighted by samples, the means of ambient, direct,
+    /// backscatter and of each lamp.
+    pub(crate) fn of_planes(mut self, samples: u64, batches: u32, planes: &[[f32; 3]]) -> Self {
+        let stride = FIXED + self.lamps;
+        let (width, n) = (self.width as usize, samples as f64);
+        let pixels = width * self.rows.len();
+        for (y, row) in self.rows.iter_mut().enumerate() {
+            for (x, sums) in row.sums.chunks_exact_mut(stride).enumerate() {
+                let value = |plane: usize| planes[plane * pixels + y * width + x].map(f64::from);
+                for (plane, sum) in sums.iter_mut().enumerate() {
+                    *sum = value(plane).map(|mean| n * mean);
+                }
+                let (mean, deviations) = (value(0), value(1));
+                sums[1] = std::array::from_fn(|k| deviations[k] + n * mean[k] * mean[k]);
+            }
+            row.samples = samples;
+            row.batches = batches;
+        }
+        self
+    }
+
     /// Number of lamps.
     pub fn lamps(&self) -> usize {
         self.lamps

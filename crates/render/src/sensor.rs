@@ -33,18 +33,27 @@ impl Sensor {
     /// Factor from radiance, W/(m² sr), to the linear signal. For a picture that is black all over,
     /// which no factor brings to a mean, it is 1.
     pub fn exposure_factor(&self, picture: &Picture) -> f64 {
+        let finite = picture
+            .data
+            .iter()
+            .flatten()
+            .filter(|value| value.is_finite());
+        let mean = || {
+            let (sum, count) = finite.fold((0.0, 0.0), |(sum, count), value| {
+                (sum + f64::from(*value), count + 1.0)
+            });
+            sum / count
+        };
+        self.exposure_factor_of(mean)
+    }
+
+    /// The same of a picture whose radiances have this mean over pixels and channels; it is asked for where it counts.
+    pub fn exposure_factor_of(&self, mean_radiance: impl FnOnce() -> f64) -> f64 {
         match self.exposure {
             Exposure::Fixed(factor) => factor,
-            Exposure::AutoMean(mean) => {
-                let finite = picture
-                    .data
-                    .iter()
-                    .flatten()
-                    .filter(|value| value.is_finite());
-                let (sum, count) = finite.fold((0.0, 0.0), |(sum, count), value| {
-                    (sum + f64::from(*value), count + 1.0)
-                });
-                if sum > 0.0 { mean * count / sum } else { 1.0 }
+            Exposure::AutoMean(wanted) => {
+                let mean = mean_radiance();
+                if mean > 0.0 { wanted / mean } else { 1.0 }
             }
         }
     }
@@ -99,12 +108,17 @@ fn quantise(encoded: f64, full_scale: f64) -> f64 {
 
 /// A number drawn from the standard normal distribution, a function of `seed` and `index` alone (Box-Muller).
 fn standard_normal(seed: u64, index: u64) -> f64 {
-    let start = mix(seed ^ SEED_SALT);
+    let start = noise_start(seed);
     let draw = |k: u64| mix(start.wrapping_add((2 * index + k).wrapping_mul(GOLDEN)));
     // 53 random bits each; the first in (0, 1] because its logarithm is taken.
     let radius = (-2.0 * (((draw(0) >> 11) + 1) as f64 * EPSILON).ln()).sqrt();
     let angle = TAU * ((draw(1) >> 11) as f64 * EPSILON);
     radius * angle.cos()
+}
+
+/// Where the random bits of a seed's noise start.
+pub(crate) fn noise_start(seed: u64) -> u64 {
+    mix(seed ^ SEED_SALT)
 }
 
 /// Keeps the noise of a seed apart from other uses of the same seed.

@@ -5,15 +5,17 @@ use std::process::ExitCode;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use clap::{Parser, ValueEnum};
+use eframe::egui_wgpu::RenderState;
 use uw_calib::Profile;
 use uw_guidance::Model;
-use uw_render::gpu::Backend;
+use uw_render::gpu::{Backend, Gpu, GpuError};
 use uw_render::image::{Counts, Frame as Stored, write_frame};
 
 use crate::app::{Options, Tab, Viewer};
 use crate::guidance::operation::Operation;
 use crate::model::{OpenScene, Settings, recent::Recent};
 use crate::ui::theme;
+use crate::window;
 use crate::worker::{Goal, Place};
 
 /// The water, its knobs and the advice in one window.
@@ -123,38 +125,59 @@ enum Failure {
 }
 
 fn start(args: &Args) -> Result<(), Failure> {
-    let options = options(args).map_err(Failure::Input)?;
+    let options = options(args);
     let opened = first_scene(args, options.assets.as_deref()).map_err(Failure::Input)?;
     let advice = AdviceFiles::read(args).map_err(Failure::Input)?;
-    let outcome = Arc::new(Mutex::new(None));
+    let outcome = Outcome::default();
     let for_app = Arc::clone(&outcome);
     let args = args.clone();
-    eframe::run_native(
+    let ended = eframe::run_native(
         "uwguide viewer",
-        native_options(args.size),
+        native_options(&args),
         Box::new(move |creation| {
+            let mut options = options;
+            if let Err(error) = place(&args, creation.wgpu_render_state.as_ref(), &mut options) {
+                keep(&for_app, Err(Failure::Input(error.to_string())));
+                return Err(error.into());
+            }
+            let gpu = options.place.gpu.clone().filter(Gpu::is_shared);
             let viewer = first_viewer(&creation.egui_ctx, &args, opened, options, advice)?;
             let screenshot = args.screenshot.map(|path| Screenshot {
                 path,
                 after_samples: args.after_samples,
                 asked: false,
-                outcome: for_app,
+                outcome: Arc::clone(&for_app),
             });
-            Ok(Box::new(Window { viewer, screenshot }))
+            Ok(Box::new(Window {
+                viewer,
+                screenshot,
+                gpu,
+                outcome: for_app,
+            }))
         }),
-    )
-    .map_err(|e| Failure::Running(format!("cannot open a window: {e}")))?;
+    );
     let outcome = outcome
         .lock()
         .unwrap_or_else(PoisonError::into_inner)
         .take();
-    match outcome {
-        Some(Err(message)) => Err(Failure::Running(message)),
-        _ => Ok(()),
-    }
+    // What was kept is the cause of what the window says.
+    outcome.unwrap_or(Ok(()))?;
+    ended.map_err(|e| Failure::Running(format!("cannot open a window: {e}")))
 }
 
-fn native_options((width, height): (u32, u32)) -> eframe::NativeOptions {
+/// How the program ends, once that is known.
+type Outcome = Arc<Mutex<Option<Result<(), Failure>>>>;
+
+/// Keeps how the program ends; what came first counts.
+fn keep(outcome: &Outcome, result: Result<(), Failure>) {
+    outcome
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner)
+        .get_or_insert(result);
+}
+
+fn native_options(args: &Args) -> eframe::NativeOptions {
+    let (width, height) = args.size;
     let viewport = egui::ViewportBuilder::default()
         .with_title("uwguide viewer")
         .with_app_id("uwguide-viewer")
@@ -163,6 +186,10 @@ fn native_options((width, height): (u32, u32)) -> eframe::NativeOptions {
         .with_drag_and_drop(true);
     eframe::NativeOptions {
         viewport,
+        wgpu_options: window::configuration(
+            args.backend != BackendName::Cpu,
+            args.adapter.as_deref(),
+        ),
         // It costs a software adapter time, and pictures have noise of their own.
         dithering: false,
         ..Default::default()
@@ -222,19 +249,23 @@ impl AdviceFiles {
     }
 }
 
-fn options(args: &Args) -> Result<Options, String> {
+/// Sets where pictures are rendered.
+fn place(args: &Args, window: Option<&RenderState>, options: &mut Options) -> Result<(), GpuError> {
     let backend = match args.backend {
         BackendName::Auto => Backend::Auto,
         BackendName::Cpu => Backend::Cpu,
         BackendName::Gpu => Backend::Gpu,
     };
-    let gpu = backend
-        .open(args.adapter.as_deref())
-        .map_err(|e| e.to_string())?;
+    options.place.gpu = window::renderer(window, backend, args.adapter.as_deref())?;
+    options.canvas = window.cloned();
+    Ok(())
+}
+
+fn options(args: &Args) -> Options {
     let headless = args.screenshot.is_some();
-    Ok(Options {
+    Options {
         place: Place {
-            gpu,
+            gpu: None,
             threads: args.threads.map(|n| n as usize),
         },
         seed: args.seed,
@@ -252,7 +283,7 @@ fn options(args: &Args) -> Result<Options, String> {
             Recent::of_user()
         },
         ..Options::default()
-    })
+    }
 }
 
 /// The scene of the arguments, the one that ships, or a grey wall.
@@ -260,7 +291,7 @@ fn first_scene(args: &Args, assets: Option<&Path>) -> Result<(OpenScene, Setting
     if let Some(path) = &args.scene {
         return OpenScene::read(path).map_err(|e| e.to_string());
     }
-    let shipped = assets.map(|a| a.join("scenes/hull_inspection.toml"));
+    let shipped = assets.map(|a| a.join("scenes/reef_daylight.toml"));
     let read = shipped.and_then(|path| OpenScene::read(&path).ok());
     read.map_or_else(OpenScene::fallback, Ok)
         .map_err(|e| e.to_string())
@@ -270,10 +301,24 @@ fn first_scene(args: &Args, assets: Option<&Path>) -> Result<(OpenScene, Setting
 struct Window {
     viewer: Viewer,
     screenshot: Option<Screenshot>,
+    /// The adapter that draws the window, where it renders too.
+    gpu: Option<Gpu>,
+    outcome: Outcome,
 }
 
 impl eframe::App for Window {
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
+        let fault = self.gpu.as_ref().and_then(Gpu::fault);
+        if let Some(error @ GpuError::Lost { .. }) = fault {
+            // Nothing can be drawn any more, not even a message.
+            let advice = "start the viewer again, with --backend cpu if it happens again";
+            keep(
+                &self.outcome,
+                Err(Failure::Running(format!("{error}; {advice}"))),
+            );
+            ui.ctx().send_viewport_cmd(egui::ViewportCommand::Close);
+            return;
+        }
         self.viewer.show(ui);
         if let Some(screenshot) = &mut self.screenshot {
             screenshot.watch(&self.viewer, ui.ctx());
@@ -286,7 +331,7 @@ struct Screenshot {
     path: PathBuf,
     after_samples: u64,
     asked: bool,
-    outcome: Arc<Mutex<Option<Result<(), String>>>>,
+    outcome: Outcome,
 }
 
 impl Screenshot {
@@ -304,7 +349,7 @@ impl Screenshot {
         let (path, outcome, ctx_then) = (self.path.clone(), Arc::clone(&self.outcome), ctx.clone());
         ctx.request_screenshot(move |image| {
             let written = write_png(&path, &image);
-            *outcome.lock().unwrap_or_else(PoisonError::into_inner) = Some(written);
+            keep(&outcome, written.map_err(Failure::Running));
             ctx_then.send_viewport_cmd(egui::ViewportCommand::Close);
         });
     }

@@ -9,4 +9,5 @@ pub mod export;
 pub mod guidance;
 pub mod model;
 pub mod ui;
+pub mod window;
 pub mod worker;

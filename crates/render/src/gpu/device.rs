@@ -1,13 +1,16 @@
 //! Adapters and the device.
 
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
 use serde::Serialize;
 
-use super::GpuError;
+use super::{GpuError, compiled::Compiled};
 
 /// Storage buffers that the kernels bind.
 const STORAGE_BUFFERS: u32 = 12;
+/// Longest wait without looking up.
+const WAIT_SLICE: Duration = Duration::from_millis(2);
 
 /// A graphics adapter.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -46,6 +49,9 @@ pub struct Gpu {
     pub(super) device: wgpu::Device,
     pub(super) queue: wgpu::Queue,
     pub(super) limits: wgpu::Limits,
+    pub(super) compiled: Compiled,
+    /// Whether a window is drawn by the device too.
+    pub(super) shared: bool,
     info: AdapterInfo,
     fault: Arc<Mutex<Option<GpuError>>>,
 }
@@ -55,7 +61,7 @@ pub fn adapters() -> Vec<AdapterInfo> {
     found().iter().map(|(info, _)| info.clone()).collect()
 }
 
-fn found() -> Vec<(AdapterInfo, wgpu::Adapter)> {
+pub(super) fn found() -> Vec<(AdapterInfo, wgpu::Adapter)> {
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
     descriptor.backends = wgpu::Backends::PRIMARY;
     let instance = wgpu::Instance::new(descriptor);
@@ -70,7 +76,8 @@ fn found() -> Vec<(AdapterInfo, wgpu::Adapter)> {
     all
 }
 
-fn describe(adapter: &wgpu::Adapter) -> AdapterInfo {
+/// What an adapter says of itself.
+pub(super) fn describe(adapter: &wgpu::Adapter) -> AdapterInfo {
     let info = adapter.get_info();
     let limits = adapter.limits();
     AdapterInfo {
@@ -86,6 +93,23 @@ fn describe(adapter: &wgpu::Adapter) -> AdapterInfo {
         driver: format!("{} {}", info.driver, info.driver_info),
         largest_buffer_bytes: limits.max_storage_buffer_binding_size,
     }
+}
+
+/// Whether a device with these limits can run the kernels.
+///
+/// # Errors
+/// The limit that is too low.
+pub(super) fn check_limits(limits: &wgpu::Limits) -> Result<(), GpuError> {
+    let available = limits.max_storage_buffers_per_shader_stage;
+    if available >= STORAGE_BUFFERS {
+        return Ok(());
+    }
+    Err(GpuError::Limit {
+        what: "buffers of a kernel".to_owned(),
+        limit: "max_storage_buffers_per_shader_stage",
+        needed: u64::from(STORAGE_BUFFERS),
+        available: u64::from(available),
+    })
 }
 
 impl Gpu {
@@ -118,14 +142,7 @@ impl Gpu {
 
     fn start(info: AdapterInfo, adapter: &wgpu::Adapter) -> Result<Self, GpuError> {
         let limits = adapter.limits();
-        if limits.max_storage_buffers_per_shader_stage < STORAGE_BUFFERS {
-            return Err(GpuError::Limit {
-                what: "buffers of a kernel".to_owned(),
-                limit: "max_storage_buffers_per_shader_stage",
-                needed: u64::from(STORAGE_BUFFERS),
-                available: u64::from(limits.max_storage_buffers_per_shader_stage),
-            });
-        }
+        check_limits(&limits)?;
         let request = adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("renderer"),
             required_limits: limits.clone(),
@@ -135,6 +152,17 @@ impl Gpu {
             adapter: info.name.clone(),
             reason: e.to_string(),
         })?;
+        Ok(Self::watch(info, device, queue, limits, false))
+    }
+
+    /// Keeps the faults of a device.
+    pub(super) fn watch(
+        info: AdapterInfo,
+        device: wgpu::Device,
+        queue: wgpu::Queue,
+        limits: wgpu::Limits,
+        shared: bool,
+    ) -> Self {
         let fault = Arc::new(Mutex::new(None));
         let keep = |fault: &Arc<Mutex<Option<GpuError>>>, error: GpuError| {
             // The first fault is the cause, later ones follow from it.
@@ -151,13 +179,15 @@ impl Gpu {
         device.set_device_lost_callback(move |_, message| {
             keep(&for_loss, GpuError::Lost { reason: message });
         });
-        Ok(Self {
+        Self {
             device,
             queue,
             limits,
+            compiled: Compiled::default(),
+            shared,
             info,
             fault,
-        })
+        }
     }
 
     /// What the adapter says of itself.
@@ -174,15 +204,53 @@ impl Gpu {
         fault.clone().map_or(Ok(()), Err)
     }
 
-    /// Waits until everything submitted has run.
+    /// Waits until everything submitted has run. In slices, because a wait holds a lock that a window on the same device
+    /// needs when it lets go of a texture.
     ///
     /// # Errors
     /// A fault of the device.
     pub(super) fn wait(&self) -> Result<(), GpuError> {
-        let waited = self.device.poll(wgpu::PollType::wait_indefinitely());
-        self.check()?;
-        waited.map(|_| ()).map_err(|e| GpuError::Lost {
-            reason: e.to_string(),
+        loop {
+            let waited = self.device.poll(wgpu::PollType::Wait {
+                submission_index: None,
+                timeout: Some(WAIT_SLICE),
+            });
+            self.check()?;
+            match waited {
+                Ok(_) => return Ok(()),
+                Err(wgpu::PollError::Timeout) => {}
+                Err(error) => {
+                    return Err(GpuError::Lost {
+                        reason: error.to_string(),
+                    });
+                }
+            }
+        }
+    }
+
+    /// The first `bytes` of `buffer`.
+    ///
+    /// # Errors
+    /// A fault of the device.
+    pub(super) fn read_buffer<T: bytemuck::Pod>(
+        &self,
+        buffer: &wgpu::Buffer,
+        bytes: u64,
+    ) -> Result<Vec<T>, GpuError> {
+        let staging = self.readable(bytes);
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, bytes);
+        self.queue.submit([encoder.finish()]);
+        self.read(&staging)
+    }
+
+    /// A buffer that can be mapped.
+    pub(super) fn readable(&self, bytes: u64) -> wgpu::Buffer {
+        self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("to read"),
+            size: bytes.max(16),
+            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
         })
     }
 

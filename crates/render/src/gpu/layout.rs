@@ -1,4 +1,4 @@
-//! Records that host and kernels share. Twin: `shaders/common/layout.wgsl`. Lengths in metres relative to the camera.
+//! Records that host and kernels share. Twins: `shaders/common/layout.wgsl` and `shaders/common/picture.wgsl`. Lengths in metres relative to the camera.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -173,5 +173,22 @@ records! {
         paths: u32,
         vertices: u32,
         not_finite: u32,
+    }
+    /// What is to be done with the held film.
+    PictureTask {
+        mean: [f32; 3],
+        pixels: u32,
+        width: u32,
+        film_layers: u32,
+        samples_before: f32,
+        batch_samples: f32,
+        batches: f32,
+        exposure: f32,
+        srgb: u32,
+        bits: u32,
+        noise_a: f32,
+        noise_b: f32,
+        noise_low: u32,
+        noise_high: u32,
     }
 }

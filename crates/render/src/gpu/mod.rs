@@ -4,14 +4,17 @@
 //! and moves their mean to the film; the host adds the batch to the same film as the CPU.
 
 mod choice;
+mod compiled;
 mod device;
 mod error;
 #[cfg(test)]
 mod faults;
+mod held;
 pub mod layout;
 mod pipeline;
 mod render;
 pub mod shaders;
+mod shared;
 pub mod skipped;
 mod stepper;
 mod tables;
@@ -23,5 +26,6 @@ mod upload;
 pub use choice::Backend;
 pub use device::{AdapterChoice, AdapterInfo, Gpu, adapters};
 pub use error::GpuError;
+pub use held::{Look, Statistics};
 pub use render::render;
 pub use stepper::Stepper;

@@ -31,7 +31,7 @@ pub(super) struct Loaded<'a> {
     pub(super) lanes: u32,
     /// Vertices of a bridge or of a walk that scratch memory has room for.
     pub(super) slots: u32,
-    film: wgpu::Buffer,
+    pub(super) film: wgpu::Buffer,
     /// Where probes take their inputs from.
     #[cfg(test)]
     pub(super) scratch: wgpu::Buffer,
@@ -39,8 +39,6 @@ pub(super) struct Loaded<'a> {
     completed: wgpu::Buffer,
     counters: wgpu::Buffer,
     counters_read: wgpu::Buffer,
-    completed_read: wgpu::Buffer,
-    film_read: wgpu::Buffer,
     bind_group: wgpu::BindGroup,
     layout: wgpu::PipelineLayout,
     constants: Vec<(&'static str, f64)>,
@@ -96,9 +94,7 @@ impl<'a> Loaded<'a> {
             pixels,
             lanes,
             slots,
-            film_read: maker.readable(film_bytes),
-            counters_read: maker.readable(size_of::<Counters>() as u64),
-            completed_read: maker.readable(4 * u64::from(pixels)),
+            counters_read: gpu.readable(size_of::<Counters>() as u64),
             film,
             #[cfg(test)]
             scratch,
@@ -131,36 +127,7 @@ impl<'a> Loaded<'a> {
         name: &str,
         text: &str,
     ) -> Result<wgpu::ComputePipeline, GpuError> {
-        let module = self
-            .gpu
-            .device
-            .create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: Some(name),
-                source: wgpu::ShaderSource::Wgsl(text.into()),
-            });
-        // A constant that the shader does not have would be refused.
-        let declared: Vec<_> = self
-            .constants
-            .iter()
-            .filter(|(constant, _)| text.contains(&format!("override {constant}:")))
-            .copied()
-            .collect();
-        let pipeline = self
-            .gpu
-            .device
-            .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(name),
-                layout: Some(&self.layout),
-                module: &module,
-                entry_point: Some("main"),
-                compilation_options: wgpu::PipelineCompilationOptions {
-                    constants: &declared,
-                    ..Default::default()
-                },
-                cache: None,
-            });
-        self.gpu.check()?;
-        Ok(pipeline)
+        self.gpu.pipeline(name, text, &self.layout, &self.constants)
     }
 
     /// Sets the film, and with `only_completed` nothing but the counts of completed samples, to zero.
@@ -206,7 +173,7 @@ impl<'a> Loaded<'a> {
     /// # Errors
     /// A fault of the device.
     pub(super) fn read_completed(&self) -> Result<Vec<u32>, GpuError> {
-        self.copy_and_read(&self.completed, &self.completed_read)
+        self.gpu.read_buffer(&self.completed, self.completed.size())
     }
 
     /// The film: per pixel its layers, three channels each.
@@ -214,18 +181,7 @@ impl<'a> Loaded<'a> {
     /// # Errors
     /// A fault of the device.
     pub(super) fn read_film(&self) -> Result<Vec<f32>, GpuError> {
-        self.copy_and_read(&self.film, &self.film_read)
-    }
-
-    fn copy_and_read<T: bytemuck::Pod>(
-        &self,
-        buffer: &wgpu::Buffer,
-        staging: &wgpu::Buffer,
-    ) -> Result<Vec<T>, GpuError> {
-        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        encoder.copy_buffer_to_buffer(buffer, 0, staging, 0, buffer.size());
-        self.gpu.queue.submit([encoder.finish()]);
-        self.gpu.read(staging)
+        self.gpu.read_buffer(&self.film, self.film.size())
     }
 }
 
@@ -250,8 +206,8 @@ fn constants(needs: &Needs, tables: &Tables, scene: &Prepared) -> Vec<(&'static 
     .collect()
 }
 
-struct Maker<'a> {
-    gpu: &'a Gpu,
+pub(super) struct Maker<'a> {
+    pub(super) gpu: &'a Gpu,
 }
 
 impl Maker<'_> {
@@ -268,7 +224,7 @@ impl Maker<'_> {
         Ok(())
     }
 
-    fn empty(&self, what: &str, bytes: u64) -> Result<wgpu::Buffer, GpuError> {
+    pub(super) fn empty(&self, what: &str, bytes: u64) -> Result<wgpu::Buffer, GpuError> {
         self.fits(what, bytes)?;
         Ok(self.gpu.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some(what),
@@ -281,7 +237,11 @@ impl Maker<'_> {
     }
 
     /// A buffer with `values`, or with one zero record where there are none, because bindings cannot be empty.
-    fn filled<T: bytemuck::Pod>(&self, what: &str, values: &[T]) -> Result<wgpu::Buffer, GpuError> {
+    pub(super) fn filled<T: bytemuck::Pod>(
+        &self,
+        what: &str,
+        values: &[T],
+    ) -> Result<wgpu::Buffer, GpuError> {
         self.fits(what, size_of_val(values) as u64)?;
         let none = [T::zeroed()];
         let values = if values.is_empty() { &none } else { values };
@@ -289,7 +249,7 @@ impl Maker<'_> {
         Ok(self.init(what, contents, wgpu::BufferUsages::STORAGE))
     }
 
-    fn uniform(&self, contents: &[u8]) -> wgpu::Buffer {
+    pub(super) fn uniform(&self, contents: &[u8]) -> wgpu::Buffer {
         self.init("uniform", contents, wgpu::BufferUsages::UNIFORM)
     }
 
@@ -303,15 +263,6 @@ impl Maker<'_> {
         });
         self.gpu.queue.write_buffer(&buffer, 0, contents);
         buffer
-    }
-
-    fn readable(&self, bytes: u64) -> wgpu::Buffer {
-        self.gpu.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("to read"),
-            size: bytes.max(16),
-            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        })
     }
 
     fn bind(&self, buffers: &[wgpu::Buffer]) -> (wgpu::BindGroup, wgpu::PipelineLayout) {

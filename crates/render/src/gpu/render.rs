@@ -20,8 +20,6 @@ use crate::{
     prepare::Prepared,
 };
 
-/// How long a dispatch should take: display drivers end those of some seconds.
-const DISPATCH: Duration = Duration::from_millis(50);
 /// Most samples of a pixel in a dispatch.
 const MOST_SAMPLES: u32 = 16;
 /// Fewest samples of a dispatch: fewer leave most lanes idle, and a slow moment must not lead there.
@@ -90,12 +88,19 @@ pub(super) fn render_edited(
     Ok((film, stats))
 }
 
+/// Levels of the lamps, as fractions.
+pub(super) fn levels(scene: &Prepared) -> Vec<f64> {
+    scene.lamps.iter().map(|lamp| lamp.level).collect()
+}
+
 /// A kernel and how fast it is.
 struct Kernel {
     name: &'static str,
     pipeline: wgpu::ComputePipeline,
     /// Samples that a dispatch of the wanted length makes.
     work: f64,
+    /// How long a dispatch should take.
+    dispatch: Duration,
 }
 
 impl Kernel {
@@ -109,13 +114,14 @@ impl Kernel {
             name,
             pipeline: loaded.pipeline_of(name, &text)?,
             work: FIRST_WORK,
+            dispatch: loaded.gpu.dispatch_time(),
         })
     }
 
     /// Learns from a dispatch that made `samples` samples in `elapsed`; by at most a factor of 4, because the first one
     /// holds the driver's compilation.
     fn learn(&mut self, samples: f64, elapsed: Duration) {
-        let ideal = samples * DISPATCH.as_secs_f64() / elapsed.as_secs_f64().max(1e-6);
+        let ideal = samples * self.dispatch.as_secs_f64() / elapsed.as_secs_f64().max(1e-6);
         self.work = ideal
             .clamp(0.5 * self.work, 4.0 * self.work)
             .max(LEAST_WORK);
@@ -218,8 +224,7 @@ impl<'a> Job<'a> {
         Ok(())
     }
 
-    /// Adds batch number `batch` to `film`; `stop` is asked before every dispatch. Returns whether it was added: one
-    /// that was stopped leaves nothing behind.
+    /// Adds batch number `batch` to `film`. Returns whether it was added, as in [`Job::make_batch`].
     pub(super) fn add_batch(
         &mut self,
         film: &mut Film,
@@ -227,11 +232,31 @@ impl<'a> Job<'a> {
         samples: u32,
         stop: &dyn Fn() -> bool,
     ) -> Result<bool, GpuError> {
+        let made = self.make_batch(batch, samples, stop)?;
+        if made {
+            self.add_to(film, samples)?;
+        }
+        Ok(made)
+    }
+
+    /// Makes batch number `batch` on the device; `stop` is asked before every dispatch. Returns whether it was made:
+    /// one that was stopped leaves nothing behind.
+    pub(super) fn make_batch(
+        &mut self,
+        batch: u32,
+        samples: u32,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<bool, GpuError> {
         match self.run_batch(batch, samples, stop) {
-            Ok(()) => self.add_to(film, samples).map(|()| true),
+            Ok(()) => Ok(true),
             Err(Stop::Asked) => Ok(false),
             Err(Stop::Fault(error)) => Err(error),
         }
+    }
+
+    /// Where the means of a batch lie on the device.
+    pub(super) fn batch_film(&self) -> &wgpu::Buffer {
+        &self.loaded.film
     }
 
     /// All samples of one batch, of every kernel.
@@ -346,7 +371,7 @@ impl<'a> Job<'a> {
         let values = self.loaded.read_film()?;
         let layers = self.loaded.film_layers as usize;
         let lamps = self.scene.lamps.len();
-        let levels: Vec<f64> = self.scene.lamps.iter().map(|l| l.level).collect();
+        let levels = levels(self.scene);
         let width = film.width as usize;
         for (row, values) in film.rows.iter_mut().zip(values.chunks(3 * layers * width)) {
             for (column, pixel) in values.chunks_exact(3 * layers).enumerate() {

@@ -1,8 +1,13 @@
-//! A render in batches, for callers that look at the film while it fills and may leave at any moment.
+//! A render in batches, for callers that look at the film while it fills and may leave at any moment. The film stays on
+//! the adapter until it is asked for.
 
 use std::sync::atomic::AtomicBool;
 
-use super::{Gpu, GpuError, render::Job};
+use super::{
+    Gpu, GpuError, Look, Statistics,
+    held::Held,
+    render::{Job, levels},
+};
 use crate::{
     film::Film,
     integrator::{Plan, Progress},
@@ -12,10 +17,10 @@ use crate::{
 static NEVER: AtomicBool = AtomicBool::new(false);
 static UNOBSERVED: fn(&Progress) = |_| {};
 
-/// Adds batches of samples to a film, one at a time. The scene stays on the device between them.
+/// Adds batches of samples to a film on the adapter, one at a time. The scene stays there too.
 pub struct Stepper<'a> {
     job: Job<'a>,
-    batch: u32,
+    held: Held<'a>,
 }
 
 impl<'a> Stepper<'a> {
@@ -24,10 +29,10 @@ impl<'a> Stepper<'a> {
     /// # Errors
     /// The device fails or the scene does not fit.
     pub fn new(gpu: &'a Gpu, scene: &'a Prepared, plan: &'a Plan) -> Result<Self, GpuError> {
-        Ok(Self {
-            job: Job::new(gpu, scene, plan, &NEVER, &UNOBSERVED, &|text| text)?,
-            batch: 0,
-        })
+        let job = Job::new(gpu, scene, plan, &NEVER, &UNOBSERVED, &|text| text)?;
+        let size_px = [scene.camera.width, scene.camera.height];
+        let held = Held::new(gpu, size_px, job.batch_film(), &levels(scene))?;
+        Ok(Self { job, held })
     }
 
     /// Walks started at the camera so far.
@@ -35,21 +40,56 @@ impl<'a> Stepper<'a> {
         self.job.paths()
     }
 
-    /// Adds a batch of `samples` samples per pixel to `film`; `stop` is asked before every dispatch. Returns whether
-    /// it was added: one that was stopped leaves the film as it was and is made anew by the next step.
+    /// Samples per pixel so far.
+    pub fn samples(&self) -> u64 {
+        self.held.counts().0
+    }
+
+    /// Adds a batch of `samples` samples per pixel; `stop` is asked before every dispatch. Returns whether it was
+    /// added: one that was stopped leaves the film as it was and is made anew by the next step.
     ///
     /// # Errors
     /// The device fails.
-    pub fn step(
-        &mut self,
-        film: &mut Film,
-        samples: u32,
-        stop: &dyn Fn() -> bool,
-    ) -> Result<bool, GpuError> {
-        let added = self.job.add_batch(film, self.batch, samples.max(1), stop)?;
-        if added {
-            self.batch += 1;
+    pub fn step(&mut self, samples: u32, stop: &dyn Fn() -> bool) -> Result<bool, GpuError> {
+        let samples = samples.max(1);
+        let (_, batch) = self.held.counts();
+        let made = self.job.make_batch(batch, samples, stop)?;
+        if made {
+            self.held.add(samples);
         }
-        Ok(added)
+        Ok(made)
+    }
+
+    /// Mean and error of the film; little is read back for them.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn statistics(&self) -> Result<Statistics, GpuError> {
+        self.held.statistics()
+    }
+
+    /// Writes the picture to a texture of [`Gpu::texture`] that has the size of the film. Nothing is read back; what is
+    /// submitted to the device's queue later sees it.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn show(&self, look: &Look, texture: &wgpu::Texture) -> Result<(), GpuError> {
+        self.held.show(look, texture)
+    }
+
+    /// The film, read back with all its layers.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn film(&self) -> Result<Film, GpuError> {
+        self.held.read()
+    }
+
+    /// The radiance of each pixel, W/(m² sr), read back without the layers.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn radiance(&self) -> Result<Vec<[f32; 3]>, GpuError> {
+        self.held.read_radiance()
     }
 }

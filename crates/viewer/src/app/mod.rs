@@ -7,6 +7,7 @@ mod render;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use eframe::egui_wgpu::RenderState;
 use glam::DVec2;
 
 pub use files::FilePurpose;
@@ -41,6 +42,8 @@ pub struct Options {
     pub recent: Recent,
     /// Folder of textures, models and scenes; none where they are not installed.
     pub assets: Option<PathBuf>,
+    /// What draws the window, where it shares its adapter with the renderer.
+    pub canvas: Option<RenderState>,
 }
 
 impl Default for Options {
@@ -51,6 +54,7 @@ impl Default for Options {
             goal: Goal::default(),
             recent: Recent::default(),
             assets: uw_survey::assets::assets_dir().ok(),
+            canvas: None,
         }
     }
 }
@@ -109,6 +113,7 @@ impl Viewer {
         let view = View {
             display: Display::default(),
             sensor: settings.sensor,
+            probing: false,
         };
         let for_worker = ctx.clone();
         let worker = Worker::start(options.place, view, options.goal, move || {
@@ -128,7 +133,7 @@ impl Viewer {
             help_open: false,
             toasts: Toasts::default(),
             files: None,
-            picture: PictureView::default(),
+            picture: PictureView::new(options.canvas),
             recent: options.recent,
             assets: options.assets,
             worker,

@@ -39,6 +39,7 @@ impl Viewer {
         let view = View {
             display: self.display,
             sensor: self.settings.sensor,
+            probing: self.picture.is_probing(),
         };
         if self.view.as_ref() != Some(&view) {
             self.view_revision = self.worker.set_view(view.clone());

@@ -1,8 +1,12 @@
 //! From radiance to what is shown: the sensor's picture, a layer, or false colours.
 
+use std::sync::Arc;
+
+use eframe::wgpu::Texture;
 use egui::{Color32, ColorImage};
 use uw_render::{
     film::Film,
+    gpu::Look,
     image::{Counts, ExrImage, LayerData, Picture, linear_to_srgb},
     layers::{self, RenderLayer},
     prepare::Prepared,
@@ -59,12 +63,21 @@ pub struct Legend {
     pub logarithmic: bool,
 }
 
+/// The pixels of a picture.
+#[derive(Clone, Debug)]
+pub enum Pixels {
+    /// On the host.
+    Image(ColorImage),
+    /// On the adapter of the window, with the sensor that took them.
+    Texture(Arc<Texture>, SensorSettings),
+}
+
 /// A picture ready for the screen.
 #[derive(Clone, Debug)]
 pub struct Shown {
     /// The pixels.
-    pub image: ColorImage,
-    /// The radiance of all sources, W/(m² sr).
+    pub pixels: Pixels,
+    /// The radiance of all sources, W/(m² sr); empty where the picture stays on the adapter and nobody probes it.
     pub radiance: Vec<[f32; 3]>,
     /// Values of the shown layer, where it is not the whole picture.
     pub values: Option<LayerData>,
@@ -189,6 +202,67 @@ impl ShownLayer {
     }
 }
 
+impl Shown {
+    /// A picture on the adapter of the window.
+    pub fn on_adapter(
+        texture: Arc<Texture>,
+        radiance: Vec<[f32; 3]>,
+        exposure: f64,
+        sensor: SensorSettings,
+    ) -> Self {
+        Self {
+            pixels: Pixels::Texture(texture, sensor),
+            radiance,
+            values: None,
+            legend: None,
+            exposure,
+        }
+    }
+
+    /// The pixels, where they are on the host.
+    pub fn image(&self) -> Option<&ColorImage> {
+        match &self.pixels {
+            Pixels::Image(image) => Some(image),
+            Pixels::Texture(..) => None,
+        }
+    }
+
+    /// Red, green and blue of the pixel of that index, as shown; without noise where the picture is on the adapter.
+    pub fn counts(&self, index: usize) -> Option<[u8; 3]> {
+        match &self.pixels {
+            Pixels::Image(image) => image.pixels.get(index).map(|p| [p.r(), p.g(), p.b()]),
+            Pixels::Texture(_, sensor) => {
+                let picture = Picture {
+                    data: vec![*self.radiance.get(index)?],
+                    ..Picture::black(1, 1)
+                };
+                let mut sensor = sensor.build();
+                sensor.exposure = Exposure::Fixed(self.exposure);
+                sensor.noise = None;
+                bytes(&sensor.expose(&picture, NOISE_SEED).counts)
+                    .first()
+                    .copied()
+            }
+        }
+    }
+}
+
+/// Whether the display wants nothing but the sensor's picture, which the adapter of the window can make by itself.
+pub fn is_photograph(display: &Display, lamps: usize) -> bool {
+    display.layer.within(lamps) == ShownLayer::Picture && display.false_colour == FalseColour::Off
+}
+
+/// The same for the adapter: what the sensor makes of a picture at this exposure.
+pub fn look(sensor: &SensorSettings, exposure: f64) -> Look {
+    Look {
+        exposure,
+        encoding: sensor.encoding,
+        bits: sensor.bits,
+        noise: sensor.noise,
+        noise_seed: NOISE_SEED,
+    }
+}
+
 /// The picture of `film` as `display` and `sensor` want it.
 pub fn compose(scene: &Prepared, film: &Film, display: &Display, sensor: &SensorSettings) -> Shown {
     let layer = display.layer.within(scene.lamps.len());
@@ -213,7 +287,7 @@ pub fn compose(scene: &Prepared, film: &Film, display: &Display, sensor: &Sensor
         false_colours(&picture, &single, layer, display)
     };
     Shown {
-        image,
+        pixels: Pixels::Image(image),
         radiance: picture.data,
         values,
         legend,
@@ -258,17 +332,19 @@ fn photograph(
         };
         sensor.expose(&layer, NOISE_SEED)
     };
-    let pixels = match &frame.counts {
-        Counts::Bits8(counts) => counts
-            .chunks_exact(3)
-            .map(|c| rgb([c[0], c[1], c[2]]))
-            .collect(),
+    let pixels = bytes(&frame.counts).into_iter().map(rgb).collect();
+    ColorImage::new(size, pixels)
+}
+
+/// Counts as a screen shows them: of 16 bits the upper 8.
+fn bytes(counts: &Counts) -> Vec<[u8; 3]> {
+    match counts {
+        Counts::Bits8(counts) => counts.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect(),
         Counts::Bits16(counts) => counts
             .chunks_exact(3)
-            .map(|c| rgb([c[0], c[1], c[2]].map(|x| (x / 257) as u8)))
+            .map(|c| [c[0], c[1], c[2]].map(|x| (x / 257) as u8))
             .collect(),
-    };
-    ColorImage::new(size, pixels)
+    }
 }
 
 fn rgb([r, g, b]: [u8; 3]) -> Color32 {

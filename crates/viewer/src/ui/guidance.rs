@@ -7,7 +7,7 @@ use uw_survey::scenery::textures::Pattern;
 use super::knobs::{heading, slider};
 use super::{look, operation, plots};
 use crate::app::{FilePurpose, Viewer};
-use crate::guidance::Adviser;
+use crate::guidance::{Adviser, answer::Answer};
 
 /// Shows the panel.
 pub fn show(app: &mut Viewer, ui: &mut Ui) {
@@ -25,8 +25,25 @@ pub fn show(app: &mut Viewer, ui: &mut Ui) {
     operation::show(app, ui);
 }
 
+/// The first step, folded away once it is done, so that the advice has room; unfolded again where it is to be repeated.
 fn calibration(app: &mut Viewer, ui: &mut Ui) {
-    heading(ui, "1  Calibrate in this water");
+    let done = app.guidance.profile.is_some() && !app.guidance.is_outdated(&app.settings);
+    let id = ui.make_persistent_id("calibration done");
+    let was_done: Option<bool> = ui.data_mut(|d| d.get_temp(id));
+    ui.data_mut(|d| d.insert_temp(id, done));
+    let title = if done {
+        "1  Calibrated in this water"
+    } else {
+        "1  Calibrate in this water"
+    };
+    ui.add_space(6.0);
+    egui::CollapsingHeader::new(egui::RichText::new(title).strong())
+        .id_salt("calibration")
+        .open((was_done != Some(done)).then_some(!done))
+        .show_unindented(ui, |ui| routine(app, ui));
+}
+
+fn routine(app: &mut Viewer, ui: &mut Ui) {
     ui.horizontal(|ui| {
         ComboBox::from_label("target")
             .selected_text(app.guidance.pattern.name())
@@ -117,12 +134,15 @@ fn state(app: &mut Viewer, ui: &mut Ui) {
     let guidance = &app.guidance;
     match (guidance.observation(), &guidance.look) {
         (Some(now), Some(seen)) => {
-            look::show(ui, seen, guidance.light_pct);
-            ui.weak(format!(
-                "image mean {}   contrast {}",
-                triple(now.mean),
-                triple(now.std)
-            ));
+            ui.horizontal(|ui| {
+                look::show(ui, seen, guidance.light_pct);
+                ui.vertical(|ui| {
+                    for (name, values) in [("mean", now.mean), ("contrast", now.std)] {
+                        ui.weak(format!("{name}, counts"));
+                        ui.weak(triple(values));
+                    }
+                });
+            });
         }
         _ => {
             ui.weak("press Look: the network needs the statistics of an image");
@@ -147,7 +167,7 @@ fn adviser(app: &mut Viewer, ui: &mut Ui) {
         }
     });
     let guidance = &mut app.guidance;
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         ui.selectable_value(&mut guidance.adviser, Adviser::Library, "Library");
         ui.selectable_value(&mut guidance.adviser, Adviser::Daemon, "uwguide");
         if guidance.adviser == Adviser::Daemon {
@@ -213,12 +233,18 @@ fn advice(app: &mut Viewer, ui: &mut Ui) {
             answer.evaluations
         ));
     }
+    follow(app, ui, &answer);
     plots::map(ui, &answer);
     contrasts(app, ui, &answer);
+}
+
+/// What can be done with a suggestion.
+fn follow(app: &mut Viewer, ui: &mut Ui, answer: &Answer) {
+    let now = answer.observation;
     ui.horizontal(|ui| {
-        let follow = egui::Button::new("Go there");
+        let go = egui::Button::new("Go there");
         if ui
-            .add_enabled(answer.valid, follow)
+            .add_enabled(answer.valid, go)
             .on_hover_text("Moves the camera and sets the lamps; the vehicle's place follows")
             .clicked()
         {
@@ -243,7 +269,7 @@ fn advice(app: &mut Viewer, ui: &mut Ui) {
 }
 
 /// Predicted against rendered contrast, here and at the suggestion.
-fn contrasts(app: &Viewer, ui: &mut Ui, answer: &crate::guidance::answer::Answer) {
+fn contrasts(app: &Viewer, ui: &mut Ui, answer: &Answer) {
     let check = app.guidance.check.filter(|check| {
         let [distance_m, light_pct] = check.at;
         (distance_m - answer.distance_m).abs() < 0.005 && (light_pct - answer.light_pct).abs() < 0.5

@@ -7,15 +7,13 @@ use egui::{ColorImage, Image, TextureHandle, TextureOptions, Ui};
 use crate::guidance::Look;
 
 /// Most height of the picture, points.
-const HEIGHT: f32 = 130.0;
+const HEIGHT: f32 = 92.0;
 
 /// Shows the image at a lamp level.
 pub fn show(ui: &mut Ui, look: &Arc<Look>, light_pct: f64) {
     let texture = texture(ui, look, light_pct);
-    ui.vertical_centered(|ui| {
-        ui.add(Image::from_texture(&texture).max_height(HEIGHT))
-            .on_hover_text("What the vehicle's camera stores from here at this lamp level");
-    });
+    ui.add(Image::from_texture(&texture).max_height(HEIGHT))
+        .on_hover_text("What the vehicle's camera stores from here at this lamp level");
 }
 
 /// The image as a texture, made once per look and lamp level.

@@ -1,6 +1,7 @@
 //! What is on the screen: a file per part.
 
 pub mod camera;
+mod canvas;
 pub mod files;
 pub mod guidance;
 pub mod help;

@@ -1,13 +1,15 @@
 //! The picture in the middle: shown, turned, probed.
 
+use eframe::egui_wgpu::RenderState;
 use egui::{
-    Align2, Color32, FontId, PointerButton, Pos2, Rect, Role, Sense, TextureHandle, TextureOptions,
-    Ui, Vec2, WidgetInfo, pos2, vec2,
+    Align2, Color32, FontId, PointerButton, Pos2, Rect, Role, Sense, Ui, Vec2, WidgetInfo, pos2,
+    vec2,
 };
 use glam::{DVec2, DVec3};
 use uw_render::image::LayerData;
 use uw_render::prepare::Primitive;
 
+use super::canvas::Canvas;
 use crate::app::Viewer;
 use crate::model::{CameraSettings, camera::Motion, display::Legend};
 use crate::worker::Frame;
@@ -20,47 +22,36 @@ const WHEEL: f64 = 0.002;
 const NEAREST_M: f64 = 0.05;
 
 /// What the picture keeps between frames of the window.
-#[derive(Default)]
 pub struct PictureView {
-    texture: Option<TextureHandle>,
-    serial: u64,
+    canvas: Canvas,
     size_px: Option<DVec2>,
     /// Place of the probe in the picture, in [0, 1] from the upper left corner.
     probe: Option<DVec2>,
 }
 
 impl PictureView {
+    /// A picture that was not laid out yet; `window` is what draws where it shares its adapter with the renderer.
+    pub fn new(window: Option<RenderState>) -> Self {
+        Self {
+            canvas: Canvas::new(window),
+            size_px: None,
+            probe: None,
+        }
+    }
+
     /// Size of the place for the picture, pixels; `None` before it was laid out.
     pub fn size_px(&self) -> Option<DVec2> {
         self.size_px
     }
 
+    /// Whether the probe is somewhere on the picture.
+    pub fn is_probing(&self) -> bool {
+        self.probe.is_some()
+    }
+
     /// Takes the probe off, for another scene.
     pub fn forget_probe(&mut self) {
         self.probe = None;
-    }
-
-    /// The texture of `frame`.
-    fn texture(&mut self, ui: &Ui, frame: &Frame) -> TextureHandle {
-        let image = || egui::ImageData::from(frame.shown.image.clone());
-        // Pixel for pixel there is nothing between texels to be found.
-        let options = if frame.coarseness == 1 {
-            TextureOptions::NEAREST
-        } else {
-            TextureOptions::LINEAR
-        };
-        let texture = match self.texture.take() {
-            Some(mut texture) => {
-                if self.serial != frame.serial {
-                    texture.set(image(), options);
-                }
-                texture
-            }
-            None => ui.ctx().load_texture("picture", image(), options),
-        };
-        self.serial = frame.serial;
-        self.texture = Some(texture.clone());
-        texture
     }
 }
 
@@ -95,10 +86,10 @@ pub fn show(app: &mut Viewer, ui: &mut Ui) {
         );
         return;
     };
-    let texture = app.picture.texture(ui, &frame);
-    let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
-    ui.painter()
-        .image(texture.id(), rect, whole, Color32::WHITE);
+    if let Some(texture) = app.picture.canvas.texture(ui.ctx(), &frame) {
+        let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
+        ui.painter().image(texture, rect, whole, Color32::WHITE);
+    }
     if let Some(legend) = &frame.shown.legend {
         draw_legend(ui, rect, legend);
     }
@@ -172,7 +163,7 @@ pub fn probe_text(frame: &Frame, at: DVec2) -> Option<String> {
     let (column, row) = (point.x as usize, point.y as usize);
     let index = row * width as usize + column;
     let [r, g, b] = *frame.shown.radiance.get(index)?;
-    let counts = frame.shown.image.pixels.get(index)?;
+    let counts = frame.shown.counts(index)?;
     let mut text = format!("radiance {r:.3e} {g:.3e} {b:.3e} W/(m² sr)");
     let value = match &frame.shown.values {
         Some(LayerData::Scalar(values)) => values.get(index).map(|v| format!("{v:.4e}")),
@@ -186,9 +177,7 @@ pub fn probe_text(frame: &Frame, at: DVec2) -> Option<String> {
     }
     text += &format!(
         "\ncounts   {} {} {}   pixel {column}, {row} of {width} x {height}",
-        counts.r(),
-        counts.g(),
-        counts.b()
+        counts[0], counts[1], counts[2]
     );
     match surface_at(frame, at) {
         Some(point) => {

@@ -75,7 +75,7 @@ pub fn profile(ui: &mut Ui, profile: &Arc<Profile>) {
 /// Shows the objective over distance and lamp level, with the state, the search and the suggestion.
 pub fn map(ui: &mut Ui, answer: &Answer) {
     let texture = answer.map.as_ref().map(|map| (map_texture(ui, map), map));
-    still_plot("objective", 210.0)
+    still_plot("objective", 180.0)
         .custom_x_axes(vec![x_axis("distance, m")])
         .custom_y_axes(vec![y_axis("lamp, %")])
         .set_margin_fraction(egui::vec2(0.03, 0.06))

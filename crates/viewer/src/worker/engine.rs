@@ -1,13 +1,18 @@
-//! One stage of a render on either backend.
+//! One stage of a render on either backend, with its film.
+
+use std::borrow::Cow;
 
 use uw_render::{
     film::Film,
-    gpu::{self, Gpu, GpuError},
+    gpu::{self, Gpu, GpuError, Statistics},
     integrator::{Plan, stepper::Stepper},
     prepare::Prepared,
 };
 
-/// Adds samples to a film.
+use super::{View, textures::Textures};
+use crate::model::display::{self, Shown};
+
+/// Adds samples to a film and shows it.
 pub enum Engine<'a> {
     /// On the processor.
     Cpu {
@@ -15,9 +20,18 @@ pub enum Engine<'a> {
         pool: &'a rayon::ThreadPool,
         /// The render.
         stepper: Stepper<'a>,
+        /// What it has made.
+        film: Film,
     },
-    /// On a graphics adapter.
-    Gpu(Box<gpu::Stepper<'a>>),
+    /// On a graphics adapter, where the film lies too.
+    Gpu {
+        /// The adapter.
+        gpu: &'a Gpu,
+        /// The render.
+        stepper: Box<gpu::Stepper<'a>>,
+        /// Of the film as it is.
+        statistics: Statistics,
+    },
 }
 
 impl<'a> Engine<'a> {
@@ -35,14 +49,14 @@ impl<'a> Engine<'a> {
             None => Self::Cpu {
                 pool,
                 stepper: Stepper::new(scene, plan),
+                film: Film::new(scene.camera.width, scene.camera.height, scene.lamps.len()),
             },
-            Some(gpu) => Self::Gpu(Box::new(gpu::Stepper::new(gpu, scene, plan)?)),
+            Some(gpu) => Self::Gpu {
+                gpu,
+                stepper: Box::new(gpu::Stepper::new(gpu, scene, plan)?),
+                statistics: Statistics::default(),
+            },
         })
-    }
-
-    /// An empty film.
-    pub fn film(&self, scene: &Prepared) -> Film {
-        Film::new(scene.camera.width, scene.camera.height, scene.lamps.len())
     }
 
     /// Adds a batch of `samples` samples per pixel, or what is missing of the last one. Returns whether it is complete.
@@ -52,17 +66,30 @@ impl<'a> Engine<'a> {
     /// The graphics adapter fails.
     pub fn step(
         &mut self,
-        film: &mut Film,
         samples: u32,
         leave: &(dyn Fn() -> bool + Sync),
         pause: &(dyn Fn() -> bool + Sync),
     ) -> Result<bool, GpuError> {
         match self {
-            Self::Cpu { pool, stepper } => {
+            Self::Cpu {
+                pool,
+                stepper,
+                film,
+            } => {
                 let stop = || leave() || pause();
                 Ok(pool.install(|| stepper.step(film, samples, &stop)))
             }
-            Self::Gpu(stepper) => stepper.step(film, samples, leave),
+            Self::Gpu {
+                stepper,
+                statistics,
+                ..
+            } => {
+                let made = stepper.step(samples, leave)?;
+                if made {
+                    *statistics = stepper.statistics()?;
+                }
+                Ok(made)
+            }
         }
     }
 
@@ -70,7 +97,86 @@ impl<'a> Engine<'a> {
     pub fn paths(&self) -> u64 {
         match self {
             Self::Cpu { stepper, .. } => stepper.paths(),
-            Self::Gpu(stepper) => stepper.paths(),
+            Self::Gpu { stepper, .. } => stepper.paths(),
+        }
+    }
+
+    /// Whether every pixel has a sample.
+    pub fn is_complete(&self) -> bool {
+        match self {
+            Self::Cpu { film, .. } => film.rows.iter().all(|row| row.batches > 0),
+            Self::Gpu { stepper, .. } => stepper.samples() > 0,
+        }
+    }
+
+    /// Fewest samples per pixel.
+    pub fn samples(&self) -> u64 {
+        match self {
+            Self::Cpu { film, .. } => film.samples(),
+            Self::Gpu { stepper, .. } => stepper.samples(),
+        }
+    }
+
+    /// Tells the film from what it was before.
+    pub fn mark(&self) -> u64 {
+        match self {
+            Self::Cpu { film, .. } => film.rows.iter().map(|row| row.samples).sum(),
+            Self::Gpu { stepper, .. } => stepper.samples(),
+        }
+    }
+
+    /// Estimated relative error, once it is known.
+    pub fn relative_error(&self) -> Option<f64> {
+        match self {
+            Self::Cpu { film, .. } => film.relative_error(),
+            Self::Gpu { statistics, .. } => statistics.relative_error,
+        }
+    }
+
+    /// The film with all its layers, on the host.
+    ///
+    /// # Errors
+    /// The graphics adapter fails.
+    pub fn film(&self) -> Result<Cow<'_, Film>, GpuError> {
+        Ok(match self {
+            Self::Cpu { film, .. } => Cow::Borrowed(film),
+            Self::Gpu { stepper, .. } => Cow::Owned(stepper.film()?),
+        })
+    }
+
+    /// The picture as `view` wants it. On the adapter of the window it stays there, where that can make it.
+    ///
+    /// # Errors
+    /// The graphics adapter fails.
+    pub fn show(
+        &self,
+        scene: &Prepared,
+        view: &View,
+        pool: &rayon::ThreadPool,
+        textures: &mut Textures,
+    ) -> Result<Shown, GpuError> {
+        match self {
+            Self::Gpu {
+                gpu,
+                stepper,
+                statistics,
+            } if gpu.is_shared() && display::is_photograph(&view.display, scene.lamps.len()) => {
+                let size_px = [scene.camera.width, scene.camera.height];
+                let mean = statistics.mean.iter().sum::<f64>() / 3.0;
+                let exposure = view.sensor.build().exposure_factor_of(|| mean);
+                let texture = textures.take(gpu, size_px)?;
+                stepper.show(&display::look(&view.sensor, exposure), &texture)?;
+                let radiance = if view.probing {
+                    stepper.radiance()?
+                } else {
+                    Vec::new()
+                };
+                Ok(Shown::on_adapter(texture, radiance, exposure, view.sensor))
+            }
+            _ => {
+                let film = self.film()?;
+                Ok(pool.install(|| display::compose(scene, &film, &view.display, &view.sensor)))
+            }
         }
     }
 }

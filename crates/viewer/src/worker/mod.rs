@@ -1,13 +1,16 @@
 //! The render worker: a thread that refines the picture of the newest settings and never blocks the window.
 //!
 //! Every change of settings is a new *generation*. The worker drops what it does for an older one, except that a
-//! first coarse picture that takes no longer than [`stages::GRACE`] is finished, so that pictures go on coming while
+//! first coarse picture that takes no longer than its [`stages::Grace`] is finished, so that pictures go on coming while
 //! a slider is dragged. Pictures carry their generation: the window shows one of an older generation as such.
 
 mod daylight;
 mod engine;
+mod exports;
+mod refine;
 mod run;
 mod stages;
+mod textures;
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -57,6 +60,8 @@ pub struct View {
     pub display: Display,
     /// The sensor.
     pub sensor: SensorSettings,
+    /// Whether radiances are wanted on the host, for the probe; without a window's adapter they always come.
+    pub probing: bool,
 }
 
 /// What the worker is about.
@@ -155,7 +160,7 @@ pub enum News {
 /// Where pictures are rendered.
 #[derive(Clone, Debug, Default)]
 pub struct Place {
-    /// The graphics adapter; `None` for the processor.
+    /// The graphics adapter; `None` for the processor. Pictures stay on one that is shared with the window.
     pub gpu: Option<Gpu>,
     /// Threads on the processor; `None` for one per core.
     pub threads: Option<usize>,

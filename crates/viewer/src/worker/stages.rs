@@ -6,9 +6,9 @@ use std::time::Duration;
 /// one before it may have to end first.
 const FIRST_PICTURE: Duration = Duration::from_millis(35);
 /// How long the first picture may go on although newer settings have come.
-pub const GRACE: Duration = Duration::from_millis(45);
+const GRACE: Duration = Duration::from_millis(45);
 /// The same after first pictures that were given up: on a busy machine none would ever come otherwise.
-pub const MOST_GRACE: Duration = Duration::from_millis(360);
+const MOST_GRACE: Duration = Duration::from_millis(360);
 /// Least and most time between two pictures on the screen while samples are added.
 const SHOW_EVERY: [Duration; 2] = [Duration::from_millis(200), Duration::from_secs(2)];
 /// Time between two pictures, as a share of the age of the render: an old picture changes slowly.
@@ -19,6 +19,32 @@ const COARSEST: u32 = 32;
 const FEWEST_PIXELS: u32 = 16;
 /// Samples per second that are assumed before any were counted.
 pub const FIRST_RATE: f64 = 50_000.0;
+
+/// How long the first picture of a change may go on although newer settings have come.
+#[derive(Clone, Copy, Debug)]
+pub struct Grace(Duration);
+
+impl Default for Grace {
+    fn default() -> Self {
+        Self(GRACE)
+    }
+}
+
+impl Grace {
+    /// The time of the next first picture.
+    pub fn now(self) -> Duration {
+        self.0
+    }
+
+    /// Learns whether a first picture was finished: each that was given up doubles the time of the next.
+    pub fn learn(&mut self, finished: bool) {
+        self.0 = if finished {
+            GRACE
+        } else {
+            (2 * self.0).min(MOST_GRACE)
+        };
+    }
+}
 
 /// Coarseness of the first picture of `width` × `height` pixels at `rate` samples per second: the finest power of two
 /// that keeps its time.
@@ -53,6 +79,20 @@ pub fn batch_samples(batch: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// 45, 90, 180, 360 ms and no more, and 45 ms again after the first that was finished.
+    #[test]
+    fn grace_grows_while_pictures_are_given_up_and_returns_with_the_first_that_is_not() {
+        let mut grace = Grace::default();
+        for expected_ms in [45, 90, 180, 360, 360, 360] {
+            assert_eq!(grace.now(), Duration::from_millis(expected_ms));
+            grace.learn(false);
+        }
+        grace.learn(true);
+        assert_eq!(grace.now(), Duration::from_millis(45));
+        grace.learn(true);
+        assert_eq!(grace.now(), Duration::from_millis(45));
+    }
 
     #[test]
     fn the_first_picture_keeps_its_time_and_shows_something() {

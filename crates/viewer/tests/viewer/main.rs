@@ -7,6 +7,7 @@ mod exports;
 mod panels;
 mod program;
 mod scene_files;
+mod shared;
 mod snapshots;
 mod support;
 mod worker;

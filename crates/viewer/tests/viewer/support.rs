@@ -23,6 +23,7 @@ pub(crate) fn view(settings: &Settings) -> View {
     View {
         display: Display::default(),
         sensor: settings.sensor,
+        probing: false,
     }
 }
 

@@ -168,7 +168,8 @@ fn files_are_written_from_the_film() {
     let photograph = read_frame(&png).expect("readable");
     let shown = done
         .shown
-        .image
+        .image()
+        .expect("on the host")
         .pixels
         .iter()
         .flat_map(|p| [p.r(), p.g(), p.b()]);

@@ -3,6 +3,7 @@
 mod daylight;
 mod lamps;
 mod numbers;
+mod picture;
 mod surfaces;
 
 use std::{

@@ -1,12 +1,15 @@
-//! How soon a change of settings shows: time to the first picture of each change while a slider is dragged, and how
-//! long a frame of the window takes on its thread. `cargo bench -p uw-viewer`.
+//! How soon a change of settings shows: time to the first picture of each change while a slider is dragged, and the time
+//! between frames of the real window meanwhile, where there is a screen. `cargo bench -p uw-viewer`; with a word after
+//! `--`, only that: `pictures`, `window`, or `window-gpu` for a window that shares its adapter with the renderer.
+
+mod window;
 
 use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use uw_render::prepare::Prepared;
+use uw_render::{gpu::Backend, prepare::Prepared};
 use uw_viewer::model::{Coefficients, Display, OpenScene};
 use uw_viewer::worker::{Goal, Job, Place, View, Worker};
 
@@ -16,22 +19,49 @@ const CHANGES: u32 = 40;
 const SIZE: (u32, u32) = (884, 497);
 
 fn main() {
+    let wanted: Vec<String> = std::env::args()
+        .skip(1)
+        .filter(|a| !a.starts_with('-'))
+        .collect();
+    let is_wanted = |name: &str| wanted.is_empty() || wanted.iter().any(|w| w == name);
     let scenes = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/scenes"));
-    let mut out = std::io::stdout().lock();
+    if is_wanted("pictures") {
+        pictures(scenes);
+    }
+    // One window per process: the second loop of events would be refused.
+    let backend = if wanted.iter().any(|w| w == "window-gpu") {
+        Some(Backend::Gpu)
+    } else {
+        is_wanted("window").then_some(Backend::Cpu)
+    };
+    if let Some(backend) = backend {
+        let line = window::drag(&scenes.join("reef_daylight.toml"), backend);
+        say(&format!(
+            "window: {}",
+            line.unwrap_or_else(|reason| format!("not measured: {reason}"))
+        ));
+    }
+}
+
+fn say(line: &str) {
     // Nothing can be done about a closed standard output.
-    let _ = writeln!(
-        out,
+    let _ = writeln!(std::io::stdout().lock(), "{line}");
+}
+
+fn pictures(scenes: &Path) {
+    say(
         "scene: time to the restart, then to the first picture, median and longest, ms; its size; preparation, ms; \
-         time to full size, s"
+         time to full size, s",
     );
     for name in [
+        "reef_daylight",
         "clear_lamp",
         "flat_hull",
         "hull_inspection",
         "seabed_survey",
     ] {
         let line = measure(&scenes.join(format!("{name}.toml")));
-        let _ = writeln!(out, "{name}: {line}");
+        say(&format!("{name}: {line}"));
     }
 }
 
@@ -41,6 +71,7 @@ fn measure(path: &Path) -> String {
     let view = View {
         display: Display::default(),
         sensor: settings.sensor,
+        probing: false,
     };
     let goal = Goal {
         samples_per_pixel: 1,

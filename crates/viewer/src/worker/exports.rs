@@ -1,0 +1,65 @@
+//! Files of the film.
+
+use std::path::Path;
+
+use uw_render::{
+    film::Film,
+    gpu::GpuError,
+    image::{ImageError, write_frame},
+    layers::{self, RenderLayer},
+    scene::Camera,
+};
+
+use super::{Export, Mouth, News, Shared, engine::Engine, refine::Stage};
+
+/// Writes the files that were asked for.
+///
+/// # Errors
+/// The graphics adapter fails; the files are still wanted then.
+pub(super) fn serve(
+    shared: &Shared,
+    mouth: &Mouth,
+    stage: &Stage,
+    engine: &Engine,
+) -> Result<(), GpuError> {
+    if shared.inbox().exports.is_empty() {
+        return Ok(());
+    }
+    let film = engine.film()?;
+    let (exports, sensor) = {
+        let mut inbox = shared.inbox();
+        (std::mem::take(&mut inbox.exports), inbox.view.sensor)
+    };
+    for export in exports {
+        let written = match &export {
+            Export::Exr { path, layers } => write_exr(stage, &film, path, layers.as_deref()),
+            Export::Photograph { path, seed } => {
+                let frame = sensor.build().expose(&layers::picture(&film), *seed);
+                write_frame(path, &frame)
+            }
+        };
+        mouth.say(match written {
+            Ok(()) => News::Exported(export.path().clone()),
+            Err(error) => News::NotExported(error.to_string()),
+        });
+    }
+    Ok(())
+}
+
+fn write_exr(
+    stage: &Stage,
+    film: &Film,
+    path: &Path,
+    wanted: Option<&[RenderLayer]>,
+) -> Result<(), ImageError> {
+    let all = || RenderLayer::by_names(&["all"], &stage.scene.lamp_names).unwrap_or_default();
+    let wanted = wanted.map_or_else(all, <[RenderLayer]>::to_vec);
+    let mut image = layers::exr_image(stage.scene, film, &wanted);
+    let Camera { width, height, .. } = stage.scene.camera;
+    image.attributes = vec![
+        ("samples_per_pixel".to_owned(), film.samples().to_string()),
+        ("seed".to_owned(), stage.job.seed.to_string()),
+        ("size".to_owned(), format!("{width} x {height}")),
+    ];
+    image.write(path)
+}

@@ -1,0 +1,205 @@
+//! The stages of a picture: coarse ones, and the full one that is refined until its goal is reached.
+
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+use uw_render::{gpu::GpuError, integrator::Plan, prepare::Prepared};
+
+use super::{
+    Activity, Frame, Goal, Job, View,
+    engine::Engine,
+    exports,
+    run::{NAP, Thread},
+    stages,
+};
+
+/// Fewest samples per pixel before an estimated error ends a render.
+const TRUSTED_SAMPLES: u64 = 4;
+
+/// Why a stage ended.
+pub(super) enum End {
+    /// Its work is done.
+    Complete,
+    /// There is a newer job, or the worker ends.
+    Left,
+}
+
+/// What is said about a picture.
+struct Figures {
+    samples_per_s: f64,
+    relative_error: Option<f64>,
+    activity: Activity,
+}
+
+/// A picture in the making.
+pub(super) struct Stage<'a> {
+    pub(super) job: &'a Job,
+    pub(super) asked: Instant,
+    pub(super) scene: &'a Prepared,
+    pub(super) coarseness: u32,
+    pub(super) start: Instant,
+    /// Time spent paused or done.
+    pub(super) idle: Duration,
+    pub(super) backend: Arc<str>,
+}
+
+impl Stage<'_> {
+    /// Samples per second of the render since the stage began, without pauses.
+    fn rate(&self, engine: &Engine) -> f64 {
+        let active = (self.start.elapsed() - self.idle).as_secs_f64();
+        engine.paths() as f64 / active.max(1e-6)
+    }
+}
+
+impl Thread<'_> {
+    /// One sample per pixel of a small picture. The very first is finished within its grace even when it is out of
+    /// date by then.
+    pub(super) fn coarse(&mut self, stage: &Stage, is_first: bool) -> Result<End, GpuError> {
+        let plan = plan(stage.job);
+        let gpu = self.gpu.clone();
+        let pool = Arc::clone(&self.pool);
+        let mut engine = Engine::new(stage.scene, &plan, &pool, gpu.as_ref())?;
+        let generation = stage.job.generation;
+        let grace = self.grace.now();
+        let leave = || self.is_left(generation) && !(is_first && stage.start.elapsed() < grace);
+        let complete = engine.step(1, &leave, &|| false)?;
+        if is_first {
+            self.grace.learn(complete);
+        }
+        if !complete {
+            return Ok(End::Left);
+        }
+        self.rate = stage.rate(&engine);
+        let (view, revision, _, _) = self.wishes();
+        let figures = Figures {
+            samples_per_s: self.rate,
+            relative_error: None,
+            activity: Activity::Refining,
+        };
+        self.publish(stage, &engine, &view, revision, figures)?;
+        Ok(End::Complete)
+    }
+
+    /// The full picture, until its goal is reached and then until there is a newer job; looks and exports are served
+    /// all the while.
+    pub(super) fn full(&mut self, stage: &mut Stage) -> Result<End, GpuError> {
+        let plan = plan(stage.job);
+        let gpu = self.gpu.clone();
+        let pool = Arc::clone(&self.pool);
+        let mut engine = Engine::new(stage.scene, &plan, &pool, gpu.as_ref())?;
+        let generation = stage.job.generation;
+        let (mut batch, mut published) = (0, None);
+        while !self.is_left(generation) {
+            let (view, revision, goal, paused) = self.wishes();
+            let complete = engine.is_complete();
+            let error = engine.relative_error().filter(|_| complete);
+            let activity = if complete && is_reached(&goal, engine.samples(), error) {
+                Activity::Done
+            } else if paused {
+                Activity::Paused
+            } else {
+                Activity::Refining
+            };
+            let mark = (revision, activity, engine.mark());
+            if complete && published != Some(mark) {
+                let figures = Figures {
+                    samples_per_s: stage.rate(&engine),
+                    relative_error: error,
+                    activity,
+                };
+                self.publish(stage, &engine, &view, revision, figures)?;
+                published = Some(mark);
+            }
+            if complete {
+                exports::serve(self.shared, &self.mouth, stage, &engine)?;
+            }
+            if activity != Activity::Refining {
+                stage.idle += self.sleep(generation);
+                continue;
+            }
+            let begun = Instant::now();
+            let show_every = stages::show_every(stage.start.elapsed());
+            let leave = || self.is_left(generation);
+            let pause = || {
+                self.shared.attention.load(Ordering::Acquire)
+                    || (complete && begun.elapsed() >= show_every)
+            };
+            if engine.step(stages::batch_samples(batch), &leave, &pause)? {
+                batch += 1;
+            }
+        }
+        Ok(End::Left)
+    }
+
+    /// View, its revision, goal, pause; what came until now counts as noticed.
+    fn wishes(&self) -> (View, u64, Goal, bool) {
+        let inbox = self.shared.inbox();
+        self.shared.attention.store(false, Ordering::Release);
+        (
+            inbox.view.clone(),
+            inbox.view_revision,
+            inbox.goal,
+            inbox.paused,
+        )
+    }
+
+    /// Waits until something is in the inbox; how long that took.
+    fn sleep(&self, generation: u64) -> Duration {
+        let start = Instant::now();
+        let mut inbox = self.shared.inbox();
+        while !self.is_left(generation) && !self.shared.attention.load(Ordering::Acquire) {
+            let waited = self.shared.arrived.wait_timeout(inbox, NAP);
+            inbox = waited.map_or_else(|e| e.into_inner().0, |(inbox, _)| inbox);
+        }
+        start.elapsed()
+    }
+
+    fn publish(
+        &mut self,
+        stage: &Stage,
+        engine: &Engine,
+        view: &View,
+        view_revision: u64,
+        figures: Figures,
+    ) -> Result<(), GpuError> {
+        let shown = engine.show(stage.scene, view, &self.pool, &mut self.textures)?;
+        self.mouth.publish(Frame {
+            generation: stage.job.generation,
+            view_revision,
+            serial: self.shared.serial.fetch_add(1, Ordering::Relaxed) + 1,
+            coarseness: stage.coarseness,
+            shown,
+            camera: stage.scene.camera.clone(),
+            geometry: Arc::clone(&stage.job.geometry),
+            samples: engine.samples(),
+            relative_error: figures.relative_error,
+            samples_per_s: figures.samples_per_s,
+            begun_after_s: (stage.start - stage.asked).as_secs_f64(),
+            since_request_s: stage.asked.elapsed().as_secs_f64(),
+            activity: figures.activity,
+            backend: Arc::clone(&stage.backend),
+        });
+        Ok(())
+    }
+}
+
+fn plan(job: &Job) -> Plan {
+    Plan {
+        samples_per_pixel: None,
+        time_limit: None,
+        target_error: None,
+        seed: job.seed,
+        threads: None,
+        max_bounces: job.settings.max_bounces,
+        // Lamps that are off have layers too, for the menu of layers.
+        dark_lamps: true,
+    }
+}
+
+fn is_reached(goal: &Goal, samples: u64, error: Option<f64>) -> bool {
+    let enough = goal
+        .target_error
+        .is_some_and(|target| samples >= TRUSTED_SAMPLES && error.is_some_and(|e| e <= target));
+    enough || samples >= goal.samples_per_pixel
+}

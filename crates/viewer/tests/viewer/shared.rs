@@ -1,0 +1,140 @@
+//! Window and renderer on one device: the picture stays there, and is the one that comes through the host otherwise.
+
+use eframe::egui_wgpu::{RenderState, RendererOptions};
+use egui_kittest::wgpu::{WgpuTestRenderer, create_render_state};
+use egui_kittest::{Harness, kittest::Queryable};
+use uw_render::{
+    gpu::{AdapterChoice, Backend, Gpu},
+    layers::RenderLayer,
+};
+use uw_viewer::app::{Options, Viewer};
+use uw_viewer::model::ShownLayer;
+use uw_viewer::window;
+use uw_viewer::worker::{Activity, Goal, Place};
+
+use crate::panels::until;
+use crate::support::{has_gpu, small};
+
+/// Most that a count may differ: the display transform is in f32 on the adapter and in f64 on the host.
+const TOLERANCE: u8 = 1;
+
+/// What draws a window whose device the renderer can share.
+fn shareable() -> RenderState {
+    let setup = window::configuration(true, None).wgpu_setup;
+    create_render_state(setup, RendererOptions::PREDICTABLE)
+}
+
+/// A viewer that renders on `gpu` until every pixel has one sample. Small: a software adapter is slow.
+fn finished(gpu: Gpu, window: RenderState) -> Harness<'static, Viewer> {
+    let options = Options {
+        place: Place {
+            gpu: Some(gpu),
+            threads: Some(1),
+        },
+        goal: Goal {
+            samples_per_pixel: 1,
+            target_error: None,
+        },
+        canvas: Some(window.clone()),
+        ..Options::default()
+    };
+    let viewer = Viewer::new(&egui::Context::default(), small(), options).expect("a thread");
+    let mut harness = Harness::builder()
+        .with_size([560.0, 360.0])
+        .renderer(WgpuTestRenderer::from_render_state(window))
+        .with_context_setup(uw_viewer::ui::theme::set)
+        .build_ui_state(|ui, viewer: &mut Viewer| viewer.show(ui), viewer);
+    harness.run_steps(3);
+    until(&mut harness, "the picture", is_done);
+    harness.remove_cursor();
+    harness.run_steps(3);
+    harness
+}
+
+fn is_done(viewer: &Viewer) -> bool {
+    viewer.is_current() && viewer.frame().is_some_and(|f| f.activity == Activity::Done)
+}
+
+fn is_on_adapter(viewer: &Viewer) -> bool {
+    viewer.frame().is_some_and(|f| f.shown.image().is_none())
+}
+
+/// The window's pixels where the picture is.
+fn picture(harness: &mut Harness<'_, Viewer>) -> Vec<[u8; 4]> {
+    let rect = harness.get_by_label("Picture").rect().shrink(1.0);
+    let window = harness.render().expect("drawn");
+    let (left, top) = (rect.left().ceil() as u32, rect.top().ceil() as u32);
+    let (right, bottom) = (rect.right() as u32, rect.bottom() as u32);
+    let rows = (top..bottom).flat_map(|y| (left..right).map(move |x| (x, y)));
+    rows.map(|(x, y)| window.get_pixel(x, y).0).collect()
+}
+
+#[test]
+fn the_picture_that_stays_on_the_adapter_is_the_one_that_is_read_back() {
+    if !has_gpu() {
+        return;
+    }
+    let state = shareable();
+    let gpu = window::renderer(Some(&state), Backend::Gpu, None).expect("an adapter");
+    let gpu = gpu.filter(Gpu::is_shared).expect("the window's device");
+    let mut shared = finished(gpu, state);
+    let own = Gpu::open(AdapterChoice::Best).expect("an adapter");
+    let mut read_back = finished(own, shareable());
+    assert!(is_on_adapter(shared.state()) && !is_on_adapter(read_back.state()));
+    let samples = |h: &Harness<'_, Viewer>| h.state().frame().map(|f| f.samples);
+    assert_eq!(samples(&shared), samples(&read_back));
+
+    let (there, here) = (picture(&mut shared), picture(&mut read_back));
+    assert_eq!(there.len(), here.len());
+    assert!(there.len() > 10_000, "a picture of {} pixels", there.len());
+    let most = there
+        .iter()
+        .zip(&here)
+        .flat_map(|(a, b)| (0..4).map(|k| a[k].abs_diff(b[k])));
+    assert!(most.max() <= Some(TOLERANCE));
+    let lit = there.iter().filter(|p| p[1] > 40).count();
+    assert!(4 * lit > there.len(), "{lit} pixels are lit");
+
+    // A look that the adapter does not make goes through the host, and back.
+    shared.state_mut().display.layer = ShownLayer::Layer(RenderLayer::Depth);
+    until(&mut shared, "the layer", |v| !is_on_adapter(v));
+    shared.state_mut().display.layer = ShownLayer::Picture;
+    until(&mut shared, "the picture again", is_on_adapter);
+    shared.run_steps(3);
+    assert_eq!(picture(&mut shared), there);
+
+    // The probe has radiance and counts.
+    let centre = shared.get_by_label("Picture").rect().center();
+    shared.hover_at(centre);
+    until(&mut shared, "radiances for the probe", |v| {
+        is_on_adapter(v) && v.frame().is_some_and(|f| !f.shown.radiance.is_empty())
+    });
+    let frame = shared.state().frame().cloned().expect("a frame");
+    let text = uw_viewer::ui::picture::probe_text(&frame, glam::DVec2::splat(0.5));
+    let text = text.expect("something is there");
+    assert!(
+        text.contains("radiance") && text.contains("counts"),
+        "{text}"
+    );
+}
+
+#[test]
+fn when_the_shared_device_is_lost_the_processor_goes_on() {
+    if !has_gpu() {
+        return;
+    }
+    let state = shareable();
+    let device = state.device.clone();
+    let gpu = window::renderer(Some(&state), Backend::Gpu, None).expect("an adapter");
+    let mut harness = finished(gpu.expect("the window's device"), state);
+    device.destroy();
+    harness.state_mut().settings.sky_radiance = [0.2; 3];
+    until(&mut harness, "a picture of the processor", |v| {
+        is_done(v) && v.frame().is_some_and(|f| f.backend.starts_with("CPU"))
+    });
+    assert!(!is_on_adapter(harness.state()));
+    let told = harness
+        .query_all_by_label_contains("the processor renders instead")
+        .count();
+    assert_eq!(told, 1);
+}
