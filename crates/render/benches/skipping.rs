@@ -171,23 +171,22 @@ fn on_adapter(device: &Gpu, scenes: &[Prepared; 2]) -> Result<[f64; 2], Box<dyn 
     let plan = plan(GPU_SAMPLES, 0);
     let mut steppers = Vec::new();
     for scene in scenes {
-        let film = Film::new(SIZE.0, SIZE.1, scene.lamps.len());
-        steppers.push((Stepper::new(device, scene, &plan)?, film));
+        steppers.push(Stepper::new(device, scene, &plan)?);
     }
     let mut least = [f64::INFINITY; 2];
     // The first step compiles.
     for repeat in 0..=REPEATS {
-        for (least, (stepper, film)) in least.iter_mut().zip(&mut steppers) {
+        for (least, stepper) in least.iter_mut().zip(&mut steppers) {
             let start = ProcessTime::now();
-            stepper.step(film, GPU_SAMPLES, &|| false)?;
+            stepper.step(GPU_SAMPLES, &|| false)?;
             if repeat > 0 {
                 *least = least.min(start.elapsed().as_secs_f64());
             }
         }
     }
     let mut means = [[0.0; 3]; 2];
-    for (mean, (_, film)) in means.iter_mut().zip(&steppers) {
-        add(mean, film);
+    for (mean, stepper) in means.iter_mut().zip(&steppers) {
+        add(mean, &stepper.film()?);
     }
     check_same(means)?;
     Ok(least)
