@@ -16,6 +16,17 @@ fn start(folder: &Folder, line: &str) -> Child {
     command.spawn().expect("the binary starts")
 }
 
+/// Waits until the process has written a file, which may take long on a busy machine.
+fn wait_for(folder: &Folder, file: &str) {
+    for _ in 0..600 {
+        if folder.path(file).exists() {
+            return;
+        }
+        sleep(Duration::from_millis(100));
+    }
+    panic!("{file} has not come in a minute");
+}
+
 fn stop(child: Child, signal: &str) -> Run {
     sleep(A_WHILE);
     let sent = Command::new("kill")
@@ -93,6 +104,7 @@ fn finished_rungs_are_kept_and_not_rendered_again() {
     ));
     let ladder = format!("error-time scene.toml -o out --threads 1 --repeats 1 {size}");
     let child = start(&folder, &format!("{ladder} --spp 4,100000000"));
+    wait_for(&folder, "out/error_time.csv");
     let run = stop(child, "-INT");
     assert_eq!(run.code, Some(130), "{}", run.stderr);
     assert!(
