@@ -1,6 +1,8 @@
 //! Adapters and the device.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
 use std::time::Duration;
 
 use serde::Serialize;
@@ -9,8 +11,8 @@ use super::{GpuError, compiled::Compiled};
 
 /// Storage buffers that the kernels bind.
 const STORAGE_BUFFERS: u32 = 12;
-/// Longest wait without looking up.
-const WAIT_SLICE: Duration = Duration::from_millis(2);
+/// Time between two looks at work on a shared device.
+const PAUSE: Duration = Duration::from_micros(250);
 
 /// A graphics adapter.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -204,27 +206,30 @@ impl Gpu {
         fault.clone().map_or(Ok(()), Err)
     }
 
-    /// Waits until everything submitted has run. In slices, because a wait holds a lock that a window on the same device
-    /// needs when it lets go of a texture.
+    /// Waits until `done`, which work that has been submitted sets.
+    ///
+    /// A wait holds a lock that a window on the same device needs when it lets go of a texture, so that on a shared device
+    /// this looks up in between. It must not do so by waits with a time limit: wgpu-core panics when another thread meets
+    /// the end of the queue meanwhile.
     ///
     /// # Errors
     /// A fault of the device.
-    pub(super) fn wait(&self) -> Result<(), GpuError> {
+    fn wait_for(&self, done: &AtomicBool) -> Result<(), GpuError> {
+        let kind = if self.shared {
+            wgpu::PollType::Poll
+        } else {
+            wgpu::PollType::wait_indefinitely()
+        };
         loop {
-            let waited = self.device.poll(wgpu::PollType::Wait {
-                submission_index: None,
-                timeout: Some(WAIT_SLICE),
-            });
+            let polled = self.device.poll(kind.clone());
             self.check()?;
-            match waited {
-                Ok(_) => return Ok(()),
-                Err(wgpu::PollError::Timeout) => {}
-                Err(error) => {
-                    return Err(GpuError::Lost {
-                        reason: error.to_string(),
-                    });
-                }
+            polled.map_err(|e| GpuError::Lost {
+                reason: e.to_string(),
+            })?;
+            if done.load(Ordering::Acquire) {
+                return Ok(());
             }
+            thread::sleep(PAUSE);
         }
     }
 
@@ -263,8 +268,13 @@ impl Gpu {
         staging: &wgpu::Buffer,
     ) -> Result<Vec<T>, GpuError> {
         let lost = |reason: String| GpuError::Lost { reason };
-        staging.map_async(wgpu::MapMode::Read, .., |_| {});
-        self.wait()?;
+        let mapped = Arc::new(AtomicBool::new(false));
+        let told = Arc::clone(&mapped);
+        // What went wrong is told by the range.
+        staging.map_async(wgpu::MapMode::Read, .., move |_| {
+            told.store(true, Ordering::Release);
+        });
+        self.wait_for(&mapped)?;
         let values = {
             let view = staging
                 .get_mapped_range(..)
