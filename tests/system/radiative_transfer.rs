@@ -178,7 +178,7 @@ fn irradiances_in_petzolds_water_are_those_of_discrete_ordinates() {
 
 #[test]
 fn irradiances_in_fournier_forand_water_are_those_of_discrete_ordinates() {
-    against_discrete_ordinates("rt_fournier_forand", SAMPLES, 3);
+    against_discrete_ordinates("rt_fournier_forand", SAMPLES, 4);
 }
 
 /// Water and sun of the problems, seen by a row of equal pixels against light that travels so.
