@@ -220,4 +220,36 @@ mod tests {
                 .is_none()
         );
     }
+
+    /// At the surface half of the paths go to the image, deep in absorbing water next to none; a camera at the surface sees
+    /// both equally far, and where nothing absorbs light comes back from any depth.
+    #[test]
+    fn the_share_of_the_mirror_image_follows_what_absorption_leaves() {
+        let boundary = Boundary {
+            height: 0.0,
+            index: 1.34,
+        };
+        let medium = |a: f64| {
+            let iops = uw_media::Iops {
+                a: [a; 3],
+                b: [1.0; 3],
+            };
+            Medium::build(&crate::scene::Water {
+                iops,
+                phase: uw_media::phase::Phase::Isotropic,
+                refractive_index: 1.34,
+            })
+        };
+        let share = |a: f64, depth_m: f64, camera_depth_m: f64| {
+            let position = DVec3::new(0.0, 0.0, -depth_m);
+            let camera = DVec3::new(0.0, 0.0, -camera_depth_m);
+            mirror_share(position, &boundary, medium(a).as_ref(), camera)
+        };
+        assert_eq!(share(0.2, 0.0, 0.0), MIRROR_SHARE);
+        let deep = FAR_MIRROR_SHARE * (-0.2_f64 * 20.0).exp();
+        assert!((share(0.2, 10.0, 10.0) / deep - 1.0).abs() < 1e-9);
+        assert_eq!(share(0.2, 10.0, 0.0), FAR_MIRROR_SHARE);
+        assert!((share(0.0, 10.0, 10.0) / FAR_MIRROR_SHARE - 1.0).abs() < 1e-9);
+        assert_eq!(share(0.2, 1000.0, 1000.0), LEAST_MIRROR_SHARE);
+    }
 }
