@@ -45,7 +45,7 @@ impl Default for Vehicle {
             lamp_offset_m: 0.3,
             lamp_intensity: 0.4,
             lamp_half_angle_deg: 50.0,
-            exposure: 7.67,
+            exposure: 8.61,
             up_mean: 0.4,
             noise_a: 2e-4,
             noise_b: 1e-6,

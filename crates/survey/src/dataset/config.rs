@@ -93,7 +93,7 @@ pub struct DatasetConfig {
     pub calibration_light_pct: f64,
     /// How the exposure is set.
     pub exposure: ExposureMode,
-    /// Mean linear signal of the brightest channel that a median image (`chosen`) or every image (`auto`) gets.
+    /// Mean linear signal of the brightest channel that a typical image (`chosen`) or every image (`auto`) gets.
     pub exposure_grey: f64,
     /// Tables to write.
     pub tables: Vec<TableFormat>,

@@ -19,8 +19,9 @@ struct Chosen {
     exposure: f64,
 }
 
-/// The exposure at which the median environment, at the calibration's depth, the middle distance and the middle
-/// lamp level, has the mean signal that the configuration asks for in its brightest channel.
+/// The exposure at which a typical environment, at the calibration's depth, the middle distance and the middle
+/// lamp level, has the mean signal that the configuration asks for in its brightest channel. Typical is
+/// [`middle_mean`].
 pub(super) fn choose(workshop: &Workshop, pool: &rayon::ThreadPool) -> Result<f64, DatasetError> {
     let config = workshop.config;
     if config.exposure != ExposureMode::Chosen {
@@ -48,12 +49,10 @@ pub(super) fn choose(workshop: &Workshop, pool: &rayon::ThreadPool) -> Result<f6
             .map(|group| mean_radiance(workshop, group, light_pct))
             .collect()
     });
-    let mut means = means?;
-    means.sort_by(f64::total_cmp);
-    let median = means[means.len() / 2];
+    let typical = middle_mean(means?);
     let chosen = Chosen {
         // Three digits are plenty and easy to quote.
-        exposure: round(config.exposure_grey / median.max(1e-12)),
+        exposure: round(config.exposure_grey / typical.max(1e-12)),
     };
     let text =
         serde_json::to_string(&chosen).map_err(|e| DatasetError::Inconsistent(e.to_string()))?;
@@ -93,7 +92,34 @@ fn mean_radiance(workshop: &Workshop, group: &Group, light_pct: f64) -> Result<f
     Ok(shot.mean_signal())
 }
 
+/// Geometric mean of the middle half of `values`, which must not be empty. Unlike the median it does not jump from
+/// one side of a gap to the other where two values change places.
+fn middle_mean(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let cut = values.len() / 4;
+    let middle = &values[cut..values.len() - cut];
+    let logarithms: f64 = middle.iter().map(|v| v.max(1e-12).ln()).sum();
+    (logarithms / middle.len() as f64).exp()
+}
+
 /// To three significant digits.
 fn round(value: f64) -> f64 {
     format!("{value:.2e}").parse().unwrap_or(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_middle_mean_leaves_out_both_quarters_and_knows_no_gaps() {
+        assert!((middle_mean(vec![1e6, 8.0, 2.0, 0.0]) - 4.0).abs() < 1e-12);
+        assert!((middle_mean(vec![3.0]) - 3.0).abs() < 1e-12);
+        // Two values on the sides of a gap, and the same two after they have come close and changed places.
+        let (one, other) = (
+            middle_mean(vec![1.0, 2.0, 4.0, 4.1]),
+            middle_mean(vec![1.0, 2.1, 3.9, 4.1]),
+        );
+        assert!((one / other - 1.0).abs() < 0.02, "{one} {other}");
+    }
 }
