@@ -4,6 +4,7 @@ use std::path::Path;
 
 use plotters::coord::Shift;
 use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
+use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 
 use crate::error::EvalError;
@@ -13,6 +14,8 @@ const WIDTH_PX: u32 = 1000;
 const PANEL_PX: u32 = 330;
 /// Width of the legend, pixels.
 const LEGEND_PX: u32 = 190;
+/// Length of the dashes, and of the gaps, of series beyond the last colour, which begin with the first again, pixels.
+const DASH_PX: u32 = 4;
 /// Colours of series by their position; told apart by most colour-blind readers (Okabe and Ito 2008).
 const COLOURS: [RGBColor; 8] = [
     RGBColor(0, 114, 178),
@@ -136,9 +139,12 @@ where
     for (i, series) in panel.series.iter().enumerate().rev() {
         let style = COLOURS[i % COLOURS.len()].stroke_width(2);
         for points in finite_runs(series, panel.logarithmic) {
-            chart
-                .draw_series(LineSeries::new(points, style))
-                .map_err(text)?;
+            if i < COLOURS.len() {
+                chart.draw_series(LineSeries::new(points, style))
+            } else {
+                chart.draw_series(DashedLineSeries::new(points, DASH_PX, DASH_PX, style))
+            }
+            .map_err(text)?;
         }
     }
     draw_legend(area, panel).map_err(text)
@@ -153,7 +159,12 @@ fn draw_legend<B: DrawingBackend>(
     for (i, series) in panel.series.iter().enumerate() {
         let style = COLOURS[i % COLOURS.len()].stroke_width(2);
         let y = 45 + 20 * i as i32;
-        area.draw(&PathElement::new([(left, y), (left + 20, y)], style))?;
+        let line = [(left, y), (left + 20, y)];
+        if i < COLOURS.len() {
+            area.draw(&PathElement::new(line, style))?;
+        } else {
+            area.draw(&DashedPathElement::new(line, DASH_PX, DASH_PX, style))?;
+        }
         let name = (series.name.clone(), (left + 26, y - 7));
         area.draw(&Text::new(name.0, name.1, ("sans-serif", 13).into_font()))?;
     }
