@@ -44,6 +44,7 @@ pub fn plan(samples_per_pixel: u32, seed: u64) -> Plan {
         threads: None,
         max_bounces: 0,
         dark_lamps: false,
+        share_walks: 1,
     }
 }
 

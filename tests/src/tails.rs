@@ -25,6 +25,7 @@ pub fn largest_share_of(
         lamps: (0..prepared.lamps.len()).collect(),
         ambient: prepared.needs.ambient(),
         max_events: usize::MAX,
+        share_walks: 1,
     };
     let mut worker = Worker::new(&prepared, &selection);
     let mut share = 0f64;

@@ -17,6 +17,7 @@ mod near_lamps;
 mod radiative_transfer;
 mod reference_scenes;
 mod scales;
+mod shared_walks;
 mod stress;
 mod validator;
 mod water_surface;

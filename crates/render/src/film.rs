@@ -24,6 +24,11 @@ pub enum FilmLayer {
 #[derive(Clone, Debug)]
 pub struct Row {
     sums: Vec<[f64; 3]>,
+    /// Sums and squares of the total over all pixels, from which the variance of means follows even where pixels share
+    /// walks; none in a film that a graphics adapter has filled.
+    lines: Option<[[f64; 3]; 2]>,
+    /// The part of the batch that is being added.
+    line: [f64; 3],
     /// Number of batches added.
     pub batches: u32,
     /// Number of samples per pixel added.
@@ -50,6 +55,8 @@ impl Film {
     pub fn new(width: u32, height: u32, lamps: usize) -> Self {
         let row = Row {
             sums: vec![[0.0; 3]; width as usize * (FIXED + lamps)],
+            lines: Some([[0.0; 3]; 2]),
+            line: [0.0; 3],
             batches: 0,
             samples: 0,
         };
@@ -77,6 +84,7 @@ impl Film {
                 let (mean, deviations) = (value(0), value(1));
                 sums[1] = std::array::from_fn(|k| deviations[k] + n * mean[k] * mean[k]);
             }
+            row.lines = None;
             row.samples = samples;
             row.batches = batches;
         }
@@ -105,6 +113,18 @@ impl Film {
         let total = self.layer(FilmLayer::Total);
         let n = total.len() as f64;
         std::array::from_fn(|k| total.iter().map(|p| p[k]).sum::<f64>() / n)
+    }
+
+    /// Variance of [`Film::mean`], per channel; NaN before every row has two batches. Pixels of different rows are
+    /// independent, those of one row may share walks.
+    pub fn variance_of_mean(&self) -> [f64; 3] {
+        let pixels = f64::from(self.width) * f64::from(self.height);
+        let mut sum = [0.0; 3];
+        for row in &self.rows {
+            let line = row.variance_of_line(self.lamps);
+            (0..3).for_each(|k| sum[k] += line[k]);
+        }
+        sum.map(|s| s / (pixels * pixels))
     }
 
     /// Estimated relative error of the picture, sqrt(mean(variance of the pixel mean / (pixel² + 1e-4·mean²)))
@@ -141,6 +161,7 @@ impl Row {
         let n = f64::from(samples);
         let pixel = &mut self.sums[column * stride..(column + 1) * stride];
         for k in 0..3 {
+            self.line[k] += batch.total[k];
             pixel[0][k] += n * batch.total[k];
             pixel[1][k] += n * batch.total[k] * batch.total[k];
             pixel[2][k] += n * batch.ambient[k];
@@ -154,6 +175,14 @@ impl Row {
 
     /// Counts a batch that has been added to every pixel of the row.
     pub fn finish_batch(&mut self, samples: u32) {
+        let line = std::mem::take(&mut self.line);
+        if let Some([sums, squares]) = &mut self.lines {
+            let n = f64::from(samples);
+            for k in 0..3 {
+                sums[k] += n * line[k];
+                squares[k] += n * line[k] * line[k];
+            }
+        }
         self.batches += 1;
         self.samples += u64::from(samples);
     }
@@ -167,18 +196,35 @@ impl Row {
             FilmLayer::Direct => mean(3),
             FilmLayer::Backscatter => mean(4),
             FilmLayer::Lamp(i) => mean(FIXED + i),
-            FilmLayer::Variance => {
-                let (m, q) = (mean(0), mean(1));
-                let others = f64::from(self.batches) - 1.0;
-                std::array::from_fn(|k| {
-                    if others > 0.0 {
-                        (q[k] - m[k] * m[k]).max(0.0) / others
-                    } else {
-                        f64::NAN
-                    }
-                })
-            }
+            FilmLayer::Variance => self.variance(pixel[0], pixel[1]),
         }
+    }
+
+    /// Variance of the mean over the batches of what has these weighted sums and squares.
+    fn variance(&self, sums: [f64; 3], squares: [f64; 3]) -> [f64; 3] {
+        let n = (self.samples as f64).max(1.0);
+        let others = f64::from(self.batches) - 1.0;
+        std::array::from_fn(|k| {
+            let mean = sums[k] / n;
+            if others > 0.0 {
+                (squares[k] / n - mean * mean).max(0.0) / others
+            } else {
+                f64::NAN
+            }
+        })
+    }
+
+    /// Variance of the sum of all pixels.
+    fn variance_of_line(&self, lamps: usize) -> [f64; 3] {
+        if let Some([sums, squares]) = self.lines {
+            return self.variance(sums, squares);
+        }
+        let mut sum = [0.0; 3];
+        for pixel in self.sums.chunks_exact(FIXED + lamps) {
+            let variance = self.variance(pixel[0], pixel[1]);
+            (0..3).for_each(|k| sum[k] += variance[k]);
+        }
+        sum
     }
 }
 

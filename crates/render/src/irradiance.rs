@@ -170,6 +170,7 @@ fn select(scene: &Prepared, plan: &IrradiancePlan) -> Selection {
         } else {
             plan.max_bounces as usize
         },
+        share_walks: 1,
     }
 }
 

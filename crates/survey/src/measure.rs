@@ -62,6 +62,7 @@ impl RenderedView {
                 threads: quality.threads,
                 max_bounces: 0,
                 dark_lamps: true,
+                share_walks: 1,
             };
             let (film, stats) = integrator::render(&prepared, &plan, cancel, &|_| {})?;
             if stats.interrupted {

@@ -1,6 +1,6 @@
 //! What a configuration may hold.
 
-use super::config::{FORMAT, OperationConfig};
+use super::config::{FORMAT, OperationConfig, SetPair};
 
 /// Most views that a configuration may ask for.
 const MOST_VIEWS: usize = 100_000;
@@ -19,6 +19,7 @@ impl OperationConfig {
         self.check_track()?;
         self.check_waters()?;
         self.check_calibration()?;
+        self.check_patterns()?;
         let quality = self.quality;
         within("quality.noise_share", quality.noise_share, 0.01, 100.0)?;
         if !(1..=quality.most_samples).contains(&quality.least_samples) {
@@ -99,6 +100,23 @@ impl OperationConfig {
             within("water.backscatter_fraction", fraction, 1e-6, 0.499_999)?;
             let held = water.held_distance_m;
             one_of("water.held_distance_m", held, &self.distances_m)?;
+        }
+        Ok(())
+    }
+
+    fn check_patterns(&self) -> Result<(), String> {
+        for (i, pair) in self.patterns.iter().enumerate() {
+            within("patterns.distance_m", pair.distance_m, 0.1, 10.0)?;
+            within("patterns.light_pct", pair.light_pct, 0.0, 100.0)?;
+            if self.patterns[..i].contains(pair) {
+                let SetPair {
+                    distance_m,
+                    light_pct,
+                } = pair;
+                return Err(format!(
+                    "patterns must differ, got {distance_m} m at {light_pct} % twice"
+                ));
+            }
         }
         Ok(())
     }

@@ -49,6 +49,9 @@ pub struct OperationConfig {
     pub model: Option<PathBuf>,
     /// Presets of the objective that the guidance is flown with; the first is "proposed".
     pub presets: Vec<String>,
+    /// Set distances and lamp levels that are flown beside the methods; those of the publication are 1 m at 50 % and 2 m
+    /// at 25 %.
+    pub patterns: Vec<SetPair>,
     /// Edge of NIQE's blocks, pixels, even.
     pub niqe_block_px: usize,
     /// Fewest true inliers for which the area of a view counts as covered.
@@ -62,6 +65,28 @@ pub struct OperationConfig {
     /// The vehicle.
     pub vehicle: Vehicle,
 }
+
+/// A distance and lamp level that a method keeps.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SetPair {
+    /// Distance to the target, m; the nearest of `distances_m` is seen.
+    pub distance_m: f64,
+    /// Lamp level, percent.
+    pub light_pct: f64,
+}
+
+/// Patterns of the publication.
+pub(super) const PUBLISHED_PATTERNS: [SetPair; 2] = [
+    SetPair {
+        distance_m: 1.0,
+        light_pct: 50.0,
+    },
+    SetPair {
+        distance_m: 2.0,
+        light_pct: 25.0,
+    },
+];
 
 /// One of the waters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -128,6 +153,7 @@ impl Default for OperationConfig {
             start_light_pct: 50.0,
             model: None,
             presets: vec!["release".into(), "paper".into(), "tracking".into()],
+            patterns: PUBLISHED_PATTERNS.to_vec(),
             niqe_block_px: 48,
             covered_inliers: 15,
             water: vec![
@@ -269,6 +295,41 @@ mod tests {
             toml::from_str::<OperationConfig>(&text).expect("parsed"),
             config
         );
+    }
+
+    #[test]
+    fn the_shipped_configurations_differ_in_their_patterns_only() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs");
+        let [operation, mut pairs] = ["operation.toml", "set_pairs.toml"]
+            .map(|name| OperationConfig::read(&folder.join(name)).expect("valid"));
+        assert!(pairs.patterns.len() > operation.patterns.len());
+        pairs.patterns.clone_from(&operation.patterns);
+        assert_eq!(operation, pairs);
+    }
+
+    #[test]
+    fn set_pairs_are_checked() {
+        let flown = |distance_m, light_pct| {
+            let mut config = OperationConfig::default();
+            config.patterns.push(SetPair {
+                distance_m,
+                light_pct,
+            });
+            config.check()
+        };
+        assert_eq!(flown(1.25, 100.0), Ok(()));
+        for (distance_m, light_pct, words) in [
+            (0.0, 50.0, "patterns.distance_m must be in [0.1, 10], got 0"),
+            (
+                1.5,
+                101.0,
+                "patterns.light_pct must be in [0, 100], got 101",
+            ),
+            (2.0, 25.0, "2 m at 25 % twice"),
+        ] {
+            let message = flown(distance_m, light_pct).expect_err(words);
+            assert!(message.contains(words), "{message}");
+        }
     }
 
     #[test]

@@ -6,6 +6,7 @@ use uw_guidance::objective::{Criterion, Objective};
 use uw_guidance::{Model, Observation, advise};
 use uw_render::image::{Counts, Frame};
 
+use super::config::{PUBLISHED_PATTERNS, SetPair};
 use super::truth::Truth;
 use crate::error::EvalError;
 use crate::niqe::{NiqeError, Pristine, niqe};
@@ -22,7 +23,7 @@ pub enum Method {
     /// Holds a value of an image metric.
     Hold(Metric),
     /// A set distance and lamp level.
-    Pattern(Candidate),
+    Pattern(SetPair),
 }
 
 /// A metric that a method holds.
@@ -42,31 +43,26 @@ impl Method {
             Self::Oracle(preset, _) => format!("oracle ({preset})"),
             Self::Hold(Metric::Niqe) => "NIQE".into(),
             Self::Hold(Metric::MeanGradient) => "gradient".into(),
-            Self::Pattern(set) => format!("{} m pattern", set.distance_m),
+            Self::Pattern(set) if PUBLISHED_PATTERNS.contains(set) => {
+                format!("{} m pattern", set.distance_m)
+            }
+            Self::Pattern(set) => format!("{} m, {} % pattern", set.distance_m, set.light_pct),
         }
     }
 
-    /// All methods of an evaluation with these presets.
-    pub fn all(presets: &[(String, Objective)]) -> Vec<Self> {
+    /// All methods of an evaluation with these presets and set pairs.
+    pub fn all(presets: &[(String, Objective)], patterns: &[SetPair]) -> Vec<Self> {
         let guided = presets
             .iter()
             .map(|(name, objective)| Self::Guidance(name.clone(), *objective));
         let oracles = presets
             .iter()
             .map(|(name, objective)| Self::Oracle(name.clone(), *objective));
-        let pattern = |distance_m, light_pct| {
-            Self::Pattern(Candidate {
-                distance_m,
-                light_pct,
-            })
-        };
-        let others = [
-            Self::Hold(Metric::Niqe),
-            Self::Hold(Metric::MeanGradient),
-            pattern(1.0, 50.0),
-            pattern(2.0, 25.0),
-        ];
-        guided.chain(others).chain(oracles).collect()
+        let held = [Metric::Niqe, Metric::MeanGradient].map(Self::Hold);
+        let patterns = patterns.iter().map(|pair| Self::Pattern(*pair));
+        (guided.chain(held).chain(patterns))
+            .chain(oracles)
+            .collect()
     }
 }
 
@@ -148,6 +144,20 @@ pub fn nearest_to(held: f64, candidates: &[(Candidate, f64)], current: Candidate
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn own_patterns_are_told_from_the_published_ones() {
+        let pair = |distance_m, light_pct| SetPair {
+            distance_m,
+            light_pct,
+        };
+        let methods = Method::all(&[], &[pair(1.0, 50.0), pair(1.0, 100.0)]);
+        let names: Vec<_> = methods.iter().map(Method::name).collect();
+        assert_eq!(
+            names,
+            ["NIQE", "gradient", "1 m pattern", "1 m, 100 % pattern"]
+        );
+    }
 
     #[test]
     fn the_value_held_is_met_as_nearly_as_can_be() {

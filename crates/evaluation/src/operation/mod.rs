@@ -92,7 +92,12 @@ pub fn run(
             presets: &presets,
             pristine: &pristine,
         };
-        let results = fly_all(&tools, &Method::all(&presets), threads, observer)?;
+        let results = fly_all(
+            &tools,
+            &Method::all(&presets, &config.patterns),
+            threads,
+            observer,
+        )?;
         let report = report::Pictures::of(&tools, &results)?;
         waters.push(WaterResult {
             water: water.clone(),

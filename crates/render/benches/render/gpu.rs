@@ -46,6 +46,7 @@ pub fn bench_picture(
         threads: None,
         max_bounces: 0,
         dark_lamps: false,
+        share_walks: 1,
     };
     let go_on = AtomicBool::new(false);
     let prepared = Prepared::build(scene);

@@ -80,6 +80,7 @@ fn scores() -> Result<Vec<Scores>, SceneError> {
         lamps: vec![0],
         ambient: false,
         max_events: usize::MAX,
+        share_walks: 1,
     };
     let mut worker = Worker::new(&prepared, &selection);
     Ok((0..WIDTH)

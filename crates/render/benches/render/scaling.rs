@@ -60,6 +60,7 @@ fn threads(criterion: &mut Criterion, name: &str) -> Result<(), SceneError> {
             threads: Some(threads),
             max_bounces: 0,
             dark_lamps: false,
+            share_walks: 1,
         };
         group.bench_function(threads.to_string(), |bencher| {
             bencher.iter(|| {

@@ -40,6 +40,7 @@ pub fn bench_samples(
         lamps: (0..prepared.lamps.len()).filter(lit).collect(),
         ambient: prepared.needs.ambient(),
         max_events: usize::MAX,
+        share_walks: 1,
     };
     let mut worker = Worker::new(&prepared, &selection);
     let work = trace(&mut worker, &prepared);

@@ -30,6 +30,7 @@ fn plan() -> Plan {
         threads: None,
         max_bounces: 0,
         dark_lamps: false,
+        share_walks: 1,
     }
 }
 

@@ -82,6 +82,7 @@ pub(super) fn render_edited(
         cpu_s: cpu_start.elapsed().as_secs_f64(),
         relative_error: film.relative_error(),
         interrupted: cancel.load(Ordering::Relaxed),
+        share_walks: 1,
         needs: scene.needs,
         skipped: scene.needs.skipped(),
     };

@@ -15,11 +15,11 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::{
-    film::{BatchMean, Film, Row},
+    film::{Film, Row},
     gpu::GpuError,
     prepare::{Needs, Prepared},
 };
-use cpu::{Selection, Worker};
+use cpu::{RowBatch, Selection, Worker};
 
 /// Most samples of a pixel between two updates of the film.
 const LARGEST_BATCH: u32 = 16;
@@ -45,6 +45,9 @@ pub struct Plan {
     pub max_bounces: u32,
     /// Whether lamps at level 0 are rendered too, for their layers.
     pub dark_lamps: bool,
+    /// Most neighbouring pixels of a row that share their daylight walks; 1 for none, so that the noise of every pixel
+    /// is independent. Only on the CPU, and only where the water holds nothing but lamps.
+    pub share_walks: u32,
 }
 
 impl Plan {
@@ -121,6 +124,8 @@ pub struct RenderStats {
     pub relative_error: Option<f64>,
     /// Whether the render was stopped from outside.
     pub interrupted: bool,
+    /// Most neighbouring pixels that shared walks; 1 where the noise of every pixel is independent.
+    pub share_walks: u32,
     /// What the scene makes use of.
     pub needs: Needs,
     /// What was skipped.
@@ -176,12 +181,18 @@ pub fn render(
     observe: &(dyn Fn(&Progress) + Sync),
 ) -> Result<(Film, RenderStats), RenderError> {
     let pool = thread_pool(plan.threads)?;
+    let selection = select(scene, plan);
+    let share_walks = if selection.shares(scene) {
+        selection.share_walks
+    } else {
+        1
+    };
     let start = Instant::now();
     let cpu_start = ProcessTime::now();
     let job = Job {
         scene,
         plan,
-        selection: select(scene, plan),
+        selection,
         start,
         cancel,
         observe,
@@ -212,6 +223,7 @@ pub fn render(
         cpu_s: cpu_start.elapsed().as_secs_f64(),
         relative_error: film.relative_error(),
         interrupted: cancel.load(Ordering::Relaxed),
+        share_walks,
         needs: scene.needs,
         skipped: scene.needs.skipped(),
     };
@@ -232,6 +244,7 @@ pub(crate) fn select(scene: &Prepared, plan: &Plan) -> Selection {
         } else {
             plan.max_bounces as usize
         },
+        share_walks: plan.share_walks,
     }
 }
 
@@ -249,23 +262,17 @@ struct Job<'a> {
 
 impl Job<'_> {
     fn run(&self, film: &mut Film) {
-        let lamps = film.lamps();
         let mut batch = 0;
         let mut done = 0;
         while let Some(samples) = self.plan.next_batch(batch, done) {
             film.rows.par_iter_mut().enumerate().for_each_init(
-                || {
-                    (
-                        Worker::new(self.scene, &self.selection),
-                        BatchMean::new(lamps),
-                    )
-                },
-                |(worker, mean), (index, row)| {
+                || Worker::new(self.scene, &self.selection),
+                |worker, (index, row)| {
                     // The first batch is finished whatever the time, so that there is a picture.
                     if self.cancelled() || (batch > 0 && self.out_of_time()) {
                         return;
                     }
-                    self.render_row(worker, mean, index as u32, batch, samples, row);
+                    self.render_row(worker, index as u32, batch, samples, row);
                 },
             );
             batch += 1;
@@ -276,25 +283,15 @@ impl Job<'_> {
         }
     }
 
-    fn render_row(
-        &self,
-        worker: &mut Worker,
-        mean: &mut BatchMean,
-        index: u32,
-        batch: u32,
-        samples: u32,
-        row: &mut Row,
-    ) {
+    fn render_row(&self, worker: &mut Worker, index: u32, batch: u32, samples: u32, row: &mut Row) {
         let before = worker.work;
-        for column in 0..self.scene.camera.width {
-            mean.clear();
-            for sample in 0..samples {
-                let scores = worker.sample(self.plan.seed, column, index, batch, sample);
-                mean.add(scores, 1.0 / f64::from(samples));
-            }
-            row.add(column as usize, self.scene.lamps.len(), mean, samples);
-        }
-        row.finish_batch(samples);
+        let at = RowBatch {
+            seed: self.plan.seed,
+            row: index,
+            batch,
+            samples,
+        };
+        worker.add_row(at, row, &|| false);
         self.paths
             .fetch_add(worker.work.paths - before.paths, Ordering::Relaxed);
         self.vertices

@@ -6,11 +6,11 @@ use rayon::prelude::*;
 
 use super::{
     Plan,
-    cpu::{Selection, Worker},
+    cpu::{RowBatch, Selection, Worker},
     select,
 };
 use crate::{
-    film::{BatchMean, Film, Row},
+    film::{Film, Row},
     prepare::Prepared,
 };
 
@@ -62,18 +62,12 @@ impl<'a> Stepper<'a> {
         if film.rows.iter().all(|row| row.batches == self.batch) {
             self.batch_samples = samples.max(1);
         }
-        let lamps = film.lamps();
         let this = &*self;
         film.rows.par_iter_mut().enumerate().for_each_init(
-            || {
-                (
-                    Worker::new(this.scene, &this.selection),
-                    BatchMean::new(lamps),
-                )
-            },
-            |(worker, mean), (index, row)| {
+            || Worker::new(this.scene, &this.selection),
+            |worker, (index, row)| {
                 if row.batches == this.batch && !stop() {
-                    this.add_row(worker, mean, index as u32, row, stop);
+                    this.add_row(worker, index as u32, row, stop);
                 }
             },
         );
@@ -88,31 +82,18 @@ impl<'a> Stepper<'a> {
     fn add_row(
         &self,
         worker: &mut Worker,
-        mean: &mut BatchMean,
         index: u32,
         row: &mut Row,
         stop: &(dyn Fn() -> bool + Sync),
     ) {
-        let before = row.clone();
         let paths = worker.work.paths;
-        for column in 0..self.scene.camera.width {
-            if stop() {
-                *row = before;
-                return;
-            }
-            mean.clear();
-            for sample in 0..self.batch_samples {
-                let scores = worker.sample(self.seed, column, index, self.batch, sample);
-                mean.add(scores, 1.0 / f64::from(self.batch_samples));
-            }
-            row.add(
-                column as usize,
-                self.scene.lamps.len(),
-                mean,
-                self.batch_samples,
-            );
-        }
-        row.finish_batch(self.batch_samples);
+        let at = RowBatch {
+            seed: self.seed,
+            row: index,
+            batch: self.batch,
+            samples: self.batch_samples,
+        };
+        worker.add_row(at, row, stop);
         self.paths
             .fetch_add(worker.work.paths - paths, Ordering::Relaxed);
     }
@@ -153,6 +134,7 @@ mod tests {
             threads: None,
             max_bounces: 0,
             dark_lamps: false,
+            share_walks: 1,
         }
     }
 

@@ -289,6 +289,7 @@ fn render(
         lamps: (0..prepared.lamps.len()).collect(),
         ambient: true,
         max_events: usize::MAX,
+        share_walks: 1,
     };
     let mut worker = Worker::new(&prepared, &selection);
     let width = prepared.camera.width as usize;

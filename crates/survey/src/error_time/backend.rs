@@ -7,18 +7,34 @@ use serde::{Deserialize, Serialize};
 
 /// Where a render runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "kebab-case")]
 pub enum Backend {
     /// The native path tracer on the cores of the processor.
     Cpu,
+    /// The same, neighbouring pixels sharing their daylight walks where the scene lets them (`--share-walks 8`).
+    CpuShared,
     /// The graphics adapter, hardware before software.
     Gpu,
+}
+
+/// Pixels that share walks on [`Backend::CpuShared`].
+const SHARED_BY: u32 = 8;
+
+impl Backend {
+    /// Most neighbouring pixels that share walks.
+    pub fn share_walks(self) -> u32 {
+        match self {
+            Self::CpuShared => SHARED_BY,
+            Self::Cpu | Self::Gpu => 1,
+        }
+    }
 }
 
 impl fmt::Display for Backend {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Cpu => f.pad("cpu"),
+            Self::CpuShared => f.pad("cpu-shared"),
             Self::Gpu => f.pad("gpu"),
         }
     }

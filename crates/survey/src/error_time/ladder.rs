@@ -315,6 +315,7 @@ fn render(
         threads: Some(wanted.threads),
         max_bounces: scene.max_bounces(),
         dark_lamps: false,
+        share_walks: wanted.backend.share_walks(),
     };
     let observe = |progress: &Progress| {
         let share = progress
@@ -323,7 +324,9 @@ fn render(
         show(share.unwrap_or(0.0));
     };
     let (film, stats) = match wanted.backend {
-        Backend::Cpu => integrator::render(scene.prepared(), &plan, observer.cancel, &observe)?,
+        Backend::Cpu | Backend::CpuShared => {
+            integrator::render(scene.prepared(), &plan, observer.cancel, &observe)?
+        }
         Backend::Gpu => {
             let device = Gpu::open(AdapterChoice::Best).map_err(RenderError::from)?;
             gpu::render(&device, scene.prepared(), &plan, observer.cancel, &observe)?
@@ -333,8 +336,7 @@ fn render(
         return Err(ErrorTimeError::Stopped);
     }
     let mean = film.layer(FilmLayer::Total);
-    let variance = film.layer(FilmLayer::Variance);
-    let error = compare(&mean, &variance, &subject.reference);
+    let error = compare(&mean, film.variance_of_mean(), &subject.reference);
     let ([bias_r, bias_g, bias_b], standard_error) = (error.bias, error.bias_standard_error);
     let [
         bias_standard_error_r,

@@ -96,6 +96,7 @@ impl<'a> FieldSampler<'a> {
                 },
                 ambient: !source.lamps,
                 max_events: usize::MAX,
+                share_walks: 1,
             },
             source,
             prepared,

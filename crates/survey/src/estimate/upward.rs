@@ -53,6 +53,7 @@ impl<'a> UpwardSampler<'a> {
                 lamps: Vec::new(),
                 ambient: true,
                 max_events: usize::MAX,
+                share_walks: 1,
             },
             axes: [sun, s, t],
             seed,

@@ -174,6 +174,25 @@ fn statistics_tell_what_was_done() {
 }
 
 #[test]
+fn walks_are_shared_where_that_is_asked_for_and_possible() {
+    let folder = Folder::with_scene();
+    let with_plate = folder.good("render scene.toml -o out.exr --share-walks 8 --stats out.json");
+    assert!(with_plate.stderr.contains("--share-walks had no effect"));
+    assert_eq!(stats(&folder, "out.json")["share_walks"], 1);
+    let (before, after) = SCENE.split_once("[[object]]").expect("a plate");
+    let (_, sensor) = after.split_once("[sensor]").expect("a sensor");
+    folder.write("open.toml", format!("{before}[sensor]{sensor}"));
+    for share in [8, 1] {
+        let line =
+            format!("render open.toml -o {share}.exr --share-walks {share} --stats out.json");
+        assert!(!folder.good(&line).stderr.contains("--share-walks"));
+        assert_eq!(stats(&folder, "out.json")["share_walks"], share);
+    }
+    let [shared, apart] = ["8.exr", "1.exr"].map(|name| exr(&folder, name).picture.data);
+    assert_ne!(shared, apart);
+}
+
+#[test]
 fn a_time_limit_and_a_target_error_end_a_render_without_a_number_of_samples() {
     let folder = Folder::with_scene();
     folder.good("render scene.toml -o out.exr --time-limit-s 0.5 --stats time.json");

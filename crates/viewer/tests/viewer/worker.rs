@@ -41,6 +41,7 @@ fn the_finished_picture_is_the_renderers() {
         threads: None,
         max_bounces: 0,
         dark_lamps: true,
+        share_walks: 1,
     };
     let mut stepper = Stepper::new(&prepared, &plan);
     let mut film = stepper.film();

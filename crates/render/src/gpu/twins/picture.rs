@@ -25,6 +25,7 @@ fn plan() -> Plan {
         threads: None,
         max_bounces: 0,
         dark_lamps: true,
+        share_walks: 1,
     }
 }
 

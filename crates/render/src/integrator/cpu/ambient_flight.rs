@@ -14,7 +14,7 @@ use super::{
 };
 use crate::{
     integrator::sampling::directions::{sin2_half, turn},
-    prepare::{Prepared, Primitive, Strategies},
+    prepare::{Medium, Prepared, Primitive, Strategies},
 };
 
 /// Share of directions drawn around the sun at a scattering where no field tells it.
@@ -56,15 +56,7 @@ pub(crate) fn draw_within_water(
     let End::Boundary(length) = *end else {
         return free_flight(scene, strategies, u, walk);
     };
-    let escapes_scored = !scene.needs.geometry_in_air;
-    let reflectance = scene
-        .boundary
-        .map_or(0.0, |b| b.internal_reflectance(walk.direction.z));
-    let leaving = if escapes_scored {
-        1.0 - reflectance
-    } else {
-        0.0
-    };
+    let leaving = leaving_scored(scene, walk.direction.z);
     let (Some(medium), true) = (&scene.medium, strategies.count > 0) else {
         if let Some(medium) = &scene.medium {
             walk.spectral.pass_surely(medium, length);
@@ -72,31 +64,17 @@ pub(crate) fn draw_within_water(
         walk.spectral.scale_all(1.0 - leaving);
         return *end;
     };
-    // Probability of staying in the water, per strategy: what leaves has been scored.
     let chosen = walk.spectral.chosen;
     let sigma = strategies.sigma[chosen];
-    let mut staying = [0.0; 3];
-    let mut scattered = 0.0;
-    for j in 0..strategies.count {
-        let within = absorbed(strategies.sigma[j] * length);
-        staying[j] = if leaving == 1.0 {
-            within
-        } else {
-            within + (1.0 - leaving) * (1.0 - within)
-        };
-        if j == chosen {
-            scattered = within;
-        }
-    }
-    let stay = staying[chosen].max(f64::MIN_POSITIVE);
+    let staying = staying(strategies, length, leaving);
+    let scattered = absorbed(sigma * length);
+    let stay = staying[chosen];
     let reached = (1.0 - leaving) * (1.0 - scattered) / stay;
     let result = if u < reached {
         walk.spectral.pass(medium, strategies, length);
-        if escapes_scored {
-            walk.spectral.scale_all(reflectance);
-            for density in &mut walk.spectral.density {
-                *density *= reflectance;
-            }
+        walk.spectral.scale_all(1.0 - leaving);
+        for density in &mut walk.spectral.density {
+            *density *= 1.0 - leaving;
         }
         *end
     } else {
@@ -106,9 +84,52 @@ pub(crate) fn draw_within_water(
         End::Scatter(t)
     };
     for j in 0..walk.spectral.count {
-        walk.spectral.density[j] /= staying[j].max(f64::MIN_POSITIVE);
+        walk.spectral.density[j] /= staying[j];
     }
     result
+}
+
+/// Share of what meets the water surface at a vertical component `up` that leaves through it and has been scored.
+fn leaving_scored(scene: &Prepared, up: f64) -> f64 {
+    let reflectance = scene.boundary.map_or(0.0, |b| b.internal_reflectance(up));
+    if scene.needs.geometry_in_air {
+        0.0
+    } else {
+        1.0 - reflectance
+    }
+}
+
+/// Probability of staying in the water on a segment of `length` to its surface, per strategy, where `leaving` of what
+/// gets there is left out. Positive.
+fn staying(strategies: &Strategies, length: f64, leaving: f64) -> [f64; 3] {
+    let mut shares = [1.0; 3];
+    for (share, sigma) in shares
+        .iter_mut()
+        .zip(strategies.sigma)
+        .take(strategies.count)
+    {
+        let within = absorbed(sigma * length);
+        *share = if leaving == 1.0 {
+            within
+        } else {
+            within + (1.0 - leaving) * (1.0 - within)
+        }
+        .max(f64::MIN_POSITIVE);
+    }
+    shares
+}
+
+/// The same for a segment with this `end`, along a direction of vertical component `up`.
+pub(super) fn staying_shares(
+    scene: &Prepared,
+    strategies: &Strategies,
+    end: &End,
+    up: f64,
+) -> [f64; 3] {
+    match end {
+        End::Boundary(length) => staying(strategies, *length, leaving_scored(scene, up)),
+        _ => [1.0; 3],
+    }
 }
 
 /// A flight in water that goes on for ever.
@@ -134,64 +155,132 @@ struct Counts {
 
 /// A new direction. The angle from the axis it was drawn around, as sin²(θ/2), is known without cancellation.
 #[derive(Clone, Copy, Debug, Default)]
-struct Turn {
-    direction: DVec3,
-    from_old: Option<f64>,
+pub(super) struct Turn {
+    pub(super) direction: DVec3,
+    pub(super) from_old: Option<f64>,
     from_sun: Option<f64>,
+}
+
+impl Turn {
+    fn around_sun(scene: &Prepared, medium: &Medium, u: f64, v: f64) -> Option<Self> {
+        let beam = scene.sun.as_ref()?;
+        let x = medium.phase.sample_x(u);
+        Some(Self {
+            direction: turn(beam.towards, x, v),
+            from_sun: Some(x),
+            from_old: None,
+        })
+    }
+
+    fn around(old: DVec3, medium: &Medium, u: f64, v: f64) -> Self {
+        let x = medium.phase.sample_x(u);
+        Self {
+            direction: turn(old, x, v),
+            from_old: Some(x),
+            from_sun: None,
+        }
+    }
+
+    fn to_sky(scene: &Prepared, u: f64, v: f64) -> Self {
+        Self {
+            direction: towards_sky(lowest_sky(scene), u, v),
+            ..Self::default()
+        }
+    }
+
+    /// Density of drawing the direction around the sun, 1/sr.
+    fn sun_density(&self, scene: &Prepared, medium: &Medium) -> f64 {
+        scene.sun.as_ref().map_or(0.0, |sun| {
+            let x = self
+                .from_sun
+                .unwrap_or_else(|| sin2_half(self.direction, sun.towards));
+            medium.phase.value(x)
+        })
+    }
+
+    /// Density of drawing the direction towards the sky, 1/sr.
+    fn sky_density(&self, scene: &Prepared) -> f64 {
+        let lowest = lowest_sky(scene);
+        if self.direction.z >= lowest {
+            1.0 / (TAU * (1.0 - lowest))
+        } else {
+            0.0
+        }
+    }
+
+    /// Expected density, at a first scattering, of the directions that are not drawn around the old one, 1/sr.
+    pub(super) fn other_density(&self, scene: &Prepared, medium: &Medium) -> f64 {
+        let sky = if sees_sky(scene) {
+            self.sky_density(scene)
+        } else {
+            0.0
+        };
+        self.sun_density(scene, medium) + sky
+    }
 }
 
 impl Tracer<'_> {
     /// A scattering after `t`: new directions around the old one, around the sun or towards the sky. The first
     /// scattering makes one of each, later ones one of them.
     pub(super) fn scatter(&mut self, mut walk: Walk, t: f64) {
-        let Some(medium) = &self.scene.medium else {
+        let scene = self.scene;
+        let Some(medium) = &scene.medium else {
             return;
         };
-        walk.go(t);
-        walk.from = Primitive::None;
-        walk.scattered = true;
-        walk.events += 1;
-        let (u, v) = walk.direction_numbers(self.draws);
-        walk.leading = false;
+        let (u, v) = self.arrive(&mut walk, t);
         let counts = self.counts(&walk);
-        let first = walk.events == 1;
-        let choice = if first || counts.own == [1.0; 3] {
+        if walk.events == 1 {
+            for turned in self.first_turns(&walk, u, v).into_iter().flatten() {
+                self.go_along(walk, turned, &counts);
+            }
+            return;
+        }
+        let choice = if counts.own == [1.0; 3] {
             1.0
         } else {
             self.draws.uniform()
         };
         let (sun, sky) = (counts.sun[walk.spectral.chosen], counts.sky);
-        if let Some(beam) = self.scene.sun.as_ref().filter(|_| first || choice < sun) {
-            let x = medium.phase.sample_x(u);
-            let turned = Turn {
-                direction: turn(beam.towards, x, v),
-                from_sun: Some(x),
-                from_old: None,
-            };
+        let turned = if choice < sun {
+            Turn::around_sun(scene, medium, u, v)
+        } else if choice < sun + sky {
+            Some(Turn::to_sky(scene, u, v))
+        } else {
+            Some(Turn::around(walk.direction, medium, u, v))
+        };
+        if let Some(turned) = turned {
             self.go_along(walk, turned, &counts);
         }
-        if sky > 0.0 && (first || (sun <= choice && choice < sun + sky)) {
-            let turned = Turn {
-                direction: towards_sky(self.lowest_sky(), u, v),
-                ..Turn::default()
-            };
-            self.go_along(walk, turned, &counts);
-        }
-        if first || choice >= sun + sky {
-            let x = medium.phase.sample_x(u);
-            let turned = Turn {
-                direction: turn(walk.direction, x, v),
-                from_old: Some(x),
-                from_sun: None,
-            };
-            self.go_along(walk, turned, &counts);
-        }
+    }
+
+    /// Takes the walk to its scattering after `t`; returns two numbers for the new direction.
+    pub(super) fn arrive(&mut self, walk: &mut Walk, t: f64) -> (f64, f64) {
+        walk.go(t);
+        walk.from = Primitive::None;
+        walk.scattered = true;
+        walk.events += 1;
+        let numbers = walk.direction_numbers(self.draws);
+        walk.leading = false;
+        numbers
+    }
+
+    /// The directions of a first scattering: around the sun, towards the sky, around the old one.
+    pub(super) fn first_turns(&self, walk: &Walk, u: f64, v: f64) -> [Option<Turn>; 3] {
+        let scene = self.scene;
+        let Some(medium) = &scene.medium else {
+            return [None; 3];
+        };
+        [
+            Turn::around_sun(scene, medium, u, v),
+            sees_sky(scene).then(|| Turn::to_sky(scene, u, v)),
+            Some(Turn::around(walk.direction, medium, u, v)),
+        ]
     }
 
     /// How many directions of which kind `walk` draws where it scatters now.
     fn counts(&self, walk: &Walk) -> Counts {
         let scene = self.scene;
-        let sees_sky = scene.needs.sky && scene.boundary.is_some();
+        let sees_sky = sees_sky(scene);
         if walk.events == 1 {
             return Counts {
                 own: [1.0; 3],
@@ -227,15 +316,9 @@ impl Tracer<'_> {
         if !(phase > 0.0) {
             return;
         }
-        let around_sun = self.scene.sun.as_ref().map_or(0.0, |sun| {
-            let x = turned
-                .from_sun
-                .unwrap_or_else(|| sin2_half(to, sun.towards));
-            medium.phase.value(x) / phase
-        });
-        let lowest = self.lowest_sky();
-        let in_cone = if counts.sky > 0.0 && to.z >= lowest {
-            counts.sky / (TAU * (1.0 - lowest)) / phase
+        let around_sun = turned.sun_density(self.scene, medium) / phase;
+        let in_cone = if counts.sky > 0.0 {
+            counts.sky * turned.sky_density(self.scene) / phase
         } else {
             0.0
         };
@@ -245,12 +328,17 @@ impl Tracer<'_> {
         walk.direction = to;
         self.pending.push(walk);
     }
+}
 
-    /// Cosine of the edge of the cone through which the sky is seen from below.
-    fn lowest_sky(&self) -> f64 {
-        let index = self.scene.boundary.map_or(1.0, |b| b.index);
-        (1.0 - (index * index).recip()).max(0.0).sqrt()
-    }
+/// Whether walks look for the sky through the water surface.
+fn sees_sky(scene: &Prepared) -> bool {
+    scene.needs.sky && scene.boundary.is_some()
+}
+
+/// Cosine of the edge of the cone through which the sky is seen from below.
+fn lowest_sky(scene: &Prepared) -> f64 {
+    let index = scene.boundary.map_or(1.0, |b| b.index);
+    (1.0 - (index * index).recip()).max(0.0).sqrt()
 }
 
 /// A direction drawn uniformly among those with a vertical component of at least `lowest`.

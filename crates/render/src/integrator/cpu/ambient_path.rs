@@ -82,17 +82,6 @@ pub fn trace(
         .map(|m| m.by_attenuation)
         .unwrap_or_default();
     pending.clear();
-    pending.push(Walk {
-        origin: ray.origin,
-        direction: ray.direction,
-        from: Primitive::None,
-        in_air: scene.in_air(ray.origin),
-        scattered: false,
-        met_surface: false,
-        leading: true,
-        events: 0,
-        spectral: Spectral::start(&strategies, draws.leading(6)),
-    });
     let mut tracer = Tracer {
         scene,
         strategies,
@@ -102,20 +91,13 @@ pub fn trace(
         pending,
         window: Window::default(),
     };
-    let mut known = Some(ray).filter(|r| r.air_length == 0.0);
-    let mut vertices = 0;
-    while let Some(walk) = tracer.pending.pop() {
-        vertices += 1;
-        if walk.in_air {
-            tracer.air_segment(walk);
-        } else {
-            let end = known
-                .take()
-                .map_or_else(|| full_segment(scene, &walk), CameraRay::end);
-            tracer.water_segment(walk, end);
-        }
+    let walk = tracer.camera_walk(ray);
+    if walk.in_air {
+        tracer.air_segment(walk);
+    } else {
+        tracer.water_segment(walk, ray.end());
     }
-    vertices
+    1 + tracer.run()
 }
 
 /// The end of the segment if nothing scattered on it.
@@ -136,6 +118,36 @@ fn full_segment(scene: &Prepared, walk: &Walk) -> End {
 }
 
 impl Tracer<'_> {
+    /// A walk about to go along `ray`.
+    pub(super) fn camera_walk(&self, ray: &CameraRay) -> Walk {
+        Walk {
+            origin: ray.origin,
+            direction: ray.direction,
+            from: Primitive::None,
+            in_air: self.scene.in_air(ray.origin),
+            scattered: false,
+            met_surface: false,
+            leading: true,
+            events: 0,
+            spectral: Spectral::start(&self.strategies, self.draws.leading(6)),
+        }
+    }
+
+    /// Follows the pending walks, and those that come of them, to their ends; returns the number of path vertices made.
+    pub(super) fn run(&mut self) -> u64 {
+        let mut vertices = 0;
+        while let Some(walk) = self.pending.pop() {
+            vertices += 1;
+            if walk.in_air {
+                self.air_segment(walk);
+            } else {
+                let end = full_segment(self.scene, &walk);
+                self.water_segment(walk, end);
+            }
+        }
+        vertices
+    }
+
     pub(super) fn score(&mut self, walk: &Walk, way: Way, light: [f64; 3]) {
         let weight = walk.spectral.weight();
         self.scores.add(
@@ -175,7 +187,7 @@ impl Tracer<'_> {
     }
 
     /// Sunlight scattered once on the segment; returns it.
-    fn score_sunlight(&mut self, walk: &Walk, length: f64) -> [f64; 3] {
+    pub(super) fn score_sunlight(&mut self, walk: &Walk, length: f64) -> [f64; 3] {
         let Some(medium) = self.scene.medium.as_ref() else {
             return [0.0; 3];
         };
@@ -279,7 +291,7 @@ impl Tracer<'_> {
     }
 
     /// At the underside of the water surface: reflected, or into the air where there is something to see.
-    fn leave_boundary(&mut self, mut walk: Walk) {
+    pub(super) fn leave_boundary(&mut self, mut walk: Walk) {
         let Some(boundary) = self.scene.boundary else {
             return;
         };
@@ -348,7 +360,7 @@ impl Tracer<'_> {
 
 /// The sky at the end of the segment, attenuated along it. Where something stands in the air, what leaves
 /// through the surface is followed instead.
-fn sky_at_end(scene: &Prepared, end: &End, up: f64) -> [f64; 3] {
+pub(super) fn sky_at_end(scene: &Prepared, end: &End, up: f64) -> [f64; 3] {
     let through = |t: f64, factor: f64| {
         let transmittance = scene
             .medium

@@ -2,6 +2,7 @@
 
 pub(crate) mod ambient_flight;
 pub(crate) mod ambient_path;
+mod ambient_shared;
 mod ambient_surface;
 pub(crate) mod ambient_window;
 pub(crate) mod bridge;
@@ -15,6 +16,7 @@ mod lamp_pixels;
 pub(crate) mod lamp_target;
 pub(crate) mod lamp_walk;
 pub(crate) mod order;
+mod row;
 mod score;
 pub(crate) mod spectral;
 pub(crate) mod sun_line;
@@ -22,12 +24,13 @@ pub(crate) mod unfold;
 mod unscattered;
 pub(crate) mod ways;
 
+pub use row::RowBatch;
 pub use score::Scores;
 pub use unscattered::{Beam, unscattered_beams};
 
 use glam::DVec3;
 
-use crate::{integrator::sampling::Draws, prepare::Prepared};
+use crate::{film::BatchMean, integrator::sampling::Draws, prepare::Prepared};
 use camera_ray::CameraRay;
 use lamp_pixels::LampPixels;
 use lamp_target::LampWorkspace;
@@ -53,6 +56,15 @@ pub struct Selection {
     pub ambient: bool,
     /// Largest number of events on a path.
     pub max_events: usize,
+    /// Most neighbouring pixels of a row that share their daylight walks, where the scene lets them; 1 for none.
+    pub share_walks: u32,
+}
+
+impl Selection {
+    /// Whether pixels of `scene` share walks.
+    pub(crate) fn shares(&self, scene: &Prepared) -> bool {
+        self.share_walks > 1 && self.ambient && ambient_shared::can_share(scene)
+    }
 }
 
 /// Numbers of paths and path vertices made.
@@ -73,6 +85,8 @@ pub struct Worker<'a> {
     clear_pixel: ((u32, u32), bool),
     lamp_work: LampWorkspace,
     ambient_walks: Vec<ambient_path::Walk>,
+    shared_walks: ambient_shared::SharedWalks,
+    means: Vec<BatchMean>,
     scores: Scores,
     /// Work done so far.
     pub work: Work,
@@ -88,6 +102,8 @@ impl<'a> Worker<'a> {
             clear_pixel: ((u32::MAX, u32::MAX), false),
             lamp_work: LampWorkspace::new(scene.medium.as_ref()),
             ambient_walks: Vec::new(),
+            shared_walks: ambient_shared::SharedWalks::default(),
+            means: Vec::new(),
             scores: Scores::new(scene.lamps.iter().map(|l| l.level).collect()),
             work: Work::default(),
         }
@@ -95,6 +111,30 @@ impl<'a> Worker<'a> {
 
     /// The radiance of one sample through pixel (`column`, `row`).
     pub fn sample(&mut self, seed: u64, column: u32, row: u32, batch: u32, index: u32) -> &Scores {
+        self.sample_parts(seed, (column, row), batch, index, self.selection.ambient);
+        &self.scores
+    }
+
+    /// The light of the lamps alone, left in `self.scores`.
+    fn sample_without_daylight(
+        &mut self,
+        seed: u64,
+        column: u32,
+        row: u32,
+        batch: u32,
+        index: u32,
+    ) {
+        self.sample_parts(seed, (column, row), batch, index, false);
+    }
+
+    fn sample_parts(
+        &mut self,
+        seed: u64,
+        (column, row): (u32, u32),
+        batch: u32,
+        index: u32,
+        ambient: bool,
+    ) {
         self.scores.clear();
         let pixel = row * self.scene.camera.width + column;
         let draws = Draws::new(seed, pixel, batch, index, 0);
@@ -103,7 +143,7 @@ impl<'a> Worker<'a> {
         if let Some((x, y, factor)) = self.lamp_pixels.place(column, row, u, v) {
             let ray = self.camera_ray(x, y);
             let mut draws = draws;
-            self.trace_walks(&ray, &mut draws);
+            self.trace_walks(&ray, ambient, &mut draws);
             if !clear {
                 self.add_direct_lamps(&ray, 1.0, &mut draws);
             }
@@ -123,7 +163,6 @@ impl<'a> Worker<'a> {
                 }
             }
         }
-        &self.scores
     }
 
     /// Whether unscattered light has image points of its own: decided by the centre of the pixel, because a choice
@@ -159,7 +198,7 @@ impl<'a> Worker<'a> {
         self.scores.clear();
         let ray = CameraRay::trace(self.scene, origin, direction);
         let mut draws = Draws::new(seed, stream, batch, index, 0);
-        self.trace_walks(&ray, &mut draws);
+        self.trace_walks(&ray, self.selection.ambient, &mut draws);
         self.add_direct_lamps(&ray, 1.0, &mut draws);
         &self.scores
     }
@@ -185,12 +224,12 @@ impl<'a> Worker<'a> {
         );
     }
 
-    /// Everything along `ray` but the lamp light that scatters nowhere.
-    fn trace_walks(&mut self, ray: &CameraRay, draws: &mut Draws) {
+    /// Everything along `ray` but the lamp light that scatters nowhere, and without daylight unless `ambient`.
+    fn trace_walks(&mut self, ray: &CameraRay, ambient: bool, draws: &mut Draws) {
         if self.wants_lamps() && self.selection.max_events > 0 {
             self.trace_lamps(ray, draws);
         }
-        if self.selection.ambient {
+        if ambient {
             let mut draws = draws.of_stream(1);
             self.work.paths += 1;
             self.work.vertices += ambient_path::trace(

@@ -74,6 +74,23 @@ impl Scores {
         }
     }
 
+    /// Adds all of `other`, which holds as many lamps.
+    pub fn merge(&mut self, other: &Self) {
+        self.add_share(other, [1.0; 3]);
+        for (sum, lamp) in self.lamps.iter_mut().zip(&other.lamps) {
+            add(sum, *lamp, 1.0);
+        }
+    }
+
+    /// Adds what `other` holds but its lamps, times a factor per channel.
+    pub fn add_share(&mut self, other: &Self, share: [f64; 3]) {
+        for k in 0..3 {
+            self.ambient[k] += share[k] * other.ambient[k];
+            self.direct[k] += share[k] * other.direct[k];
+            self.backscatter[k] += share[k] * other.backscatter[k];
+        }
+    }
+
     /// Adds radiance.
     #[inline]
     pub fn add(&mut self, source: Source, way: Way, radiance: [f64; 3]) {
