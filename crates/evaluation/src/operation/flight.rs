@@ -11,7 +11,7 @@ use super::method::{Method, Metric, guided, nearest_to, oracle};
 use super::seed_of;
 use super::site::{Site, ViewKey};
 use super::track::{Place, along_m, places, true_homography};
-use super::truth::Truth;
+use super::truth::{Truth, relative_regret};
 use crate::error::EvalError;
 use crate::niqe::Pristine;
 use crate::vision::{Detector, Features, GreyImage, Matcher, PairMeasure};
@@ -207,7 +207,7 @@ impl<'a> Repetition<'a> {
             let criterion = self.water.criterion(objective, depth_m)?;
             let got = self.truths[i].score(&criterion, &chosen);
             let best = self.truths[i].best(&criterion, objective.light_pct, chosen);
-            Ok(best.map_or(f64::NAN, |(_, best)| (best - got) / best))
+            Ok(best.map_or(f64::NAN, |(_, best)| relative_regret(best, got)))
         };
         self.water.presets.iter().map(of_preset).collect()
     }

@@ -77,6 +77,11 @@ impl Truth {
     }
 }
 
+/// What the score `got` lacks to the `best`, over the best.
+pub fn relative_regret(best: f64, got: f64) -> f64 {
+    (best - got) / best
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -111,6 +116,11 @@ mod tests {
             distance_m,
             light_pct,
         }
+    }
+
+    #[test]
+    fn regret_is_relative_to_the_best() {
+        assert!((relative_regret(0.5, 0.4) - 0.2).abs() < 1e-12);
     }
 
     #[test]

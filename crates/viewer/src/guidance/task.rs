@@ -9,7 +9,7 @@ use uw_calib::Profile;
 use uw_survey::{scenery::textures::Pattern, vehicle::Vehicle};
 
 use super::{Check, Look, camera::VehicleCamera};
-use crate::model::Settings;
+use crate::{background::step_back, model::Settings};
 
 /// Where the vehicle is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -109,6 +109,7 @@ impl Task {
         std::thread::Builder::new()
             .name("guidance".to_owned())
             .spawn(move || {
+                step_back();
                 let run = Run {
                     job,
                     cancel: flag,

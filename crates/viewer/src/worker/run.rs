@@ -7,6 +7,8 @@ use std::time::{Duration, Instant};
 
 use uw_render::{gpu::Gpu, prepare::Prepared, scene::Scene};
 
+use crate::background::step_back;
+
 use super::{
     Job, Mouth, News, Place, Shared,
     daylight::{Known, Steering},
@@ -20,6 +22,7 @@ pub(super) const NAP: Duration = Duration::from_secs(1);
 
 /// Renders what is asked for until the worker is dropped.
 pub(super) fn work(shared: &Shared, news: &Sender<News>, place: Place) {
+    step_back();
     let mouth = Mouth { shared, news };
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(place.threads.unwrap_or(0))
