@@ -11,7 +11,6 @@ out, 128 bounces, no adaptive sampling. One thread. A first render of one sample
 
 import argparse
 import math
-import pathlib
 import sys
 import tempfile
 import time
@@ -20,8 +19,8 @@ import tomllib
 import bpy
 import numpy as np
 import OpenEXR
+from stored_references import BENCHMARKS, reference, rel_mse
 
-BENCHMARKS = pathlib.Path(__file__).resolve().parents[2] / "assets/benchmarks"
 EXTENT_M = 60.0
 TOWARDS_X = (math.pi / 2, 0.0, -math.pi / 2)
 
@@ -149,12 +148,6 @@ def picture(scene, spp, seed, folder):
     return np.asarray(channels[key].pixels, dtype=float)[..., :3], seconds
 
 
-def reference(name):
-    """The converged picture."""
-    stored = OpenEXR.File(str(BENCHMARKS / "references" / f"{name}_320x180.exr"))
-    return np.asarray(stored.channels()["RGB"].pixels, dtype=float) / float(stored.header()["uw.scale"])
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scenes", nargs="+")
@@ -168,7 +161,7 @@ def main():
             ref = reference(name)
             for spp in map(int, args.spp.split(",")):
                 found, seconds = picture(scene, spp, 100 + spp, folder)
-                error = np.mean((found - ref) ** 2 / (ref**2 + 1e-4 * ref.mean() ** 2))
+                error = rel_mse(found, ref)
                 print(f"Cycles {bpy.app.version_string.split()[0]},{name},{spp},{seconds:.2f},{error:.4g}", flush=True)
                 means = " ".join(f"{m:.3f}" for m in found.mean((0, 1)) / ref.mean((0, 1)))
                 print(f"# mean of the picture by that of the reference, red green blue: {means}", file=sys.stderr)

@@ -11,12 +11,12 @@ sample compiles the kernels and is not counted. Mitsuba's threads are those of t
 
 import argparse
 import os
-import pathlib
 import subprocess
 import time
 import tomllib
 
 import numpy as np
+from stored_references import BENCHMARKS, reference, rel_mse
 
 os.environ.setdefault("DRJIT_LIBLLVM_PATH", "/usr/lib/x86_64-linux-gnu/libLLVM-19.so")
 import drjit as dr  # noqa: E402  (the library's path must be known first)
@@ -24,7 +24,6 @@ import mitsuba as mi  # noqa: E402
 
 mi.set_variant("llvm_ad_rgb")
 
-BENCHMARKS = pathlib.Path(__file__).resolve().parents[2] / "assets/benchmarks"
 ENTRIES = 1 << 14
 LN_LEAST = np.log(1e-18)
 
@@ -166,14 +165,6 @@ def build(scene):
     )
 
 
-def reference(name):
-    """The converged picture."""
-    import OpenEXR
-
-    stored = OpenEXR.File(str(BENCHMARKS / "references" / f"{name}_320x180.exr"))
-    return np.asarray(stored.channels()["RGB"].pixels, dtype=float) / float(stored.header()["uw.scale"])
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scenes", nargs="+")
@@ -192,7 +183,7 @@ def main():
             before = time.process_time()
             picture = np.array(mi.render(scene, spp=spp, seed=100 + spp))
             seconds = time.process_time() - before
-            error = np.mean((picture - ref) ** 2 / (ref**2 + 1e-4 * ref.mean() ** 2))
+            error = rel_mse(picture, ref)
             print(f"Mitsuba {mi.__version__},{name},{spp},{seconds:.2f},{error:.4g}", flush=True)
             if args.save:
                 np.save(f"{args.save}/{name}_{spp}.npy", picture)
