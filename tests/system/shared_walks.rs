@@ -15,7 +15,7 @@ const TILE: (usize, usize) = (12, 3);
 const REPEATS: u64 = 24;
 const SAMPLES: u32 = 8;
 
-/// Water with a low sun, seen by a rolled camera whose rows cross the horizon.
+/// Water with the sun overhead, seen by a rolled camera whose rows cross the horizon.
 fn sunlit() -> Scene {
     let mut scene = corpus_scene("s3_sun");
     let camera = &mut scene.camera;

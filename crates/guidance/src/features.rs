@@ -5,12 +5,14 @@
 
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
 use uw_calib::{ContrastSample, Profile, ProfileError};
 
 use crate::observation::Observation;
 
 /// A distance and a lamp level that the vehicle could take next.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Candidate {
     /// Distance to the target, m.
     pub distance_m: f64,

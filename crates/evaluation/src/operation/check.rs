@@ -1,6 +1,8 @@
 //! What a configuration may hold.
 
-use super::config::{FORMAT, OperationConfig, SetPair};
+use uw_guidance::features::Candidate;
+
+use super::config::{FORMAT, OperationConfig};
 
 /// Most views that a configuration may ask for.
 const MOST_VIEWS: usize = 100_000;
@@ -109,7 +111,7 @@ impl OperationConfig {
             within("patterns.distance_m", pair.distance_m, 0.1, 10.0)?;
             within("patterns.light_pct", pair.light_pct, 0.0, 100.0)?;
             if self.patterns[..i].contains(pair) {
-                let SetPair {
+                let Candidate {
                     distance_m,
                     light_pct,
                 } = pair;

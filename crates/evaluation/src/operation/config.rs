@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+use uw_guidance::features::Candidate;
 use uw_media::WaterType;
 use uw_survey::environment::WaterBody;
 use uw_survey::scenery::textures::Pattern;
@@ -49,9 +50,9 @@ pub struct OperationConfig {
     pub model: Option<PathBuf>,
     /// Presets of the objective that the guidance is flown with; the first is "proposed".
     pub presets: Vec<String>,
-    /// Set distances and lamp levels that are flown beside the methods; those of the publication are 1 m at 50 % and 2 m
-    /// at 25 %.
-    pub patterns: Vec<SetPair>,
+    /// Set distances and lamp levels that are flown beside the methods, the nearest of `distances_m` being seen; those of
+    /// the publication are 1 m at 50 % and 2 m at 25 %.
+    pub patterns: Vec<Candidate>,
     /// Edge of NIQE's blocks, pixels, even.
     pub niqe_block_px: usize,
     /// Fewest true inliers for which the area of a view counts as covered.
@@ -66,23 +67,13 @@ pub struct OperationConfig {
     pub vehicle: Vehicle,
 }
 
-/// A distance and lamp level that a method keeps.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SetPair {
-    /// Distance to the target, m; the nearest of `distances_m` is seen.
-    pub distance_m: f64,
-    /// Lamp level, percent.
-    pub light_pct: f64,
-}
-
 /// Patterns of the publication.
-pub(super) const PUBLISHED_PATTERNS: [SetPair; 2] = [
-    SetPair {
+pub(super) const PUBLISHED_PATTERNS: [Candidate; 2] = [
+    Candidate {
         distance_m: 1.0,
         light_pct: 50.0,
     },
-    SetPair {
+    Candidate {
         distance_m: 2.0,
         light_pct: 25.0,
     },
@@ -311,7 +302,7 @@ mod tests {
     fn set_pairs_are_checked() {
         let flown = |distance_m, light_pct| {
             let mut config = OperationConfig::default();
-            config.patterns.push(SetPair {
+            config.patterns.push(Candidate {
                 distance_m,
                 light_pct,
             });

@@ -171,10 +171,7 @@ impl<'a> Repetition<'a> {
         let (water, place) = (self.water, &self.places[i]);
         let depth_m = water.config.depths_m[place.leg];
         match method {
-            Method::Pattern(set) => Ok(Candidate {
-                distance_m: set.distance_m,
-                light_pct: set.light_pct,
-            }),
+            Method::Pattern(set) => Ok(*set),
             Method::Guidance(_, objective) => {
                 let frame = water.frame(place, current, [self.index as u64, DECISION])?;
                 let tools = (water.profile, water.model, objective);

@@ -6,7 +6,7 @@ use uw_guidance::objective::{Criterion, Objective};
 use uw_guidance::{Model, Observation, advise};
 use uw_render::image::{Counts, Frame};
 
-use super::config::{PUBLISHED_PATTERNS, SetPair};
+use super::config::PUBLISHED_PATTERNS;
 use super::truth::Truth;
 use crate::error::EvalError;
 use crate::niqe::{NiqeError, Pristine, niqe};
@@ -23,7 +23,7 @@ pub enum Method {
     /// Holds a value of an image metric.
     Hold(Metric),
     /// A set distance and lamp level.
-    Pattern(SetPair),
+    Pattern(Candidate),
 }
 
 /// A metric that a method holds.
@@ -51,7 +51,7 @@ impl Method {
     }
 
     /// All methods of an evaluation with these presets and set pairs.
-    pub fn all(presets: &[(String, Objective)], patterns: &[SetPair]) -> Vec<Self> {
+    pub fn all(presets: &[(String, Objective)], patterns: &[Candidate]) -> Vec<Self> {
         let guided = presets
             .iter()
             .map(|(name, objective)| Self::Guidance(name.clone(), *objective));
@@ -147,7 +147,7 @@ mod tests {
 
     #[test]
     fn own_patterns_are_told_from_the_published_ones() {
-        let pair = |distance_m, light_pct| SetPair {
+        let pair = |distance_m, light_pct| Candidate {
             distance_m,
             light_pct,
         };

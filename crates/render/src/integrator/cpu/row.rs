@@ -43,7 +43,7 @@ impl Worker<'_> {
     }
 
     /// Whether the pixels of a row share walks.
-    pub(crate) fn shares(&self) -> bool {
+    fn shares(&self) -> bool {
         self.selection.shares(self.scene)
     }
 
