@@ -1,10 +1,30 @@
-//! Recordings.
+//! Recordings: as they come, and behind a start that fits the model, so that the answers are reached too.
 #![no_main]
 
+use std::sync::LazyLock;
+
 use libfuzzer_sys::fuzz_target;
+use uw_guidance::Model;
+use uw_guidance::record::RECORD_FORMAT;
 use uw_guidance::replay::replay;
-use uw_guidance::service::Settings;
+use uw_guidance::service::{ImagePolicy, Settings};
+
+static MODEL: LazyLock<Model> = LazyLock::new(uw_fuzz::model);
+static START: LazyLock<String> = LazyLock::new(|| {
+    let service = uw_fuzz::service();
+    let mut start = service.describe(&service.loaded());
+    start["format"] = RECORD_FORMAT.into();
+    start["kind"] = "start".into();
+    start["sequence"] = 0.into();
+    start.to_string()
+});
+static SETTINGS: LazyLock<Settings> = LazyLock::new(|| Settings {
+    images: ImagePolicy::NoFile,
+    ..Settings::default()
+});
 
 fuzz_target!(|text: &str| {
-    let _ = replay(text, &uw_fuzz::model(), "", &Settings::default());
+    let _ = replay(text, &MODEL, "", &SETTINGS);
+    let begun = format!("{}\n{text}", *START);
+    let _ = replay(&begun, &MODEL, "", &SETTINGS);
 });
