@@ -194,7 +194,7 @@ impl Viewer {
             .resizable(true)
             .show(ui, |ui| self.panel(ui));
         egui::CentralPanel::default()
-            .frame(egui::Frame::new().fill(ui::theme::backdrop(ui)))
+            .frame(egui::Frame::new())
             .show(ui, |ui| ui::picture::show(self, ui));
         ui::files::show(self, &ctx);
         ui::help::show(self, &ctx);

@@ -10,6 +10,7 @@ use uw_render::image::LayerData;
 use uw_render::prepare::Primitive;
 
 use super::canvas::Canvas;
+use super::theme;
 use crate::app::Viewer;
 use crate::model::{CameraSettings, camera::Motion, display::Legend};
 use crate::worker::Frame;
@@ -76,7 +77,9 @@ pub fn show(app: &mut Viewer, ui: &mut Ui) {
     let rect = fitted(place, vec2(camera.width as f32, camera.height as f32));
     let response = ui.interact(rect, ui.scope_id().with("picture"), Sense::click_and_drag());
     response.widget_info(|| WidgetInfo::labeled(Role::Image, true, "Picture"));
+    let backdrop = theme::backdrop(ui);
     let Some(frame) = app.frame().cloned() else {
+        ui.painter().rect_filled(place, 0.0, backdrop);
         ui.painter().text(
             place.center(),
             Align2::CENTER_CENTER,
@@ -86,9 +89,12 @@ pub fn show(app: &mut Viewer, ui: &mut Ui) {
         );
         return;
     };
-    if let Some(texture) = app.picture.canvas.texture(ui.ctx(), &frame) {
-        let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
-        ui.painter().image(texture, rect, whole, Color32::WHITE);
+    // The edges of what is filled are blurred and lie under the picture.
+    for part in around(place, rect.shrink(1.0)) {
+        ui.painter().rect_filled(part, 0.0, backdrop);
+    }
+    if !app.picture.canvas.draw(ui, rect, &frame) {
+        ui.painter().rect_filled(rect, 0.0, backdrop);
     }
     if let Some(legend) = &frame.shown.legend {
         draw_legend(ui, rect, legend);
@@ -120,6 +126,20 @@ pub fn show(app: &mut Viewer, ui: &mut Ui) {
 fn fitted(place: Rect, proportions: Vec2) -> Rect {
     let scale = (place.size() / proportions).min_elem();
     Rect::from_center_size(place.center(), proportions * scale)
+}
+
+/// What `inner` leaves of `outer`. Only this is filled: where the window is drawn without a GPU, pixels that are drawn twice
+/// cost twice.
+fn around(outer: Rect, inner: Rect) -> [Rect; 4] {
+    [
+        Rect::from_min_max(outer.min, pos2(outer.right(), inner.top())),
+        Rect::from_min_max(pos2(outer.left(), inner.bottom()), outer.max),
+        Rect::from_min_max(
+            pos2(outer.left(), inner.top()),
+            pos2(inner.left(), inner.bottom()),
+        ),
+        Rect::from_min_max(inner.right_top(), pos2(outer.right(), inner.bottom())),
+    ]
 }
 
 fn badge(ui: &Ui, at: Pos2, anchor: Align2, text: &str) {
