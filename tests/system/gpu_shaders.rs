@@ -30,6 +30,17 @@ fn every_shader_is_valid() {
     }
 }
 
+/// The shader that the viewer draws the picture with.
+#[test]
+fn the_viewers_shader_is_valid() {
+    let text = include_str!("../../crates/viewer/src/ui/canvas.wgsl");
+    let module = wgsl::parse_str(text).unwrap_or_else(|e| panic!("{}", e.emit_to_string(text)));
+    let mut validator = Validator::new(ValidationFlags::all(), Capabilities::empty());
+    if let Err(error) = validator.validate(&module) {
+        panic!("{}", error.emit_to_string(text));
+    }
+}
+
 /// Fields by name and offset, so that two swapped fields of one type and size are caught too.
 #[test]
 fn shared_records_have_one_layout() {

@@ -1,5 +1,5 @@
 //! The picture in the window: uploaded from the host, or the renderer's own texture where window and renderer share an
-//! adapter. Drawn by a shader of its own, because egui's costs several times as much per pixel on a software adapter.
+//! adapter. Drawn by a shader of its own, because with egui's a software adapter takes longer (`docs/viewer.md`).
 
 use std::sync::Arc;
 
@@ -173,18 +173,14 @@ fn bindings(
         min_filter: filter,
         ..SamplerDescriptor::default()
     });
-    let resources = [
-        BindingResource::TextureView(&view),
-        BindingResource::Sampler(&sampler),
-    ];
-    let entries = [0, 1].map(|i| BindGroupEntry {
-        binding: i,
-        resource: resources[i as usize].clone(),
-    });
+    let entry = |binding, resource| BindGroupEntry { binding, resource };
     device.create_bind_group(&BindGroupDescriptor {
         label: Some("picture"),
         layout: &pipeline.get_bind_group_layout(0),
-        entries: &entries,
+        entries: &[
+            entry(0, BindingResource::TextureView(&view)),
+            entry(1, BindingResource::Sampler(&sampler)),
+        ],
     })
 }
 
