@@ -7,11 +7,12 @@ import package::common::bvh::{SurfacePoint, closest, occluded, surface_point};
 import package::common::camera::{BOUNDARY, End, NOTHING, SCATTER, SURFACE, full_segment};
 import package::common::daylight::{scattered_sunlight, sun_reaches};
 import package::common::interface::{depth_of, external_reflectance, flip, internal_reflectance, is_above, refract_into_water};
-import package::common::layout::{HAS_GEOMETRY_IN_AIR, HAS_MEDIUM, HAS_SCATTERING, HAS_SKY, HAS_SUN, HAS_SURFACE, INFINITE, NONE, PI, counters, dispatch, scene};
+import package::common::layout::{HAS_GEOMETRY_IN_AIR, HAS_MEDIUM, HAS_SCATTERING, HAS_SKY, HAS_SUN, HAS_SURFACE, INFINITE, NONE, PI, counters, scene};
 import package::common::math::cosine_hemisphere;
 import package::common::medium::{spectral_start, spectral_weight, transmittance};
 import package::common::phase::{phase_sample_x, phase_value};
 import package::common::rng::{leading, uniform_number, unit};
+import package::common::settings::{ambient_strategies, max_events};
 
 /// Share of directions drawn around the sun at a surface.
 const SUN_SHARE_SURFACE: f32 = 0.3;
@@ -24,7 +25,7 @@ fn ambient_trace(direction: vec3f) -> u32 {
     has_reference = false;
     copies_made = 0u;
     let flags = LEADING | select(0u, IN_AIR, is_above(vec3f(0.0)));
-    let spectral = spectral_start(scene.ambient_strategies, leading(6u));
+    let spectral = spectral_start(ambient_strategies(), leading(6u));
     push_walk(AmbientWalk(vec3f(0.0), direction, direction - scene.sun_towards, NONE, flags, 0u, spectral));
     var vertices = 0u;
     while pending > 0u {
@@ -46,13 +47,13 @@ fn ambient_trace(direction: vec3f) -> u32 {
 /// One segment in the water (or in space without water): scores it and goes on from it.
 fn water_segment(w: AmbientWalk, end: End) {
     var line = vec3f(0.0);
-    if HAS_MEDIUM && w.events < dispatch.max_events {
+    if HAS_MEDIUM && w.events < max_events() {
         line = scattered_sunlight(w.origin, w.direction, end.t, sin2_half_to_sun(w));
         score(w, true, line);
     }
     let sky = sky_at_end(end, w.direction.z);
     score(w, has(w, SCATTERED_BEFORE), sky);
-    let may_scatter = HAS_SCATTERING && w.events < dispatch.max_events;
+    let may_scatter = HAS_SCATTERING && w.events < max_events();
     var volume = vec3f(0.0);
     if may_scatter || end.kind != SURFACE {
         volume = light_ahead(w, end, line);
@@ -118,7 +119,7 @@ fn follow(walk: AmbientWalk, end: End, light: vec3f) {
         let flight = draw_flight(w, end, sigma, u);
         copy.spectral = flight.spectral;
         if flight.kind == SCATTER {
-            if HAS_SCATTERING && w.events < dispatch.max_events {
+            if HAS_SCATTERING && w.events < max_events() {
                 scatter_ambient(copy, flight.t);
             }
         } else if flight.kind == BOUNDARY {
@@ -199,7 +200,7 @@ fn meet_surface_ambient(walk: AmbientWalk, point: SurfacePoint) {
     if any(point.emission != vec3f(0.0)) {
         score(w, scattered, point.emission);
     }
-    if w.events >= dispatch.max_events || all(point.reflectance == vec3f(0.0)) {
+    if w.events >= max_events() || all(point.reflectance == vec3f(0.0)) {
         return;
     }
     w.events += 1u;

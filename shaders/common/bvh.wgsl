@@ -1,9 +1,15 @@
 // What rays meet: parallelograms one by one, triangles through a tree without a stack.
 // Twins: crates/render/src/prepare/{geometry,bvh}.rs. Checked by: crates/render/src/gpu/twins/surfaces.rs.
-import package::common::layout::{HAS_QUADS, HAS_TEXTURES, HAS_TRIANGLES, NONE, Node, materials, nodes, quads, scene, texels, triangles, words};
+import package::common::layout::{HAS_QUADS, HAS_TEXTURES, HAS_TRIANGLES, NONE, scene, texels};
+import package::common::settings::{node_count, quad_count};
+import package::common::tables::{material_at, node_at, quad_at, table_row, triangle_corner, triangle_edge_1, triangle_edge_2, triangle_material, triangle_normal_0, triangle_normal_1, triangle_normal_2, triangle_smooth_shaded, triangle_textured, triangle_u_0, triangle_u_1, triangle_u_2, triangle_v_0, triangle_v_1, triangle_v_2};
 
 /// Marks the index of a triangle among the primitives.
 const TRIANGLE: u32 = 0x80000000u;
+/// The link of a leaf: this mark, the first of its triangles, and in the lowest bits their number.
+const LEAF: u32 = 0x80000000u;
+const COUNT_BITS: u32 = 4u;
+const MOST_IN_LEAF: u32 = 15u;
 /// Rounding of a computed point over its coordinates.
 const START_ROUNDING: f32 = 1e-6;
 /// Tolerance of barycentric weights, so that rays do not slip between neighbours.
@@ -29,18 +35,19 @@ fn start_distance(origin: vec3f, start_primitive: u32) -> f32 {
 }
 
 fn intersect_quad(index: u32, origin: vec3f, direction: vec3f, t_min: f32, best: Hit) -> Hit {
-    let cosine = dot(quads[index].normal, direction);
-    let offset = quads[index].centre - origin;
+    let quad = quad_at(index);
+    let cosine = dot(quad.normal, direction);
+    let offset = quad.centre - origin;
     // A ray within the plane does not meet it.
     if cosine == 0.0 {
         return best;
     }
-    let t = dot(quads[index].normal, offset) / cosine;
+    let t = dot(quad.normal, offset) / cosine;
     if !(t > t_min && t < best.t) {
         return best;
     }
     let p = t * direction - offset;
-    let local = vec2f(dot(p, quads[index].dual_u), dot(p, quads[index].dual_v));
+    let local = vec2f(dot(p, quad.dual_u), dot(p, quad.dual_v));
     if abs(local.x) > 1.0 || abs(local.y) > 1.0 {
         return best;
     }
@@ -49,14 +56,15 @@ fn intersect_quad(index: u32, origin: vec3f, direction: vec3f, t_min: f32, best:
 
 /// Möller and Trumbore 1997.
 fn intersect_triangle(index: u32, origin: vec3f, direction: vec3f, t_min: f32, best: Hit) -> Hit {
-    let edge_1 = triangles[index].edge_1;
-    let edge_2 = triangles[index].edge_2;
+    let corner = triangle_corner(index);
+    let edge_1 = triangle_edge_1(index);
+    let edge_2 = triangle_edge_2(index);
     let p = cross(direction, edge_2);
     let determinant = dot(edge_1, p);
     if determinant == 0.0 {
         return best;
     }
-    let s = origin - triangles[index].corner;
+    let s = origin - corner;
     let u = dot(s, p) / determinant;
     let q = cross(s, edge_1);
     let v = dot(direction, q) / determinant;
@@ -68,9 +76,12 @@ fn intersect_triangle(index: u32, origin: vec3f, direction: vec3f, t_min: f32, b
     return best;
 }
 
-fn meets_box(node: u32, origin: vec3f, inverse: vec3f, t_max: f32) -> bool {
-    let a = (nodes[node].lower - origin) * inverse;
-    let b = (nodes[node].upper - origin) * inverse;
+/// Whether a ray meets a box of the grid before `t_max`; `origin` and `inverse` are the ray's in steps of the grid.
+fn meets_box(corners: vec3u, origin: vec3f, inverse: vec3f, t_max: f32) -> bool {
+    let low = vec3f(corners & vec3u(0xffffu));
+    let high = vec3f(corners >> vec3u(16u));
+    let a = (vec3f(low.x, high.x, low.y) - origin) * inverse;
+    let b = (vec3f(high.y, low.z, high.z) - origin) * inverse;
     let near = min(a, b);
     let far = max(a, b);
     // Widened by more than the rounding of the products.
@@ -91,7 +102,7 @@ fn trace(origin: vec3f, direction: vec3f, t_max: f32, start_primitive: u32, any:
     let t_min = start_distance(origin, start_primitive);
     var best = Hit(t_max, NONE, vec2f(0.0));
     if HAS_QUADS {
-        for (var i = 0u; i < scene.quad_count; i++) {
+        for (var i = 0u; i < quad_count(); i++) {
             if i != start_primitive {
                 best = intersect_quad(i, origin, direction, t_min, best);
             }
@@ -100,15 +111,21 @@ fn trace(origin: vec3f, direction: vec3f, t_max: f32, start_primitive: u32, any:
     if !HAS_TRIANGLES || (any && best.primitive != NONE) {
         return best;
     }
-    let inverse = inverse_of(direction);
-    var node = 0u;
-    while node < scene.node_count {
-        if !meets_box(node, origin, inverse, best.t) {
-            node = nodes[node].skip;
-            continue;
+    let inverse = inverse_of(direction) * scene.grid_step;
+    let start = (origin - scene.grid_lower) / scene.grid_step;
+    var next = 0u;
+    while next < node_count() {
+        // Down to the next leaf that the ray meets, so that lanes of a group look at triangles together.
+        var leaf = 0u;
+        while next < node_count() && leaf == 0u {
+            let node = node_at(next);
+            let met = meets_box(node.corners, start, inverse, best.t);
+            let is_leaf = (node.link & LEAF) != 0u;
+            leaf = select(0u, node.link, met && is_leaf);
+            next = select(node.link, next + 1u, met || is_leaf);
         }
-        let first = nodes[node].first;
-        let end = first + nodes[node].count;
+        let first = (leaf & ~LEAF) >> COUNT_BITS;
+        let end = first + (leaf & MOST_IN_LEAF);
         for (var i = first; i < end; i++) {
             if (TRIANGLE | i) != start_primitive {
                 best = intersect_triangle(i, origin, direction, t_min, best);
@@ -117,7 +134,6 @@ fn trace(origin: vec3f, direction: vec3f, t_max: f32, start_primitive: u32, any:
         if any && best.primitive != NONE {
             return best;
         }
-        node += 1u;
     }
     return best;
 }
@@ -131,7 +147,7 @@ fn occluded(origin: vec3f, direction: vec3f, t_max: f32, start_primitive: u32) -
 }
 
 fn texel(place: u32) -> vec3f {
-    return vec3f(texels[3u * place], texels[3u * place + 1u], texels[3u * place + 2u]);
+    return texels[place].xyz;
 }
 
 /// Texel before and after a coordinate in texels, repeating.
@@ -143,12 +159,12 @@ fn neighbours(x: f32, size: u32) -> vec2u {
 
 /// Texture `index` at (u, v), coordinates repeating. Twin: crates/render/src/scene/texture.rs.
 fn sample_texture(index: u32, uv: vec2f) -> vec3f {
-    let record = scene.texture_table + 4u * index;
-    let first = words[record];
-    let width = words[record + 1u];
-    let height = words[record + 2u];
+    let record = table_row(scene.texture_table + index);
+    let first = record.x;
+    let width = record.y;
+    let height = record.z;
     let place = (uv - floor(uv)) * vec2f(f32(width), f32(height));
-    if words[record + 3u] == 0u {
+    if record.w == 0u {
         let column = min(u32(place.x), width - 1u);
         let row = min(u32(place.y), height - 1u);
         return texel(first + row * width + column);
@@ -174,36 +190,37 @@ fn surface_point(hit: Hit, direction: vec3f) -> SurfacePoint {
     var uv = vec2f(0.0);
     var textured = true;
     if (hit.primitive & TRIANGLE) == 0u {
-        let index = hit.primitive;
-        normal = facing(quads[index].normal, direction);
+        let quad = quad_at(hit.primitive);
+        normal = facing(quad.normal, direction);
         shading = normal;
-        material = quads[index].material;
-        uv = vec2f((1.0 + hit.local.x) * quads[index].tiles_u, (1.0 - hit.local.y) * quads[index].tiles_v);
+        material = quad.material;
+        uv = vec2f((1.0 + hit.local.x) * quad.tiles_u, (1.0 - hit.local.y) * quad.tiles_v);
     } else {
         let index = hit.primitive & ~TRIANGLE;
         let v = hit.local.x;
         let w = hit.local.y;
         let u = 1.0 - v - w;
-        normal = facing(normalize(cross(triangles[index].edge_1, triangles[index].edge_2)), direction);
+        normal = facing(normalize(cross(triangle_edge_1(index), triangle_edge_2(index))), direction);
         shading = normal;
-        if triangles[index].smooth_shaded != 0u {
-            let blend = u * triangles[index].normal_0 + v * triangles[index].normal_1 + w * triangles[index].normal_2;
+        if triangle_smooth_shaded(index) != 0u {
+            let blend = u * triangle_normal_0(index) + v * triangle_normal_1(index) + w * triangle_normal_2(index);
             if dot(blend, blend) > 0.0 {
                 let smooth_normal = normalize(blend);
                 shading = select(smooth_normal, -smooth_normal, dot(smooth_normal, normal) < 0.0);
             }
         }
-        material = triangles[index].material;
-        textured = triangles[index].textured != 0u;
-        uv = u * vec2f(triangles[index].u_0, triangles[index].v_0)
-            + v * vec2f(triangles[index].u_1, triangles[index].v_1)
-            + w * vec2f(triangles[index].u_2, triangles[index].v_2);
+        material = triangle_material(index);
+        textured = triangle_textured(index) != 0u;
+        uv = u * vec2f(triangle_u_0(index), triangle_v_0(index))
+            + v * vec2f(triangle_u_1(index), triangle_v_1(index))
+            + w * vec2f(triangle_u_2(index), triangle_v_2(index));
     }
-    var reflectance = materials[material].reflectance;
+    let surface = material_at(material);
+    var reflectance = surface.reflectance;
     if HAS_TEXTURES {
-        if textured && materials[material].texture != NONE {
-            reflectance *= sample_texture(materials[material].texture, uv);
+        if textured && surface.texture != NONE {
+            reflectance *= sample_texture(surface.texture, uv);
         }
     }
-    return SurfacePoint(normal, shading, reflectance, materials[material].emission);
+    return SurfacePoint(normal, shading, reflectance, surface.emission);
 }

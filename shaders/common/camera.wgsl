@@ -3,8 +3,10 @@
 // Checked by: crates/render/src/gpu/twins/surfaces.rs (directions), tests/system/gpu.rs (pictures).
 import package::common::bvh::{SurfacePoint, closest, surface_point};
 import package::common::interface::{distance_to_surface, external_reflectance, is_above, refract_into_water};
-import package::common::layout::{HAS_SCATTERING, HAS_SURFACE, INFINITE, NONE, scene, word_f32};
+import package::common::layout::{HAS_DISTORTION, HAS_SCATTERING, INFINITE, NONE, scene};
 import package::common::math::circle;
+import package::common::settings::spot_count;
+import package::common::tables::table_f32;
 
 /// Share of image points drawn around lamps, and how far around, pixels.
 const SPOT_SHARE: f32 = 0.5;
@@ -86,7 +88,7 @@ fn undistort(seen: vec2f) -> vec2f {
 fn camera_direction(column: u32, row: u32, offset: vec2f) -> vec3f {
     let corner = vec2f(f32(column) - scene.centre_x_px, f32(row) - scene.centre_y_px);
     var seen = (corner + offset) / vec2f(scene.focal_x_px, scene.focal_y_px);
-    if any(scene.distortion != vec4f(0.0)) || scene.distortion_k3 != 0.0 {
+    if HAS_DISTORTION {
         seen = undistort(seen);
     }
     return normalize(scene.camera_forward + scene.camera_right * seen.x + scene.camera_down * seen.y);
@@ -137,8 +139,8 @@ fn is_clear(ray: CameraRay) -> bool {
 fn spot(index: u32, column: u32, row: u32) -> vec3f {
     let record = scene.spot_table + 5u * index;
     // Whole pixels and the rest apart, so that the difference is exact.
-    let whole = vec2f(word_f32(record) - f32(column), word_f32(record + 1u) - f32(row));
-    return vec3f(whole + vec2f(word_f32(record + 2u), word_f32(record + 3u)), word_f32(record + 4u));
+    let whole = vec2f(table_f32(record) - f32(column), table_f32(record + 1u) - f32(row));
+    return vec3f(whole + vec2f(table_f32(record + 2u), table_f32(record + 3u)), table_f32(record + 4u));
 }
 
 fn is_near(s: vec3f) -> bool {
@@ -158,7 +160,7 @@ fn spot_density(s: vec3f, point: vec2f) -> f32 {
 /// An image point of a pixel from two numbers in (0, 1).
 fn place(column: u32, row: u32, u: f32, v: f32) -> Placed {
     var count = 0u;
-    for (var i = 0u; i < scene.spot_count; i++) {
+    for (var i = 0u; i < spot_count(); i++) {
         count += select(0u, 1u, is_near(spot(i, column, row)));
     }
     if count == 0u {
@@ -168,7 +170,7 @@ fn place(column: u32, row: u32, u: f32, v: f32) -> Placed {
     let pick = u / SPOT_SHARE * f32(count);
     if u < SPOT_SHARE {
         var rest = u32(pick);
-        for (var i = 0u; i < scene.spot_count; i++) {
+        for (var i = 0u; i < spot_count(); i++) {
             let s = spot(i, column, row);
             if is_near(s) {
                 if rest == 0u {
@@ -183,7 +185,7 @@ fn place(column: u32, row: u32, u: f32, v: f32) -> Placed {
         return Placed(point, 0.0);
     }
     var around = 0.0;
-    for (var i = 0u; i < scene.spot_count; i++) {
+    for (var i = 0u; i < spot_count(); i++) {
         let s = spot(i, column, row);
         if is_near(s) {
             around += spot_density(s, point);

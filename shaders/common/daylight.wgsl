@@ -3,7 +3,7 @@
 // Checked by: crates/render/src/gpu/twins/daylight.rs.
 import package::common::bvh::occluded;
 import package::common::interface::depth_of;
-import package::common::layout::{HAS_GEOMETRY_IN_AIR, HAS_QUADS, HAS_SUN, HAS_SURFACE, HAS_TRIANGLES, INFINITE, NONE, scene, word_f32, words};
+import package::common::layout::{HAS_GEOMETRY_IN_AIR, HAS_QUADS, HAS_SUN, HAS_SURFACE, HAS_TRIANGLES, INFINITE, NONE, far_rows, scene};
 import package::common::math::{expm1, ln_1p, minus_ln};
 import package::common::phase::phase_value;
 import package::common::rng::uniform_number;
@@ -12,16 +12,17 @@ const COSINES: u32 = 40u;
 const DEPTHS: u32 = 97u;
 /// Largest exponent of the correction for narrowly scattered sunlight.
 const MAX_NARROW: f32 = 30.0;
-/// Words of the record before the places of the tables: greatest depth, decays, narrow rates, cosine and sine of the sun's
-/// azimuth, nodes in azimuth.
-const DECAYS: u32 = 1u;
-const NARROW_RATES: u32 = 4u;
-const SUN_AZIMUTH: u32 = 7u;
-const AZIMUTH_NODES: u32 = 9u;
-const SCATTERED: u32 = 10u;
-const DOWN: u32 = 11u;
-const UP: u32 = 12u;
-const SUN_SHARES: u32 = 13u;
+/// Rows of the field's record: decays and greatest depth; narrow rates; cosine and sine of the sun's azimuth; the first
+/// rows of the tables.
+const DECAYS: u32 = 0u;
+const NARROW_RATES: u32 = 1u;
+const SUN_AZIMUTH: u32 = 2u;
+const PLACES: u32 = 3u;
+/// Tables, in the order of their places.
+const SCATTERED: u32 = 0u;
+const DOWN: u32 = 1u;
+const UP: u32 = 2u;
+const SUN_SHARES: u32 = 3u;
 
 /// Node above a depth, fraction of the way to the next one, and how far it is beyond the last, m.
 struct Place {
@@ -32,7 +33,7 @@ struct Place {
 
 fn place_of(depth_m: f32) -> Place {
     let depth = max(depth_m, 0.0);
-    let greatest = word_f32(scene.field_table);
+    let greatest = field_row(DECAYS).w;
     if depth >= greatest {
         return Place(DEPTHS - 2u, 1.0, depth - greatest);
     }
@@ -41,18 +42,18 @@ fn place_of(depth_m: f32) -> Place {
     return Place(node, place - f32(node), 0.0);
 }
 
-/// Three numbers from the word `first` of the record on, or an entry of a table.
-fn triple(first: u32) -> vec3f {
-    return vec3f(word_f32(first), word_f32(first + 1u), word_f32(first + 2u));
+/// Row `i` of the record.
+fn field_row(i: u32) -> vec4f {
+    return bitcast<vec4f>(far_rows[scene.field_table + i]);
 }
 
-/// Entry `i` of the table whose place is the word `table` of the record.
+/// Entry `i` of a table.
 fn entry(table: u32, i: u32) -> vec3f {
-    return triple(words[scene.field_table + table] + 4u * i);
+    return bitcast<vec4f>(far_rows[far_rows[scene.field_table + PLACES][table] + i]).xyz;
 }
 
 fn exponential(place: Place, ln: vec3f) -> vec3f {
-    return exp(clamp(ln - place.beyond_m * triple(scene.field_table + DECAYS), vec3f(-87.0), vec3f(87.0)));
+    return exp(clamp(ln - place.beyond_m * field_row(DECAYS).xyz, vec3f(-87.0), vec3f(87.0)));
 }
 
 /// Bin of the cosine below a direction and the weight of the next one; the same for azimuths.
@@ -67,13 +68,13 @@ struct FieldDirection {
 fn field_direction(view: vec3f) -> FieldDirection {
     let place = clamp(0.5 * (view.z + 1.0) * f32(COSINES) - 0.5, 0.0, f32(COSINES - 1u));
     let bin = min(u32(place), COSINES - 2u);
-    let azimuths = words[scene.field_table + AZIMUTH_NODES];
+    let sun = far_rows[scene.field_table + SUN_AZIMUTH];
+    let azimuths = sun.z;
     if azimuths == 1u {
         return FieldDirection(bin, place - f32(bin), 0u, 0.0, 1u);
     }
     let across = max(length(view.xy), 1e-30);
-    let sun = scene.field_table + SUN_AZIMUTH;
-    let cosine = (view.x * word_f32(sun) + view.y * word_f32(sun + 1u)) / across;
+    let cosine = dot(view.xy, bitcast<vec2f>(sun.xy)) / across;
     let turn = sqrt(clamp(0.5 * (1.0 - cosine), 0.0, 1.0)) * f32(azimuths - 1u);
     let low = min(u32(turn), azimuths - 2u);
     return FieldDirection(bin, place - f32(bin), low, turn - f32(low), azimuths);
@@ -98,7 +99,7 @@ fn field_scattered(depth_m: f32, view: vec3f, line: vec3f) -> vec3f {
     if view.z <= 0.0 {
         return broad;
     }
-    let narrow = min(triple(scene.field_table + NARROW_RATES) * depth_m, vec3f(MAX_NARROW));
+    let narrow = min(field_row(NARROW_RATES).xyz * depth_m, vec3f(MAX_NARROW));
     return max(broad, line * max(exp(narrow) - vec3f(1.0), narrow));
 }
 
@@ -209,9 +210,8 @@ fn scattered_sunlight(origin: vec3f, direction: vec3f, length: f32, x: f32) -> v
     var integral: vec3f;
     var lit = 0u;
     for (var k = 0u; k < 3u; k++) {
-        if scene.b[k] > 0.0 {
-            integral[k] = attenuation_integral(start[k], rate[k], length);
-        }
+        let attenuated = attenuation_integral(start[k], rate[k], length);
+        integral[k] = select(0.0, attenuated, scene.b[k] > 0.0);
         lit += select(0u, 1u, integral[k] > 0.0);
     }
     let factor = scene.b * scene.sun_irradiance * phase_value(x);

@@ -6,11 +6,13 @@ import package::common::film::add_light;
 import package::common::interface::{distance_to_surface, flip, internal_reflectance, is_above};
 import package::common::lamp_join::{emitted, surface_lobe};
 import package::common::lamp_walk::{NO_NUMBER, Target, choose_targets, lamp_point, target_count, targets};
-import package::common::layout::{HAS_SURFACE, INFINITE, NONE, dispatch, lamps, scene};
+import package::common::layout::{HAS_SURFACE, INFINITE, NONE, scene};
 import package::common::light::{lamp_facing_area, lamp_radiance_along};
 import package::common::math::cosine_hemisphere;
 import package::common::medium::transmittance;
 import package::common::rng::uniform_number;
+import package::common::settings::{lamp_count, max_events};
+import package::common::tables::{lamp_film_layer, lamp_intensity, lamp_level, lamp_position, lamp_radius};
 import package::common::unfold::segment_factor;
 
 /// Distance from a surface, in radii, below which a lamp's disk is also looked for in a drawn direction.
@@ -19,7 +21,7 @@ const LARGE: f32 = 4.0;
 /// The lamps' light along `ray` that does not scatter in the water.
 fn direct_lamps(ray: CameraRay) {
     see_lamps(ray);
-    if dispatch.max_events == 0u || !ray.wet || ray.end.kind != SURFACE {
+    if max_events() == 0u || !ray.wet || ray.end.kind != SURFACE {
         return;
     }
     let point = ray.end.point;
@@ -69,14 +71,14 @@ fn direct_lamps(ray: CameraRay) {
             towards = (end - position) / length;
         }
         let light = ray.entry_factor * straight_light(ray, aimed, position, end, towards, length, large);
-        add_light(lamps[aimed.lamp].film_layer, lamps[aimed.lamp].level, true, false, light);
+        add_light(lamp_film_layer(aimed.lamp), lamp_level(aimed.lamp), true, false, light);
     }
 }
 
 /// Whether the disk of a lamp is looked for in a drawn direction as well.
 fn is_large(lamp: u32, position: vec3f) -> bool {
-    let reach = LARGE * lamps[lamp].radius;
-    let offset = lamps[lamp].position - position;
+    let reach = LARGE * lamp_radius(lamp);
+    let offset = lamp_position(lamp) - position;
     return dot(offset, offset) < reach * reach;
 }
 
@@ -97,7 +99,7 @@ fn straight_light(ray: CameraRay, aimed: Target, position: vec3f, end: vec3f, to
         density += open * lamp_facing_area(aimed.lamp, -towards);
     }
     let factor = aimed.weight * relative * open / density;
-    return factor * lamps[aimed.lamp].intensity * ray.end.point.reflectance * transmittance(ray.end.t + length);
+    return factor * lamp_intensity(aimed.lamp) * ray.end.point.reflectance * transmittance(ray.end.t + length);
 }
 
 /// Disk lamps that the camera looks at, straight or in the underside of the water surface.
@@ -120,11 +122,11 @@ fn see_lamps(ray: CameraRay) {
 }
 
 fn see_lamps_along(origin: vec3f, direction: vec3f, length: f32, range_m: f32, factor: f32) {
-    for (var i = 0u; i < scene.lamp_count; i++) {
+    for (var i = 0u; i < lamp_count(); i++) {
         let disk = lamp_radiance_along(i, origin, direction, length);
         if disk.met {
             let light = factor * disk.radiance * transmittance(range_m + disk.t);
-            add_light(lamps[i].film_layer, lamps[i].level, false, false, light);
+            add_light(lamp_film_layer(i), lamp_level(i), false, false, light);
         }
     }
 }

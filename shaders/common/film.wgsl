@@ -1,8 +1,9 @@
-// Where the light of a path is counted: sums per lane, moved to the film when a lane has run to its end.
+// Where the light of a path is counted: sums per lane, moved to the batch's film when a lane has run to its end.
 // Twins: crates/render/src/integrator/cpu/score.rs and crates/render/src/film.rs. Checked by: tests/system/gpu.rs.
 import package::common::layout::{counters, dispatch, film, scene, sums};
+import package::common::settings::film_layers;
 
-/// Layers of the film before those of the lamps.
+/// Layers of the film: daylight, what was not scattered, what has not met a surface, then a layer for each lamp.
 const AMBIENT: u32 = 0u;
 const DIRECT: u32 = 1u;
 const BACKSCATTER: u32 = 2u;
@@ -10,25 +11,31 @@ const BACKSCATTER: u32 = 2u;
 /// The lane at work, and the factor of everything that is added.
 var<private> lane: u32;
 var<private> share: f32;
+/// Sums of the lane in the layers that any source adds to; those of the sources' own are in `sums`.
+var<private> direct: vec3f;
+var<private> backscatter: vec3f;
 
 fn sum_place(layer: u32) -> u32 {
-    return 3u * (layer * dispatch.lanes + lane);
+    return layer * dispatch.lanes + lane;
 }
 
-fn clear_sums() {
-    for (var layer = 0u; layer < scene.film_layers; layer++) {
-        let place = sum_place(layer);
-        sums[place] = 0.0;
-        sums[place + 1u] = 0.0;
-        sums[place + 2u] = 0.0;
+/// Takes the sums of `pixel` up where the last dispatch left them, so that numbers are added in one order however the samples
+/// are dealt out to dispatches.
+fn load_sums(pixel: u32) {
+    direct = film_at(pixel, DIRECT);
+    backscatter = film_at(pixel, BACKSCATTER);
+    for (var layer = 0u; layer < film_layers(); layer++) {
+        sums[sum_place(layer)] = vec4f(film_at(pixel, layer), 0.0);
     }
 }
 
-fn add_to(layer: u32, radiance: vec3f) {
-    let place = sum_place(layer);
-    sums[place] += radiance.x;
-    sums[place + 1u] += radiance.y;
-    sums[place + 2u] += radiance.z;
+fn film_place(pixel: u32, layer: u32) -> u32 {
+    return 3u * (pixel * scene.film_layers + layer);
+}
+
+fn film_at(pixel: u32, layer: u32) -> vec3f {
+    let place = film_place(pixel, layer);
+    return vec3f(film[place], film[place + 1u], film[place + 2u]);
 }
 
 /// Adds radiance of the source whose layer and level are given, by what happened on its way.
@@ -39,21 +46,24 @@ fn add_light(layer: u32, level: f32, met_surface: bool, scattered: bool, radianc
         atomicAdd(&counters.not_finite, 1u);
         return;
     }
-    add_to(layer, light);
-    if !scattered {
-        add_to(DIRECT, level * light);
-    } else if !met_surface {
-        add_to(BACKSCATTER, level * light);
-    }
+    let place = sum_place(layer);
+    sums[place] += vec4f(light, 0.0);
+    direct += select(level * light, vec3f(0.0), scattered);
+    backscatter += select(vec3f(0.0), level * light, scattered && !met_surface);
 }
 
-/// Moves the sums to the film of `pixel`, times `weight`.
-fn commit_sums(pixel: u32, weight: f32) {
-    for (var layer = 0u; layer < scene.film_layers; layer++) {
-        let from_place = sum_place(layer);
-        let to_place = 3u * (pixel * scene.film_layers + layer);
-        film[to_place] += weight * sums[from_place];
-        film[to_place + 1u] += weight * sums[from_place + 1u];
-        film[to_place + 2u] += weight * sums[from_place + 2u];
+/// Moves the sums to the film of `pixel`.
+fn commit_sums(pixel: u32) {
+    for (var layer = 0u; layer < film_layers(); layer++) {
+        var sum = sums[sum_place(layer)].xyz;
+        if layer == DIRECT {
+            sum = direct;
+        } else if layer == BACKSCATTER {
+            sum = backscatter;
+        }
+        let place = film_place(pixel, layer);
+        film[place] = sum.x;
+        film[place + 1u] = sum.y;
+        film[place + 2u] = sum.z;
     }
 }

@@ -5,12 +5,13 @@ import package::common::bvh::SurfacePoint;
 import package::common::film::add_light;
 import package::common::interface::{distance_to_surface, flip, is_above};
 import package::common::lamp_walk::{Target, lamp_point, target_count, targets, unfolded, unfolded_direction, walk};
-import package::common::layout::{HAS_SCATTERING, NONE, PI, lamps, scene, scratch};
+import package::common::layout::{HAS_SCATTERING, NONE, PI, scene, scratch};
 import package::common::light::{lamp_facing_area, lamp_is_directed, lamp_radiance_along, lamp_relative_intensity};
 import package::common::math::sin2_half;
 import package::common::order::{order_sample, order_sample_scattered};
 import package::common::phase::phase_value;
 import package::common::rng::{leading, uniform_number};
+import package::common::tables::{lamp_film_layer, lamp_intensity, lamp_level, lamp_radius};
 import package::common::unfold::segment_factor;
 import package::common::ways::{Junction, trail, ways_contribution};
 
@@ -79,7 +80,7 @@ fn send(aimed: Target, start: vec3f, end: vec3f, lobe: f32, factor: f32) {
         return;
     }
     var facing = 0.0;
-    if lamps[aimed.lamp].radius > 0.0 {
+    if lamp_radius(aimed.lamp) > 0.0 {
         var last = start;
         if bridge.order > 0u {
             last = scratch[bridge_place(bridge.order - 1u)].xyz;
@@ -90,9 +91,9 @@ fn send(aimed: Target, start: vec3f, end: vec3f, lobe: f32, factor: f32) {
         }
     }
     let radiance = ways_contribution(walk.spectral, Junction(lobe, end, facing));
-    let light = factor * relative * aimed.weight * lamps[aimed.lamp].intensity * radiance;
+    let light = factor * relative * aimed.weight * lamp_intensity(aimed.lamp) * radiance;
     let scattered = walk.scatterings + bridge.order > 0u;
-    add_light(lamps[aimed.lamp].film_layer, lamps[aimed.lamp].level, walk.met_surface, scattered, light);
+    add_light(lamp_film_layer(aimed.lamp), lamp_level(aimed.lamp), walk.met_surface, scattered, light);
 }
 
 /// Bridges from the walk's last vertex to every aimed.
@@ -149,7 +150,7 @@ fn emitted(aimed: Target, emission: vec3f) -> f32 {
 
 /// The aimed's disk when the walk's direction meets it: sent with `lobe`, the density of that direction.
 fn meet_lamp(aimed: Target, lobe: f32) {
-    if lamps[aimed.lamp].radius == 0.0 || aimed.mirrored != walk.mirrored {
+    if lamp_radius(aimed.lamp) == 0.0 || aimed.mirrored != walk.mirrored {
         return;
     }
     let to_boundary = distance_to_surface(walk.origin, walk.direction);

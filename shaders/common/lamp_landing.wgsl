@@ -4,12 +4,13 @@ import package::common::bvh::SurfacePoint;
 import package::common::camera::{BOUNDARY, CameraRay, End, SCATTER, SURFACE, no_point};
 import package::common::lamp_join::vertex_count;
 import package::common::lamp_walk::{FREE, SCATTERED, SURE_VERTICES, THROUGH, Walk, add_ln_density, free_end, go_to_scattering, reflect_at_boundary, survival_of_walk, target_centre, target_count, targets, unfolded, walk, walk_start};
-import package::common::layout::{HAS_SCATTERING, HAS_VARIED_REFLECTANCE, NONE, dispatch, lamps, scene};
+import package::common::layout::{HAS_SCATTERING, HAS_VARIED_REFLECTANCE, NONE, scene};
 import package::common::light::lamp_relative_intensity;
 import package::common::math::{expm1, ln_1p, minus_ln, turn};
 import package::common::medium::{spectral_after, spectral_start, spectral_weight};
 import package::common::phase::phase_sample_x;
 import package::common::rng::{leading, leading_bits, next_bits, point_index, scramble, scramble_of, uniform_number};
+import package::common::settings::{lamp_strategies, max_events};
 
 /// Scouts of a walk that falls freely, and of one that surely scatters.
 const SCOUTS: u32 = 3u;
@@ -84,7 +85,7 @@ fn choose_landing(ray: CameraRay, first: u32, landing: Landing) -> Landing {
 fn send_scout(ray: CameraRay, first: u32) -> Landing {
     let nowhere = Landing(false, no_point());
     walk_start(ray);
-    walk.spectral = spectral_start(scene.lamp_strategies, uniform_number());
+    walk.spectral = spectral_start(lamp_strategies(), uniform_number());
     let sigma = scene.lamp_sigma[walk.spectral.chosen];
     var factor = ray.entry_factor;
     var end = scout_first_end(ray, first, sigma);
@@ -141,7 +142,7 @@ fn scout_first_end(ray: CameraRay, first: u32, sigma: f32) -> End {
 
 /// Probability with which the scout goes on from a scattering; 0 when it does not.
 fn scout_survival(factor: f32) -> f32 {
-    if walk.events >= dispatch.max_events {
+    if walk.events >= max_events() {
         return 0.0;
     }
     if walk.scatterings <= SURE_VERTICES {

@@ -5,11 +5,13 @@ import package::common::camera::{BOUNDARY, CameraRay, End, SCATTER, SURFACE, no_
 import package::common::lamp_join::{join_lamps, meet_lamps, vertex_count};
 import package::common::lamp_landing::{Landing, choose_landing};
 import package::common::lamp_walk::{choose_targets, first_end, go_to_scattering, next_end, reflect_at_boundary, survives, target_centre, target_count, targets, unfolded, walk, walk_start};
-import package::common::layout::{HAS_SCATTERING, PI, dispatch, lamps, scene};
+import package::common::layout::{HAS_SCATTERING, PI, dispatch, scene};
 import package::common::math::{cosine_hemisphere, turn};
 import package::common::medium::{rest_of_start, spectral_scatter, spectral_start};
 import package::common::phase::{phase_sample_x, phase_value};
 import package::common::rng::{leading, leading_bits, next_bits, uniform_number};
+import package::common::settings::{lamp_strategies, max_events};
+import package::common::tables::lamp_radius;
 import package::common::ways::{trail, trail_leave, trail_push, trail_root, trail_start};
 
 /// Distance of a surface from a lamp, in optical depths, below which the water between them is joined to the lamp too.
@@ -19,7 +21,7 @@ const CLOSE_SURFACE: f32 = 0.6;
 fn lamp_walk(ray: CameraRay, first: u32) {
     walk_start(ray);
     let chooser = leading(6u);
-    walk.spectral = spectral_start(scene.lamp_strategies, chooser);
+    walk.spectral = spectral_start(lamp_strategies(), chooser);
     let aim_number = rest_of_start(walk.spectral, chooser);
     walk.spectral.value *= ray.entry_factor;
     trail_start();
@@ -28,7 +30,7 @@ fn lamp_walk(ray: CameraRay, first: u32) {
     // Whether the first landing is still to be chosen. Every function is called from one place, because compilers copy
     // what is called from several.
     var choosing = true;
-    var alive = walk.events < dispatch.max_events;
+    var alive = walk.events < max_events();
     while alive || choosing {
         var landing = Landing(false, no_point());
         if alive {
@@ -59,7 +61,7 @@ fn lamp_walk(ray: CameraRay, first: u32) {
             alive = meet_surface(landing.point);
         }
         if alive {
-            alive = survives() && walk.events < dispatch.max_events;
+            alive = survives() && walk.events < max_events();
         }
     }
 }
@@ -79,7 +81,7 @@ fn scatter(t: f32) -> bool {
             return false;
         }
         trail_push(unfolded(walk.origin), walk.length, walk.reflected);
-        join_lamps(false, no_point(), dispatch.max_events, is_leading);
+        join_lamps(false, no_point(), max_events(), is_leading);
     }
     var bits: u32;
     var v: f32;
@@ -112,7 +114,7 @@ fn meet_surface(point: SurfacePoint) -> bool {
     }
     let position = unfolded(walk.origin);
     trail_root(position, walk.length, walk.reflected, is_close_to_lamp(position), walk.unscattered);
-    join_lamps(true, point, dispatch.max_events, is_leading);
+    join_lamps(true, point, max_events(), is_leading);
     var u: f32;
     var v: f32;
     if is_leading {
@@ -139,7 +141,7 @@ fn is_close_to_lamp(position: vec3f) -> bool {
         return false;
     }
     for (var i = 0u; i < target_count; i++) {
-        let gap = distance(target_centre(targets[i]), position) - lamps[targets[i].lamp].radius;
+        let gap = distance(target_centre(targets[i]), position) - lamp_radius(targets[i].lamp);
         if gap * scene.c_max < CLOSE_SURFACE {
             return true;
         }

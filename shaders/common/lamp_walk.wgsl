@@ -4,11 +4,13 @@
 import package::common::bvh::{SurfacePoint, closest, surface_point};
 import package::common::camera::{BOUNDARY, CameraRay, End, NOTHING, SCATTER, SURFACE, no_point};
 import package::common::interface::{distance_to_surface, flip, internal_reflectance, mirror};
-import package::common::layout::{HAS_MEDIUM, HAS_SCATTERING, HAS_SURFACE, INFINITE, NONE, lamps, scene};
+import package::common::layout::{HAS_MEDIUM, HAS_SCATTERING, HAS_SURFACE, INFINITE, NONE, scene};
 import package::common::light::{lamp_relative_intensity, lamp_sample_point};
 import package::common::math::{angle_of, expm1, ln_1p, minus_ln, quarter_turns};
 import package::common::medium::{Spectral, largest, spectral_pass, spectral_scatter, spectral_start, spectral_weight, transmittance};
 import package::common::rng::{leading, uniform_number};
+import package::common::settings::lamp_count;
+import package::common::tables::{lamp_intensity, lamp_mirror_share, lamp_position, lamp_radius};
 
 const MOST_LAMPS: u32 = 4u;
 const EVEN_SHARE: f32 = 0.1;
@@ -80,7 +82,7 @@ fn unfolded_direction(direction: vec3f) -> vec3f {
 }
 
 fn target_centre(aimed: Target) -> vec3f {
-    let position = lamps[aimed.lamp].position;
+    let position = lamp_position(aimed.lamp);
     if HAS_SURFACE && aimed.mirrored {
         return mirror(position);
     }
@@ -89,8 +91,8 @@ fn target_centre(aimed: Target) -> vec3f {
 
 /// A point of the lamp or of its mirror image, in unfolded space.
 fn lamp_point(aimed: Target) -> vec3f {
-    var point = lamps[aimed.lamp].position;
-    if lamps[aimed.lamp].radius > 0.0 {
+    var point = lamp_position(aimed.lamp);
+    if lamp_radius(aimed.lamp) > 0.0 {
         let u = uniform_number();
         let v = uniform_number();
         point = lamp_sample_point(aimed.lamp, u, v);
@@ -103,7 +105,7 @@ fn lamp_point(aimed: Target) -> vec3f {
 
 /// Adds the lamp or its mirror image to the targets; the first of them by `number`, unless that is NO_NUMBER.
 fn aim(lamp: u32, weight: f32, number: f32) {
-    let share = lamps[lamp].mirror_share;
+    let share = lamp_mirror_share(lamp);
     var mirrored = false;
     if share > 0.0 {
         var u = number;
@@ -122,18 +124,18 @@ fn aim(lamp: u32, weight: f32, number: f32) {
 /// What a lamp can bring to a camera ray: its irradiance at the end of the ray, or one free path into the water.
 fn lamp_estimate(lamp: u32, ray: CameraRay) -> f32 {
     let reach = select(0.0, min(ray.length, 1.0 / max(scene.c_min, 1e-3)), ray.wet);
-    let offset = ray.origin + reach * ray.direction - lamps[lamp].position;
-    let radius = lamps[lamp].radius;
+    let offset = ray.origin + reach * ray.direction - lamp_position(lamp);
+    let radius = lamp_radius(lamp);
     let distance2 = max(max(dot(offset, offset), radius * radius), 1e-12);
     let beam = lamp_relative_intensity(lamp, offset / sqrt(max(dot(offset, offset), 1e-30)));
-    return largest(lamps[lamp].intensity) * (0.1 + beam) * exp(-min(scene.c_min * sqrt(distance2), 80.0)) / distance2;
+    return largest(lamp_intensity(lamp)) * (0.1 + beam) * exp(-min(scene.c_min * sqrt(distance2), 80.0)) / distance2;
 }
 
 /// Chooses, once per walk, the lamps it is joined to: all where there are few, else four by what they can bring. Whether
 /// the first is the lamp or its image is told by `number`, unless that is NO_NUMBER.
 fn choose_targets(ray: CameraRay, number: f32) {
     target_count = 0u;
-    let count = scene.lamp_count;
+    let count = lamp_count();
     if count <= MOST_LAMPS {
         for (var i = 0u; i < count; i++) {
             aim(i, 1.0, number);
@@ -165,7 +167,7 @@ fn choose_targets(ray: CameraRay, number: f32) {
 
 /// The distribution of distances along the ray that is even over the angle under which the target sees them.
 fn equiangular_near(aimed: Target, ray: CameraRay) -> Equiangular {
-    let radius = lamps[aimed.lamp].radius;
+    let radius = lamp_radius(aimed.lamp);
     let offset = target_centre(aimed) - ray.origin;
     let foot = dot(offset, ray.direction);
     let across = length(offset - foot * ray.direction);
@@ -347,8 +349,8 @@ fn survives() -> bool {
 /// Probability with which a walk of this weight goes on where roulette has set in; 1 or more: for certain.
 fn survival_of_walk(weight: f32) -> f32 {
     var nearest2 = INFINITE;
-    for (var i = 0u; i < scene.lamp_count; i++) {
-        let offset = lamps[i].position - walk.origin;
+    for (var i = 0u; i < lamp_count(); i++) {
+        let offset = lamp_position(i) - walk.origin;
         nearest2 = min(nearest2, dot(offset, offset));
     }
     let reach = select(REACH_IN_WATER, REACH_FROM_SURFACE, walk.met_surface);

@@ -1,7 +1,8 @@
 // What a lane of a kernel makes: some samples of one pixel; and how it ends, so that no sample is lost unseen.
 // Twin: crates/render/src/gpu/render.rs (`run_block`, `completed`). Checked by: crates/render/src/gpu/faults.rs.
-import package::common::film::{clear_sums, commit_sums, lane};
+import package::common::film::{commit_sums, lane, load_sums};
 import package::common::layout::{completed, counters, dispatch, scene};
+import package::common::settings::{is_forced, loop_probe, start_settings};
 
 /// The samples `first..last` of the dispatch's batch at `pixel`.
 struct LaneWork {
@@ -15,8 +16,9 @@ struct LaneWork {
 /// Starts lane `id`, which has to be one of the dispatch's pixels.
 fn lane_start(id: u32) -> LaneWork {
     lane = id;
-    clear_sums();
+    start_settings(id);
     let pixel = dispatch.first_pixel + id;
+    load_sums(pixel);
     let first = completed[pixel];
     let last = min(first + dispatch.samples, dispatch.batch_samples);
     return LaneWork(pixel, pixel % scene.width, pixel / scene.width, first, last);
@@ -27,20 +29,20 @@ fn lane_start(id: u32) -> LaneWork {
 fn lane_end(work: LaneWork, reached: u32, paths: u32, vertices: u32) {
     // A driver that limits the loops of an invocation ends this one early too.
     var probe = 0u;
-    while probe < dispatch.loop_probe {
+    while probe < loop_probe() {
         probe += 1u;
     }
-    if probe < dispatch.loop_probe || reached < work.last {
+    if probe < loop_probe() || reached < work.last {
         atomicAdd(&counters.exhausted, 1u);
-        if dispatch.forced == 0u {
+        if !is_forced() {
             atomicAdd(&counters.unfinished, 1u);
             return;
         }
         atomicAdd(&counters.cut_paths, 1u);
     }
-    commit_sums(work.pixel, 1.0 / f32(dispatch.batch_samples));
+    commit_sums(work.pixel);
     // A single sample that does not fit counts as made, and above as cut.
-    let made = select(reached, work.last, dispatch.forced != 0u);
+    let made = select(reached, work.last, is_forced());
     completed[work.pixel] = made;
     atomicAdd(&counters.paths, paths);
     atomicAdd(&counters.vertices, vertices);

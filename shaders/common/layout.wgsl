@@ -19,6 +19,12 @@ override HAS_GEOMETRY_IN_AIR: bool = true;
 override HAS_SUN: bool = true;
 override HAS_SKY: bool = true;
 override HAS_DAYLIGHT_FIELD: bool = true;
+override HAS_DISTORTION: bool = true;
+/// A single lamp, a single parallelogram: loads with a known index are the cheaper ones.
+override ONE_LAMP: bool = false;
+override ONE_QUAD: bool = false;
+/// Whether the small tables lie in a uniform buffer.
+override NEAR_IN_UNIFORM: bool = false;
 
 struct Scene {
     camera_forward: vec3f,
@@ -57,21 +63,31 @@ struct Scene {
     sky: vec3f,
     largest_order: u32,
     bounds_lower: vec3f,
-    value_table: u32,
+    spot_table: u32,
     bounds_upper: vec3f,
-    sample_table: u32,
+    texture_table: u32,
     largest_emission: vec3f,
     order_table: u32,
     ambient_scale: vec3f,
     sobol_table: u32,
-    spot_table: u32,
-    texture_table: u32,
+    value_ends: vec4u,
+    sample_ends: vec4u,
+    value_blocks: u32,
+    value_cells: u32,
+    sample_blocks: u32,
+    sample_cells: u32,
     field_table: u32,
     film_layers: u32,
-    a_min: f32,
-    b_mean: f32,
+    lamp_rows: u32,
+    quad_rows: u32,
+    triangle_rows: u32,
+    material_rows: u32,
     padding_1: u32,
     padding_2: u32,
+    grid_lower: vec3f,
+    a_min: f32,
+    grid_step: vec3f,
+    b_mean: f32,
 }
 
 struct Dispatch {
@@ -136,17 +152,12 @@ struct Triangle {
     padding: u32,
 }
 
-/// A box of the tree in depth-first order: `skip` is the node to go on with when the box is missed; a leaf holds
-/// `count` triangles from `first` on, an inner node none.
+/// A box of the tree in depth-first order: its corners on a grid (lower x and y, lower z and upper x, upper y and z; 16
+/// bits each, the first the lower), and of an inner node the node to go on with when the box is missed, of a leaf its
+/// triangles.
 struct Node {
-    lower: vec3f,
-    skip: u32,
-    upper: vec3f,
-    first: u32,
-    count: u32,
-    padding_1: u32,
-    padding_2: u32,
-    padding_3: u32,
+    corners: vec3u,
+    link: u32,
 }
 
 struct Material {
@@ -167,20 +178,13 @@ struct Counters {
 
 @group(0) @binding(0) var<uniform> scene: Scene;
 @group(0) @binding(1) var<uniform> dispatch: Dispatch;
-@group(0) @binding(2) var<storage, read> words: array<u32>;
-@group(0) @binding(3) var<storage, read> lamps: array<Lamp>;
-@group(0) @binding(4) var<storage, read> quads: array<Quad>;
-@group(0) @binding(5) var<storage, read> triangles: array<Triangle>;
-@group(0) @binding(6) var<storage, read> nodes: array<Node>;
-@group(0) @binding(7) var<storage, read> materials: array<Material>;
-@group(0) @binding(8) var<storage, read> texels: array<f32>;
-@group(0) @binding(9) var<storage, read_write> scratch: array<vec4f>;
-@group(0) @binding(10) var<storage, read_write> sums: array<f32>;
-@group(0) @binding(11) var<storage, read_write> film: array<f32>;
-@group(0) @binding(12) var<storage, read_write> completed: array<u32>;
-@group(0) @binding(13) var<storage, read_write> counters: Counters;
-
-/// Entry `i` of the table of words, as a float.
-fn word_f32(i: u32) -> f32 {
-    return bitcast<f32>(words[i]);
-}
+/// Small tables, in one of two places, and large ones.
+@group(0) @binding(2) var<uniform> uniform_rows: array<vec4u, 4096>;
+@group(0) @binding(3) var<storage, read> near_rows: array<vec4u>;
+@group(0) @binding(4) var<storage, read> far_rows: array<vec4u>;
+@group(0) @binding(5) var<storage, read> texels: array<vec4f>;
+@group(0) @binding(6) var<storage, read_write> scratch: array<vec4f>;
+@group(0) @binding(7) var<storage, read_write> sums: array<vec4f>;
+@group(0) @binding(8) var<storage, read_write> film: array<f32>;
+@group(0) @binding(9) var<storage, read_write> completed: array<u32>;
+@group(0) @binding(10) var<storage, read_write> counters: Counters;

@@ -1,14 +1,16 @@
 // How many scatterings a bridge has: q(k | D), a Poisson law with a geometric tail.
 // Twin: crates/render/src/integrator/cpu/order.rs. Checked by: crates/render/src/gpu/twins/lamps.rs.
-import package::common::layout::{NONE, scene, word_f32};
+import package::common::layout::{NONE, scene};
 import package::common::math::expm1;
+import package::common::settings::largest_order;
+import package::common::tables::table_f32;
 
 const TAIL_SHARE: f32 = 0.02;
 const LN_POISSON_SHARE: f32 = -0.0202027073;
 
 /// ln of ε (1 − γ) γ^k k!.
 fn order_ln_tail(k: u32) -> f32 {
-    return word_f32(scene.order_table + k);
+    return table_f32(scene.order_table + k);
 }
 
 /// Poisson variate by inversion; more than the largest order is not told apart.
@@ -18,7 +20,7 @@ fn poisson(u: f32, mean: f32) -> u32 {
     var sum = exp(max(ln_term, -87.0));
     let ln_mean = log(max(mean, 1e-30));
     var k = 0u;
-    while u > sum && k <= scene.largest_order {
+    while u > sum && k <= largest_order() {
         k += 1u;
         ln_term += ln_mean - log(f32(k));
         let term = exp(max(ln_term, -87.0));
@@ -39,7 +41,7 @@ fn order_sample(depth: f32, u: f32) -> u32 {
     } else {
         k = poisson((u - TAIL_SHARE) / (1.0 - TAIL_SHARE), depth);
     }
-    return select(NONE, k, k <= scene.largest_order);
+    return select(NONE, k, k <= largest_order());
 }
 
 /// Probability of at least one scattering, 1 − q(0 | D).
@@ -57,5 +59,5 @@ fn order_sample_scattered(depth: f32, u: f32) -> u32 {
     } else {
         k = max(poisson(exp(max(-depth, -87.0)) + (x - tail) / (1.0 - TAIL_SHARE), depth), 1u);
     }
-    return select(NONE, k, k <= scene.largest_order);
+    return select(NONE, k, k <= largest_order());
 }

@@ -28,7 +28,7 @@ struct PictureTask {
 }
 
 @group(0) @binding(0) var<uniform> picture: PictureTask;
-/// Means of the newest batch, as the kernels leave them.
+/// Sums of the newest batch, as the kernels leave them.
 @group(0) @binding(1) var<storage, read> batch: array<f32>;
 /// Level of each lamp, 1 at 100 %.
 @group(0) @binding(2) var<storage, read> levels: array<f32>;
@@ -49,8 +49,8 @@ fn hold(plane: u32, pixel: u32, value: vec3f) {
     held[place + 2u] = value.z;
 }
 
-/// Layer `layer` of the newest batch at `pixel`.
+/// Mean of layer `layer` of the newest batch at `pixel`.
 fn batch_at(pixel: u32, layer: u32) -> vec3f {
     let place = 3u * (pixel * picture.film_layers + layer);
-    return vec3f(batch[place], batch[place + 1u], batch[place + 2u]);
+    return vec3f(batch[place], batch[place + 1u], batch[place + 2u]) / picture.batch_samples;
 }

@@ -1,6 +1,7 @@
 // Random numbers keyed by (seed, pixel, sample, stream), as bits and as floats.
 // Twins: crates/render/src/integrator/sampling/{rng,sobol,draws}.rs. Checked by: crates/render/src/gpu/twins/numbers.rs.
-import package::common::layout::{dispatch, scene, words};
+import package::common::layout::{dispatch, scene};
+import package::common::tables::table_word;
 
 const MAX_BATCH: u32 = 4096u;
 
@@ -115,7 +116,7 @@ fn leading_bits(dimension: u32) -> u32 {
     var bits = 0u;
     var rest = point_index;
     while rest != 0u {
-        bits ^= words[scene.sobol_table + 32u * dimension + firstTrailingBit(rest)];
+        bits ^= table_word(scene.sobol_table + 32u * dimension + firstTrailingBit(rest));
         rest &= rest - 1u;
     }
     return owen(bits, lowbias32(scramble + dimension * 0x9e3779b9u));

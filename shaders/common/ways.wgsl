@@ -6,6 +6,7 @@ import package::common::math::ln_1p;
 import package::common::medium::{LN_ZERO, Spectral, largest, spectral_weight, transmittance, used};
 import package::common::order::{LN_POISSON_SHARE, order_ln_tail, scattered_share};
 import package::common::phase::phase_value;
+import package::common::settings::{lamp_strategies, largest_order};
 
 /// The vertices of the walk that can be joined to a lamp; flags as in the twin.
 struct Trail {
@@ -85,7 +86,7 @@ fn ln_densities(length: f32, distance2: f32, order: u32, root: bool) -> LnDensit
 
 /// Exponentials of the strategies in use, summed.
 fn sum_exp(ln: vec3f) -> f32 {
-    let e = exp(clamp(used(ln, max(scene.lamp_strategies, 1u)), vec3f(-200.0), vec3f(80.0)));
+    let e = exp(clamp(used(ln, max(lamp_strategies(), 1u)), vec3f(-200.0), vec3f(80.0)));
     return e.x + e.y + e.z;
 }
 
@@ -112,7 +113,7 @@ fn earlier_ways(total_order: u32, lamp: vec3f) -> f32 {
     for (var i = 0u; i + 1u < trail.count; i++) {
         let order = total_order - (i + first);
         let extra = scratch[extra_place(i)];
-        if order <= scene.largest_order && extra.w > 0.0 {
+        if order <= largest_order() && extra.w > 0.0 {
             let vertex = scratch[trail_place(i)];
             let offset = vertex.xyz - lamp;
             density += extra.w * way_density(vertex.w, dot(offset, offset), order, trail.rooted && i == 0u, extra.z);
@@ -172,7 +173,7 @@ fn ways_scattering(spectral: Spectral, junction: Junction) -> vec3f {
     let root = trail.rooted && last == 0u;
     // Relative to the way that made the path: single densities may be out of the range of a float.
     let own = ln_densities(last_length, distance2, order, root);
-    path.shift = largest(used(max(own.poisson, own.tail), max(scene.lamp_strategies, 1u)));
+    path.shift = largest(used(max(own.poisson, own.tail), max(lamp_strategies(), 1u)));
     var density = way_density(last_length, distance2, order, root, junction.lobe);
     if trail.companions {
         let scatterings = trail.count - select(0u, 1u, trail.rooted);

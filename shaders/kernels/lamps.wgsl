@@ -9,6 +9,7 @@ import package::common::lamp_walk::{FREE, SCATTERED, THROUGH};
 import package::common::lane::{LaneWork, lane_end, lane_start};
 import package::common::layout::{HAS_SCATTERING, dispatch};
 import package::common::rng::{leading, start_draws};
+import package::common::settings::max_events;
 
 /// Image points per sample at which unscattered light is seen in clear water.
 const DIRECT_POINTS: u32 = 4u;
@@ -43,7 +44,7 @@ fn sample_walks(work: LaneWork, index: u32, clear: bool) -> u32 {
     let ray = camera_ray(camera_direction(work.column, work.row, placed.offset));
     share = placed.factor;
     var walks = 0u;
-    if ray.wet && dispatch.max_events > 0u {
+    if ray.wet && max_events() > 0u {
         let split = HAS_SCATTERING && is_clear(ray);
         walks = select(1u, 2u, split);
         for (var i = 0u; i < walks; i++) {

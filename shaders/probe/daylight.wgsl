@@ -11,6 +11,7 @@ import package::common::layout::{INFINITE, NONE, dispatch, film, scene, scratch}
 import package::common::math::sin2_half;
 import package::common::medium::{spectral_start, spectral_weight};
 import package::common::rng::start_draws;
+import package::common::settings::{ambient_strategies, max_events};
 import package::probe::inputs::{direction_of, in_box, three_numbers};
 
 @compute @workgroup_size(64)
@@ -28,7 +29,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 }
 
 fn evaluate(a: vec4f) -> vec4f {
-    switch dispatch.max_events {
+    switch max_events() {
         case 0u: {
             return vec4f(field_scattered(20.0 * a.x, direction_of(a.y, a.z), vec3f(0.01 * a.w)), 0.0);
         }
@@ -87,6 +88,6 @@ fn below_surface(u: vec3f) -> vec3f {
 }
 
 fn walk_at(origin: vec3f, direction: vec3f) -> AmbientWalk {
-    let walk = AmbientWalk(origin, direction, vec3f(0.0), NONE, 0u, 0u, spectral_start(scene.ambient_strategies, 0.4));
+    let walk = AmbientWalk(origin, direction, vec3f(0.0), NONE, 0u, 0u, spectral_start(ambient_strategies(), 0.4));
     return along(walk, direction);
 }

@@ -2,16 +2,17 @@
 // `max_events` of the list below makes up to four, in the film. Checked by: crates/render/src/gpu/twins/.
 import package::common::bridge::{bridge, bridge_draw, bridge_place, extra_place};
 import package::common::bvh::{closest, occluded, surface_point};
-import package::common::camera::{camera_direction};
+import package::common::camera::camera_direction;
 import package::common::film::lane;
 import package::common::interface::{external_reflectance, internal_reflectance, refract_into_water};
-import package::common::layout::{INFINITE, NONE, completed, dispatch, film, scene, scratch};
+import package::common::layout::{INFINITE, NONE, dispatch, film, scene, scratch};
 import package::common::light::{lamp_facing_area, lamp_radiance_along, lamp_relative_intensity, lamp_sample_point};
 import package::common::math::{angle_of, circle, cosine_hemisphere, expm1, ln_1p, minus_ln, sin2_half, turn};
 import package::common::medium::{spectral_pass, spectral_scatter, spectral_start, spectral_weight, transmittance};
 import package::common::order::{order_ln_tail, order_sample, order_sample_scattered, scattered_share};
 import package::common::phase::{phase_sample_x, phase_value};
 import package::common::rng::{leading_bits, next_bits, start_draws};
+import package::common::settings::{lamp_strategies, max_events};
 import package::probe::inputs::direction_of;
 
 @compute @workgroup_size(64)
@@ -28,7 +29,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 }
 
 fn evaluate(a: vec4f) -> vec4f {
-    switch dispatch.max_events {
+    switch max_events() {
         case 0u: {
             start_draws(bitcast<u32>(a.x), bitcast<u32>(a.y), bitcast<u32>(a.z));
             let first = next_bits();
@@ -65,7 +66,7 @@ fn evaluate(a: vec4f) -> vec4f {
             return vec4f(lamp_relative_intensity(0u, d), lamp_facing_area(0u, d), lamp_sample_point(0u, a.z, a.w).x, select(0.0, disk.radiance.x, disk.met));
         }
         case 8u: {
-            var s = spectral_start(scene.lamp_strategies, a.x);
+            var s = spectral_start(lamp_strategies(), a.x);
             s = spectral_scatter(s, scene.lamp_sigma, scene.lamp_ln_sigma, a.y);
             s = spectral_pass(s, scene.lamp_sigma, a.z);
             return vec4f(spectral_weight(s), f32(s.chosen));

@@ -7,9 +7,11 @@ import package::common::camera::{CameraRay, End, NOTHING, no_point};
 import package::common::film::lane;
 import package::common::lamp_landing::worth_of;
 import package::common::lamp_walk::{Target, equiangular_density, equiangular_near, equiangular_sample, survival_of_walk, target_count, targets, walk, walk_start};
-import package::common::layout::{NONE, dispatch, film, lamps, scene, scratch};
+import package::common::layout::{NONE, dispatch, film, scene, scratch};
 import package::common::medium::{spectral_after, spectral_scatter, spectral_start};
 import package::common::rng::{start_draws, uniform_number};
+import package::common::settings::{lamp_strategies, max_events};
+import package::common::tables::lamp_position;
 import package::common::unfold::segment_factor;
 import package::common::ways::{Junction, trail_leave, trail_push, trail_root, trail_start, ways_contribution};
 import package::probe::inputs::{direction_of, in_box, three_numbers};
@@ -29,7 +31,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 }
 
 fn evaluate(a: vec4f) -> vec4f {
-    switch dispatch.max_events {
+    switch max_events() {
         case 0u: {
             let end = in_box(three_numbers());
             return vec4f(segment_factor(in_box(a.xyz), end, NONE), 0.0, 0.0, 0.0);
@@ -39,7 +41,7 @@ fn evaluate(a: vec4f) -> vec4f {
         }
         case 2u: {
             let offset = 0.1 * vec3f(a.x - 0.5, a.y - 0.5, 0.0);
-            let ray = ray_along(normalize(lamps[1].position + offset), 0.5 + 3.0 * a.z);
+            let ray = ray_along(normalize(lamp_position(1) + offset), 0.5 + 3.0 * a.z);
             let law = equiangular_near(Target(1u, false, 1.0), ray);
             if !law.near {
                 return vec4f(0.0);
@@ -68,7 +70,7 @@ fn ray_along(direction: vec3f, length: f32) -> CameraRay {
 fn way_of_row(a: vec4f) -> vec4f {
     let rooted = a.x < 0.5;
     let count = 1u + u32(3.0 * a.z);
-    var spectral = spectral_start(scene.lamp_strategies, a.y);
+    var spectral = spectral_start(lamp_strategies(), a.y);
     var position = vec3f(0.2, 0.0, 0.0);
     var length = 0.0;
     trail_start();
@@ -88,7 +90,7 @@ fn way_of_row(a: vec4f) -> vec4f {
         }
     }
     let order = u32(4.0 * uniform_number());
-    let end = lamps[0].position;
+    let end = lamp_position(0);
     if !bridge_draw(position, end, order) {
         return vec4f(-1.0);
     }
@@ -111,7 +113,7 @@ fn worth_of_row(a: vec4f) -> vec4f {
     walk.origin = in_box(a.xyz);
     walk.unscattered = a.w < 0.3;
     walk.mirrored = a.w > 0.8;
-    walk.spectral = spectral_after(spectral_start(scene.lamp_strategies, a.w), u32(6.0 * a.w), 4.0 * a.w);
+    walk.spectral = spectral_after(spectral_start(lamp_strategies(), a.w), u32(6.0 * a.w), 4.0 * a.w);
     targets[0] = Target(0u, false, 1.0);
     targets[1] = Target(1u, true, 1.0);
     target_count = 2u;

@@ -10,7 +10,7 @@ use uw_render::gpu::{
     shaders::{KERNELS, compose},
 };
 
-fn module(name: &str) -> Module {
+pub(crate) fn module(name: &str) -> Module {
     let text = compose(name).unwrap_or_else(|e| panic!("{e}"));
     wgsl::parse_str(&text).unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(&text)))
 }
@@ -86,6 +86,44 @@ fn layout_faults(modules: &[Module]) -> Vec<String> {
         };
         if layouts.is_empty() || !layouts.iter().all(same) {
             faults.push(name.to_owned());
+        }
+    }
+    faults
+}
+
+/// Records that are read field by field have a function for each, which reads it from where the host puts it.
+#[test]
+fn fields_are_read_from_their_rows() {
+    let text = compose("kernels/lamps").unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(row_faults(&text), Vec::<String>::new());
+    let swapped = text
+        .replacen("fn lamp_radius(", "fn marked(", 1)
+        .replacen("fn lamp_cos_half_angle(", "fn lamp_radius(", 1)
+        .replacen("fn marked(", "fn lamp_cos_half_angle(", 1);
+    assert_eq!(row_faults(&swapped), ["lamp_radius", "lamp_cos_half_angle"]);
+}
+
+/// Names of functions that should read a field of a lamp or a triangle from `row(i, ROW)` and `.xyz` or a component, and
+/// do not.
+fn row_faults(text: &str) -> Vec<String> {
+    let mut faults = Vec::new();
+    for (name, _, fields) in record_layouts() {
+        if !["Lamp", "Triangle"].contains(&name) {
+            continue;
+        }
+        let record = name.to_lowercase();
+        for (field, offset) in fields.iter().filter(|(f, _)| !f.starts_with("padding")) {
+            let function = format!("{record}_{field}");
+            let (row, component) = (offset / 16, &"xyzw"[offset % 16 / 4..][..1]);
+            let call = format!("{record}_row(i, {row}u)");
+            let reads = text
+                .split_once(&format!("fn {function}(i: u32)"))
+                .and_then(|(_, rest)| rest.split_once('}'))
+                .and_then(|(body, _)| body.split_once(&call))
+                .and_then(|(_, rest)| rest.split_once('.'));
+            if !reads.is_some_and(|(_, swizzle)| swizzle.starts_with(component)) {
+                faults.push(function);
+            }
         }
     }
     faults

@@ -9,6 +9,7 @@ mod closed_form;
 mod convergence;
 mod furnace;
 mod gpu;
+mod gpu_conditions;
 mod gpu_features;
 mod gpu_shaders;
 mod irradiance_sensors;

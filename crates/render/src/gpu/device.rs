@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::{GpuError, compiled::Compiled};
 
 /// Storage buffers that the kernels bind.
-const STORAGE_BUFFERS: u32 = 12;
+const STORAGE_BUFFERS: u32 = 8;
 /// Time between two looks at work on a shared device.
 const PAUSE: Duration = Duration::from_micros(250);
 
@@ -54,6 +54,9 @@ pub struct Gpu {
     pub(super) compiled: Compiled,
     /// Whether a window is drawn by the device too.
     pub(super) shared: bool,
+    /// Whether small tables are read from a uniform buffer. A software adapter (llvmpipe) loads from storage in a loop over
+    /// its lanes, from a uniform buffer for all of them at once.
+    pub(super) tables_in_uniform: bool,
     info: AdapterInfo,
     fault: Arc<Mutex<Option<GpuError>>>,
 }
@@ -187,6 +190,7 @@ impl Gpu {
             limits,
             compiled: Compiled::default(),
             shared,
+            tables_in_uniform: !info.is_hardware(),
             info,
             fault,
         }

@@ -69,21 +69,31 @@ records! {
         sky: [f32; 3],
         largest_order: u32,
         bounds_lower: [f32; 3],
-        value_table: u32,
+        spot_table: u32,
         bounds_upper: [f32; 3],
-        sample_table: u32,
+        texture_table: u32,
         largest_emission: [f32; 3],
         order_table: u32,
         ambient_scale: [f32; 3],
         sobol_table: u32,
-        spot_table: u32,
-        texture_table: u32,
+        value_ends: [u32; 4],
+        sample_ends: [u32; 4],
+        value_blocks: u32,
+        value_cells: u32,
+        sample_blocks: u32,
+        sample_cells: u32,
         field_table: u32,
         film_layers: u32,
-        a_min: f32,
-        b_mean: f32,
+        lamp_rows: u32,
+        quad_rows: u32,
+        triangle_rows: u32,
+        material_rows: u32,
         padding_1: u32,
         padding_2: u32,
+        grid_lower: [f32; 3],
+        a_min: f32,
+        grid_step: [f32; 3],
+        b_mean: f32,
     }
     /// What one dispatch does.
     Dispatch {
@@ -149,14 +159,8 @@ records! {
     }
     /// A box of the tree of triangles.
     Node {
-        lower: [f32; 3],
-        skip: u32,
-        upper: [f32; 3],
-        first: u32,
-        count: u32,
-        padding_1: u32,
-        padding_2: u32,
-        padding_3: u32,
+        corners: [u32; 3],
+        link: u32,
     }
     /// A Lambertian surface.
     Material {

@@ -2,15 +2,17 @@
 
 use super::{
     Gpu, GpuError,
-    layout::{Counters, Dispatch},
+    layout::{Counters, Dispatch, Scene},
     upload::Tables,
 };
-use crate::prepare::{Needs, Prepared};
+use crate::prepare::Prepared;
 
-/// Bindings that kernels write; the others are read.
-const FIRST_WRITTEN: u32 = 9;
-const BINDINGS: u32 = 14;
-const UNIFORMS: u32 = 2;
+/// Bindings: uniform buffers, then storage that kernels read, then what they write.
+const UNIFORMS: u32 = 3;
+const FIRST_WRITTEN: u32 = 6;
+const BINDINGS: u32 = 11;
+/// Rows of the uniform buffer; twin: `uniform_rows`.
+const UNIFORM_ROWS: usize = 4096;
 /// Bytes of a place of the scratch buffer: three vectors of four.
 const SLOT_BYTES: u64 = 48;
 /// Places that the stack of walks that look for daylight needs: 96 walks.
@@ -31,6 +33,7 @@ pub(super) struct Loaded<'a> {
     pub(super) lanes: u32,
     /// Vertices of a bridge or of a walk that scratch memory has room for.
     pub(super) slots: u32,
+    /// Sums of the batch's samples.
     pub(super) film: wgpu::Buffer,
     /// Where probes take their inputs from.
     #[cfg(test)]
@@ -63,7 +66,7 @@ impl<'a> Loaded<'a> {
         let lanes = (budget / lane_bytes).min(MOST_LANES) / 64 * 64;
         let lanes = lanes.min(u64::from(pixels).next_multiple_of(64)) as u32;
         let film_bytes = u64::from(pixels) * u64::from(record.film_layers) * 12;
-        let sums_bytes = u64::from(lanes) * u64::from(record.film_layers) * 12;
+        let sums_bytes = u64::from(lanes) * u64::from(record.film_layers) * 16;
         let maker = Maker { gpu };
         let film = maker.empty("film", film_bytes)?;
         let scratch = maker.empty("scratch", u64::from(lanes) * lane_bytes)?;
@@ -71,16 +74,20 @@ impl<'a> Loaded<'a> {
         let completed = maker.empty("completed samples", 4 * u64::from(pixels))?;
         let counters = maker.empty("counters", size_of::<Counters>() as u64)?;
         let dispatch = maker.uniform(&[0; size_of::<Dispatch>()]);
+        let near_in_uniform = gpu.tables_in_uniform && tables.near_rows.len() <= UNIFORM_ROWS;
+        let mut uniform_rows = vec![[0; 4]; UNIFORM_ROWS];
+        let mut near_rows = &tables.near_rows[..];
+        if near_in_uniform {
+            uniform_rows[..near_rows.len()].copy_from_slice(near_rows);
+            near_rows = &[];
+        }
         let buffers = [
             maker.uniform(bytemuck::bytes_of(record)),
             dispatch.clone(),
-            maker.filled("tables", &tables.words)?,
-            maker.filled("lamps", &tables.lamps)?,
-            maker.filled("parallelograms", &tables.quads)?,
-            maker.filled("triangles", &tables.triangles)?,
-            maker.filled("nodes of the tree", &tables.nodes)?,
-            maker.filled("materials", &tables.materials)?,
-            maker.filled("texels", &tables.texels)?,
+            maker.uniform(bytemuck::cast_slice(&uniform_rows)),
+            maker.filled("small tables", near_rows)?,
+            maker.filled("triangles and field of daylight", &tables.far_rows)?,
+            maker.filled("textures", &tables.texels)?,
             scratch.clone(),
             sums,
             film.clone(),
@@ -103,7 +110,7 @@ impl<'a> Loaded<'a> {
             counters,
             bind_group,
             layout,
-            constants: constants(&scene.needs, tables, scene),
+            constants: constants(scene, record, near_in_uniform),
         };
         gpu.check()?;
         Ok(loaded)
@@ -176,7 +183,7 @@ impl<'a> Loaded<'a> {
         self.gpu.read_buffer(&self.completed, self.completed.size())
     }
 
-    /// The film: per pixel its layers, three channels each.
+    /// Sums of the batch: per pixel its layers, three channels each.
     ///
     /// # Errors
     /// A fault of the device.
@@ -186,20 +193,28 @@ impl<'a> Loaded<'a> {
 }
 
 /// Override constants: what the scene can reach.
-fn constants(needs: &Needs, tables: &Tables, scene: &Prepared) -> Vec<(&'static str, f64)> {
+fn constants(scene: &Prepared, record: &Scene, near_in_uniform: bool) -> Vec<(&'static str, f64)> {
+    let needs = &scene.needs;
     [
         ("HAS_MEDIUM", needs.medium),
         ("HAS_SCATTERING", needs.scattering),
         ("HAS_SURFACE", needs.boundary),
         ("HAS_REFRACTION", needs.refraction),
-        ("HAS_QUADS", !tables.quads.is_empty()),
-        ("HAS_TRIANGLES", !tables.nodes.is_empty()),
+        ("HAS_QUADS", record.quad_count > 0),
+        ("HAS_TRIANGLES", record.node_count > 0),
         ("HAS_TEXTURES", needs.textures),
         ("HAS_VARIED_REFLECTANCE", needs.varied_reflectance),
         ("HAS_GEOMETRY_IN_AIR", needs.geometry_in_air),
         ("HAS_SUN", needs.sun),
         ("HAS_SKY", needs.sky),
         ("HAS_DAYLIGHT_FIELD", scene.daylight.is_some()),
+        (
+            "HAS_DISTORTION",
+            scene.camera.distortion.iter().any(|&k| k != 0.0),
+        ),
+        ("ONE_LAMP", record.lamp_count == 1),
+        ("ONE_QUAD", record.quad_count == 1),
+        ("NEAR_IN_UNIFORM", near_in_uniform),
     ]
     .into_iter()
     .map(|(name, needed)| (name, f64::from(u8::from(needed))))

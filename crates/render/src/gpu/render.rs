@@ -255,7 +255,7 @@ impl<'a> Job<'a> {
         }
     }
 
-    /// Where the means of a batch lie on the device.
+    /// Where the sums of a batch lie on the device.
     pub(super) fn batch_film(&self) -> &wgpu::Buffer {
         &self.loaded.film
     }
@@ -378,7 +378,7 @@ impl<'a> Job<'a> {
             for (column, pixel) in values.chunks_exact(3 * layers).enumerate() {
                 let means: Vec<[f64; 3]> = pixel
                     .chunks_exact(3)
-                    .map(|c| [c[0], c[1], c[2]].map(f64::from))
+                    .map(|c| [c[0], c[1], c[2]].map(|sum| f64::from(sum) / f64::from(samples)))
                     .collect();
                 let mean = BatchMean::of_layers(&means, &levels);
                 row.add(column, lamps, &mean, samples);

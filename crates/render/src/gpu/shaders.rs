@@ -15,6 +15,8 @@ macro_rules! sources {
 
 sources![
     "common/layout",
+    "common/settings",
+    "common/tables",
     "common/math",
     "common/rng",
     "common/phase",

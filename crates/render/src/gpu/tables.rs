@@ -1,6 +1,7 @@
-//! Tables of numbers in one buffer of words: phase functions, orders, Sobol numbers, lamps' falloffs, textures.
+//! Tables of numbers in rows of four words: phase functions, orders, Sobol numbers, lamps' falloffs, textures, records.
+//! Twin: `shaders/common/tables.wgsl`.
 
-use uw_media::phase::{CellParts, PhaseTable};
+use uw_media::phase::CellParts;
 
 use crate::{
     integrator::{cpu::order::OrderLaw, sampling::sobol::DIRECTIONS},
@@ -8,61 +9,85 @@ use crate::{
     scene::{Texture, TextureFilter},
 };
 
-/// Words under construction; each addition returns the place of its first word.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Words(pub(super) Vec<u32>);
+/// Words of a row.
+const WIDTH: usize = 4;
 
-impl Words {
-    fn place(&self) -> u32 {
-        self.0.len() as u32
+/// A piecewise function: per end the smallest key as bits and the first block; the word of the first block and the row of
+/// the first cell.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct CellTable {
+    pub(super) ends: [u32; 4],
+    pub(super) blocks: u32,
+    pub(super) cells: u32,
+}
+
+/// Rows under construction. Each addition returns its place, that of its first row or, where it says so, of its first word.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Rows(Vec<u32>);
+
+impl Rows {
+    /// All words; whole rows of them.
+    pub(super) fn finish(mut self) -> Vec<[u32; WIDTH]> {
+        self.next_row();
+        self.0.as_chunks().0.to_vec()
     }
 
+    /// The place of the next row, at which the next word goes.
+    fn next_row(&mut self) -> u32 {
+        self.0.resize(self.0.len().next_multiple_of(WIDTH), 0);
+        (self.0.len() / WIDTH) as u32
+    }
+
+    /// Numbers; their place is that of the first word.
     fn floats(&mut self, values: impl IntoIterator<Item = f64>) -> u32 {
-        let place = self.place();
+        let place = self.0.len() as u32;
         self.0
             .extend(values.into_iter().map(|v| (v as f32).to_bits()));
         place
     }
 
-    /// Value and inverse CDF of a phase function.
-    pub(super) fn phase(&mut self, table: &PhaseTable) -> (u32, u32) {
-        let [value, sample] = table.parts();
-        (self.cells(&value), self.cells(&sample))
-    }
-
-    /// Per end the smallest key as bits and the first block, then the places of blocks and cells, and these.
-    fn cells(&mut self, parts: &CellParts<'_>) -> u32 {
-        const HEADER: u32 = 6;
-        let place = self.place();
-        let blocks = place + HEADER;
-        let cells = blocks + parts.blocks.len() as u32;
-        for (key, first_block) in parts.ends {
-            self.0.extend([(key as f32).to_bits(), first_block]);
-        }
-        self.0.extend([blocks, cells]);
-        self.0.extend_from_slice(parts.blocks);
-        self.floats(parts.cells.iter().flatten().copied());
+    /// Records of whole rows.
+    pub(super) fn records<T: bytemuck::Pod>(&mut self, records: &[T]) -> u32 {
+        const { assert!(size_of::<T>().is_multiple_of(4 * WIDTH)) };
+        let place = self.next_row();
+        self.0.extend_from_slice(bytemuck::cast_slice(records));
         place
     }
 
-    /// ln of the tail of the order law up to the largest order.
+    /// A piecewise function.
+    pub(super) fn cells(&mut self, parts: &CellParts<'_>) -> CellTable {
+        let [(low_key, low_block), (high_key, high_block)] = parts.ends;
+        let bits = |key: f64| (key as f32).to_bits();
+        let blocks = self.next_row() * WIDTH as u32;
+        self.0.extend_from_slice(parts.blocks);
+        let cells = self.next_row();
+        self.floats(parts.cells.iter().flatten().copied());
+        CellTable {
+            ends: [bits(low_key), low_block, bits(high_key), high_block],
+            blocks,
+            cells,
+        }
+    }
+
+    /// ln of the tail of the order law up to the largest order; the place is that of the first word.
     pub(super) fn orders(&mut self, law: &OrderLaw, largest: usize) -> u32 {
         self.floats((0..=largest).map(|k| law.ln_tail(k)))
     }
 
-    /// Direction numbers of the Sobol sequence, 32 per dimension.
+    /// Direction numbers of the Sobol sequence, 32 per dimension; the place is that of the first word.
     pub(super) fn sobol(&mut self) -> u32 {
-        let place = self.place();
+        let place = self.0.len() as u32;
         self.0.extend(DIRECTIONS.iter().flatten());
         place
     }
 
-    /// A table of relative intensities.
+    /// A table of relative intensities; the place is that of the first word.
     pub(super) fn falloff(&mut self, table: &[f64]) -> u32 {
         self.floats(table.iter().copied())
     }
 
-    /// Small lamps in the image: whole pixels and the rest of the centre, and ln of the range of distances.
+    /// Small lamps in the image: whole pixels and the rest of the centre, and ln of the range of distances; the place is
+    /// that of the first word.
     pub(super) fn spots(&mut self, spots: &[(glam::DVec2, f64)]) -> u32 {
         self.floats(spots.iter().flat_map(|&(centre, octaves)| {
             let whole = centre.floor();
@@ -71,37 +96,40 @@ impl Words {
         }))
     }
 
-    /// The field of daylight: greatest depth, decays, narrow rates, cosine and sine of the sun's azimuth, number of nodes in
-    /// azimuth and the places of the four tables, whose entries are three channels and padding.
+    /// The field of daylight: rows of decays and greatest depth; of narrow rates; of cosine and sine of the sun's azimuth
+    /// and the number of nodes in azimuth; of the places of the four tables, whose entries are three channels and padding.
     pub(super) fn field(&mut self, field: &DaylightField) -> u32 {
+        const HEADER: u32 = 4;
         let (azimuths, tables) = field.table.parts();
-        let tables = tables.map(|entries| {
-            let place = self.place();
-            self.0
-                .extend(entries.as_flattened().iter().map(|v| v.to_bits()));
-            place
-        });
-        let (x, y) = field.sun_azimuth.unwrap_or_default();
+        let place = self.next_row();
         let [r, g, b, _] = field.table.decay_per_m.map(f64::from);
-        let place = self.floats([field.table.max_depth_m, r, g, b]);
-        self.floats(field.narrow_rate);
+        self.floats([r, g, b, field.table.max_depth_m]);
+        let [r, g, b] = field.narrow_rate;
+        self.floats([r, g, b, 0.0]);
+        let (x, y) = field.sun_azimuth.unwrap_or_default();
         self.floats([x, y]);
-        self.0.push(azimuths as u32);
-        self.0.extend(tables);
+        self.0.extend([azimuths as u32, 0]);
+        let mut next = place + HEADER;
+        for entries in tables {
+            self.0.push(next);
+            next += entries.len() as u32;
+        }
+        for entries in tables {
+            self.records(entries);
+        }
         place
     }
 
-    /// Per texture: first texel, width, height, and 1 for a bilinear one; and all texels.
-    pub(super) fn textures(&mut self, textures: &[Texture]) -> (u32, Vec<f32>) {
-        let place = self.place();
-        let mut texels = Vec::new();
+    /// Per texture a row of its first texel in `texels`, its width and height, and 1 for a bilinear one.
+    pub(super) fn textures(&mut self, textures: &[Texture], texels: &mut Vec<[f32; 4]>) -> u32 {
+        let place = self.next_row();
         for texture in textures {
-            let first = (texels.len() / 3) as u32;
             let bilinear = u32::from(texture.filter == TextureFilter::Bilinear);
+            let first = texels.len() as u32;
+            texels.extend(texture.texels.iter().map(|[r, g, b]| [r, g, b, 0.0]));
             self.0
                 .extend([first, texture.width, texture.height, bilinear]);
-            texels.extend(texture.texels.iter().flatten());
         }
-        (place, texels)
+        place
     }
 }

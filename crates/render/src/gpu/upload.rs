@@ -4,9 +4,9 @@ use glam::{DVec2, DVec3};
 
 use super::{
     GpuError,
-    layout::{LN_ZERO, Lamp, Material, NONE, Node, Quad, Scene, Triangle},
-    tables::Words,
-    tree,
+    layout::{LN_ZERO, Lamp, Material, NONE, Quad, Scene, Triangle},
+    tables::Rows,
+    tree::{self, MOST_TRIANGLES, Tree},
 };
 use crate::{
     integrator::cpu::order::{MAX_ORDER, OrderLaw},
@@ -27,13 +27,11 @@ const LEAST_SPOT_PX: f64 = 1e-3;
 #[derive(Clone, Debug)]
 pub(super) struct Tables {
     pub(super) scene: Scene,
-    pub(super) words: Vec<u32>,
-    pub(super) lamps: Vec<Lamp>,
-    pub(super) quads: Vec<Quad>,
-    pub(super) triangles: Vec<Triangle>,
-    pub(super) nodes: Vec<Node>,
-    pub(super) materials: Vec<Material>,
-    pub(super) texels: Vec<f32>,
+    /// Small tables.
+    pub(super) near_rows: Vec<[u32; 4]>,
+    /// Nodes, triangles and the field of daylight.
+    pub(super) far_rows: Vec<[u32; 4]>,
+    pub(super) texels: Vec<[f32; 4]>,
 }
 
 fn single(v: [f64; 3]) -> [f32; 3] {
@@ -51,39 +49,43 @@ impl Tables {
     /// [`GpuError::Limit`] when the scene has more triangles than indices can name.
     pub(super) fn build(scene: &Prepared, active: &[usize]) -> Result<Self, GpuError> {
         let origin = scene.camera.position_m;
-        let mut words = Words::default();
-        let (texture_table, texels) = words.textures(&scene.geometry.textures);
+        let mut rows = Rows::default();
+        let mut far = Rows::default();
+        let mut texels = Vec::new();
+        let mut record = camera(scene);
         let lamps: Vec<Lamp> = active
             .iter()
-            .map(|&i| lamp(scene, i, origin, &mut words))
+            .map(|&i| lamp(scene, i, origin, &mut rows))
             .collect();
-        let spots = spots(scene, active);
-        let mut record = camera(scene);
-        record.spot_count = spots.len() as u32;
-        record.spot_table = words.spots(&spots);
-        record.sobol_table = words.sobol();
-        record.texture_table = texture_table;
         record.lamp_count = lamps.len() as u32;
+        record.lamp_rows = rows.records(&lamps);
+        let spots = spots(scene, active);
+        record.spot_count = spots.len() as u32;
+        record.spot_table = rows.spots(&spots);
+        record.sobol_table = rows.sobol();
         record.film_layers = (FIXED_LAYERS + scene.lamps.len()) as u32;
         if let Some(medium) = &scene.medium {
-            water(medium, &mut record, &mut words);
+            water(medium, &mut record, &mut rows);
         }
         daylight(scene, origin, &mut record);
-        if let Some(field) = &scene.daylight {
-            record.field_table = words.field(field);
-        }
         let quads: Vec<Quad> = quads(scene, origin);
-        let (triangles, nodes) = triangles(scene, origin)?;
+        let (triangles, tree) = triangles(scene, origin)?;
         record.quad_count = quads.len() as u32;
-        record.node_count = nodes.len() as u32;
+        record.quad_rows = rows.records(&quads);
+        record.node_count = tree.nodes.len() as u32;
+        record.grid_lower = tree.grid.lower;
+        record.grid_step = tree.grid.step;
+        far.records(&tree.nodes);
+        record.triangle_rows = far.records(&triangles);
+        if let Some(field) = &scene.daylight {
+            record.field_table = far.field(field);
+        }
+        record.material_rows = rows.records(&materials(scene));
+        record.texture_table = rows.textures(&scene.geometry.textures, &mut texels);
         Ok(Self {
             scene: record,
-            words: words.0,
-            lamps,
-            quads,
-            triangles,
-            nodes,
-            materials: materials(scene),
+            near_rows: rows.finish(),
+            far_rows: far.finish(),
             texels,
         })
     }
@@ -118,7 +120,7 @@ fn camera(scene: &Prepared) -> Scene {
     }
 }
 
-fn water(medium: &Medium, record: &mut Scene, words: &mut Words) {
+fn water(medium: &Medium, record: &mut Scene, rows: &mut Rows) {
     record.b = single(medium.b);
     record.c = single(medium.c);
     record.a_min = medium.a_min as f32;
@@ -139,12 +141,18 @@ fn water(medium: &Medium, record: &mut Scene, words: &mut Words) {
         record.lamp_strategies,
     ) = strategies(&medium.by_scattering);
     (record.ambient_sigma, _, record.ambient_strategies) = strategies(&medium.by_attenuation);
-    (record.value_table, record.sample_table) = words.phase(&medium.phase);
+    let [value, sample] = medium.phase.parts().map(|parts| rows.cells(&parts));
+    record.value_ends = value.ends;
+    record.value_blocks = value.blocks;
+    record.value_cells = value.cells;
+    record.sample_ends = sample.ends;
+    record.sample_blocks = sample.blocks;
+    record.sample_cells = sample.cells;
     let albedo = medium.largest_albedo();
     let largest = largest_order(albedo);
     record.largest_order = largest as u32;
     record.order_ratio = OrderLaw::new(albedo).ratio() as f32;
-    record.order_table = words.orders(&OrderLaw::new(albedo), largest);
+    record.order_table = rows.orders(&OrderLaw::new(albedo), largest);
 }
 
 fn daylight(scene: &Prepared, origin: DVec3, record: &mut Scene) {
@@ -168,7 +176,7 @@ fn daylight(scene: &Prepared, origin: DVec3, record: &mut Scene) {
     }
 }
 
-fn lamp(scene: &Prepared, index: usize, origin: DVec3, words: &mut Words) -> Lamp {
+fn lamp(scene: &Prepared, index: usize, origin: DVec3, rows: &mut Rows) -> Lamp {
     let lamp = &scene.lamps[index];
     let falloff = lamp.falloff.as_ref();
     Lamp {
@@ -179,7 +187,7 @@ fn lamp(scene: &Prepared, index: usize, origin: DVec3, words: &mut Words) -> Lam
         intensity: single(lamp.intensity),
         level: lamp.level as f32,
         tangent_u: lamp.tangent.0.as_vec3().to_array(),
-        falloff: falloff.map_or(NONE, |table| words.falloff(table)),
+        falloff: falloff.map_or(NONE, |table| rows.falloff(table)),
         tangent_v: lamp.tangent.1.as_vec3().to_array(),
         film_layer: (FIXED_LAYERS + index) as u32,
         mirror_share: lamp.mirror_share as f32,
@@ -208,12 +216,10 @@ fn quads(scene: &Prepared, origin: DVec3) -> Vec<Quad> {
     quads.collect()
 }
 
-fn triangles(scene: &Prepared, origin: DVec3) -> Result<(Vec<Triangle>, Vec<Node>), GpuError> {
-    /// Indices of triangles have this many values; one bit tells them from quads.
-    const MOST_TRIANGLES: u64 = 1 << 31;
+fn triangles(scene: &Prepared, origin: DVec3) -> Result<(Vec<Triangle>, Tree), GpuError> {
     let geometry = &scene.geometry;
     let Some(tree) = &geometry.tree else {
-        return Ok((Vec::new(), Vec::new()));
+        return Ok((Vec::new(), Tree::default()));
     };
     if tree.triangles().len() as u64 >= MOST_TRIANGLES {
         return Err(GpuError::Limit {
@@ -236,8 +242,8 @@ fn triangles(scene: &Prepared, origin: DVec3) -> Result<(Vec<Triangle>, Vec<Node
             (a.min(b).min(c).to_array(), a.max(b).max(c).to_array())
         })
         .collect();
-    let (nodes, order) = tree::build(&boxes);
-    let records = order.iter().map(|&i| {
+    let linked = tree::build(&boxes);
+    let records = linked.order.iter().map(|&i| {
         let (t, shading) = (&tree.triangles()[i as usize], &geometry.shading[i as usize]);
         let normals = shading.normals.unwrap_or_default().map(|n| n.as_vec3());
         let uvs = shading.uvs.unwrap_or_default().map(|uv| uv.as_vec2());
@@ -260,7 +266,7 @@ fn triangles(scene: &Prepared, origin: DVec3) -> Result<(Vec<Triangle>, Vec<Node
             padding: 0,
         }
     });
-    Ok((records.collect(), nodes))
+    Ok((records.collect(), linked))
 }
 
 fn materials(scene: &Prepared) -> Vec<Material> {

@@ -5,6 +5,7 @@ mod lamps;
 mod numbers;
 mod picture;
 mod surfaces;
+mod tables;
 
 use std::{
     f64::consts::TAU,

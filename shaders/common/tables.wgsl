@@ -1,0 +1,162 @@
+// What a scene's tables hold, in rows of four words. The small ones lie in a uniform buffer on adapters that read it faster
+// than storage. Twins: crates/render/src/gpu/{tables,upload}.rs. Checked by: crates/render/src/gpu/twins/ (tables.rs: both
+// places), tests/system/gpu_shaders.rs (fields and their rows).
+import package::common::layout::{Material, NEAR_IN_UNIFORM, Node, ONE_LAMP, ONE_QUAD, Quad, far_rows, near_rows, scene, uniform_rows};
+
+/// Row `i` of the small tables.
+fn table_row(i: u32) -> vec4u {
+    if NEAR_IN_UNIFORM {
+        return uniform_rows[i];
+    }
+    return near_rows[i];
+}
+
+fn table_row_f32(i: u32) -> vec4f {
+    return bitcast<vec4f>(table_row(i));
+}
+
+/// Word `i`, counted from the first row.
+fn table_word(i: u32) -> u32 {
+    if NEAR_IN_UNIFORM {
+        return uniform_rows[i >> 2u][i & 3u];
+    }
+    return near_rows[i >> 2u][i & 3u];
+}
+
+fn table_f32(i: u32) -> f32 {
+    return bitcast<f32>(table_word(i));
+}
+
+/// Row `k` of lamp `i`.
+fn lamp_row(i: u32, k: u32) -> vec4u {
+    return table_row(scene.lamp_rows + select(6u * i, 0u, ONE_LAMP) + k);
+}
+
+fn lamp_position(i: u32) -> vec3f {
+    return bitcast<vec4f>(lamp_row(i, 0u)).xyz;
+}
+
+fn lamp_radius(i: u32) -> f32 {
+    return bitcast<vec4f>(lamp_row(i, 0u)).w;
+}
+
+fn lamp_forward(i: u32) -> vec3f {
+    return bitcast<vec4f>(lamp_row(i, 1u)).xyz;
+}
+
+fn lamp_cos_half_angle(i: u32) -> f32 {
+    return bitcast<vec4f>(lamp_row(i, 1u)).w;
+}
+
+fn lamp_intensity(i: u32) -> vec3f {
+    return bitcast<vec4f>(lamp_row(i, 2u)).xyz;
+}
+
+fn lamp_level(i: u32) -> f32 {
+    return bitcast<vec4f>(lamp_row(i, 2u)).w;
+}
+
+fn lamp_tangent_u(i: u32) -> vec3f {
+    return bitcast<vec4f>(lamp_row(i, 3u)).xyz;
+}
+
+fn lamp_falloff(i: u32) -> u32 {
+    return lamp_row(i, 3u).w;
+}
+
+fn lamp_tangent_v(i: u32) -> vec3f {
+    return bitcast<vec4f>(lamp_row(i, 4u)).xyz;
+}
+
+fn lamp_film_layer(i: u32) -> u32 {
+    return lamp_row(i, 4u).w;
+}
+
+fn lamp_mirror_share(i: u32) -> f32 {
+    return bitcast<vec4f>(lamp_row(i, 5u)).x;
+}
+
+fn quad_at(i: u32) -> Quad {
+    let first = scene.quad_rows + select(4u * i, 0u, ONE_QUAD);
+    let place = table_row(first);
+    let normal = table_row_f32(first + 1u);
+    let u = table_row_f32(first + 2u);
+    let v = table_row_f32(first + 3u);
+    return Quad(bitcast<vec3f>(place.xyz), place.w, normal.xyz, normal.w, u.xyz, u.w, v.xyz, 0u);
+}
+
+/// Row `k` of triangle `i`.
+fn triangle_row(i: u32, k: u32) -> vec4u {
+    return far_rows[scene.triangle_rows + 7u * i + k];
+}
+
+fn triangle_corner(i: u32) -> vec3f {
+    return bitcast<vec4f>(triangle_row(i, 0u)).xyz;
+}
+
+fn triangle_material(i: u32) -> u32 {
+    return triangle_row(i, 0u).w;
+}
+
+fn triangle_edge_1(i: u32) -> vec3f {
+    return bitcast<vec4f>(triangle_row(i, 1u)).xyz;
+}
+
+fn triangle_smooth_shaded(i: u32) -> u32 {
+    return triangle_row(i, 1u).w;
+}
+
+fn triangle_edge_2(i: u32) -> vec3f {
+    return bitcast<vec4f>(triangle_row(i, 2u)).xyz;
+}
+
+fn triangle_textured(i: u32) -> u32 {
+    return triangle_row(i, 2u).w;
+}
+
+fn triangle_normal_0(i: u32) -> vec3f {
+    return bitcast<vec4f>(triangle_row(i, 3u)).xyz;
+}
+
+fn triangle_u_0(i: u32) -> f32 {
+    return bitcast<vec4f>(triangle_row(i, 3u)).w;
+}
+
+fn triangle_normal_1(i: u32) -> vec3f {
+    return bitcast<vec4f>(triangle_row(i, 4u)).xyz;
+}
+
+fn triangle_v_0(i: u32) -> f32 {
+    return bitcast<vec4f>(triangle_row(i, 4u)).w;
+}
+
+fn triangle_normal_2(i: u32) -> vec3f {
+    return bitcast<vec4f>(triangle_row(i, 5u)).xyz;
+}
+
+fn triangle_u_1(i: u32) -> f32 {
+    return bitcast<vec4f>(triangle_row(i, 5u)).w;
+}
+
+fn triangle_v_1(i: u32) -> f32 {
+    return bitcast<vec4f>(triangle_row(i, 6u)).x;
+}
+
+fn triangle_u_2(i: u32) -> f32 {
+    return bitcast<vec4f>(triangle_row(i, 6u)).y;
+}
+
+fn triangle_v_2(i: u32) -> f32 {
+    return bitcast<vec4f>(triangle_row(i, 6u)).z;
+}
+
+fn node_at(i: u32) -> Node {
+    let row = far_rows[i];
+    return Node(row.xyz, row.w);
+}
+
+fn material_at(i: u32) -> Material {
+    let reflectance = table_row(scene.material_rows + 2u * i);
+    let emission = table_row_f32(scene.material_rows + 2u * i + 1u);
+    return Material(bitcast<vec3f>(reflectance.xyz), reflectance.w, emission.xyz, 0u);
+}
