@@ -1,8 +1,9 @@
 // Similarity bridges: a walk with k scatterings, scaled and turned so that it joins two given points.
 // Twin: crates/render/src/integrator/cpu/bridge.rs. Checked by: crates/render/src/gpu/twins/lamps.rs.
 //
-// Vertices live in the scratch buffer, one column per lane: bridge positions and segment lengths, then positions and
-// lengths of the walk's trail, then per place (sin²(θ/2), crossing) of the bridge and (lobe, reflected) of the trail.
+// Vertices live in the scratch buffer, one column per lane: positions and segment lengths of the bridge as it was drawn, then
+// positions and lengths of the walk's trail, then per place (sin²(θ/2), crossing) of the bridge and (lobe, reflected) of the
+// trail.
 import package::common::film::lane;
 import package::common::layout::{dispatch, scene, scratch};
 import package::common::math::{circle, frame, minus_ln, turn};
@@ -18,6 +19,12 @@ struct Bridge {
     length: f32,
     first: vec3f,
     emission: vec3f,
+    /// Where the walk starts, the map from how it was drawn to how it lies, and the scale in that.
+    start: vec3f,
+    map: mat3x3f,
+    scale: f32,
+    /// Product of the reflectances met on its segments.
+    crossing: f32,
 }
 
 var<private> bridge: Bridge;
@@ -42,8 +49,7 @@ fn bridge_straight(start: vec3f, end: vec3f) -> bool {
         return false;
     }
     let first = offset / distance;
-    bridge = Bridge(0u, distance, distance, first, -first);
-    scratch[bridge_place(0u)].w = distance;
+    bridge = Bridge(0u, distance, distance, first, -first, start, mat3x3f(), 1.0, 1.0);
     return true;
 }
 
@@ -61,8 +67,8 @@ fn bridge_draw(start: vec3f, end: vec3f, order: u32) -> bool {
         let step = minus_ln(uniform_number());
         total += step;
         position += step * direction;
-        scratch[bridge_place(i)] = vec4f(position, step);
         if i < order {
+            scratch[bridge_place(i)] = vec4f(position, step);
             let x = phase_sample_x(next_bits());
             scratch[extra_place(i)].x = x;
             // The first azimuth is given by the roll about the axis when the walk is fitted.
@@ -82,14 +88,14 @@ fn bridge_draw(start: vec3f, end: vec3f, order: u32) -> bool {
     if (walked - distance) * scene.c_min > MAX_EXCESS_DEPTH {
         return false;
     }
-    bridge_fit(start, axis, position / extent, direction, scale, order);
+    bridge_fit(axis, position / extent, direction, scale);
     bridge.order = order;
     bridge.length = max(walked, distance);
     return true;
 }
 
 /// Scales by `scale` and turns so that the shape's unit axis `reach` becomes `axis`, with a uniform roll.
-fn bridge_fit(start: vec3f, axis: vec3f, reach: vec3f, last: vec3f, scale: f32, order: u32) {
+fn bridge_fit(axis: vec3f, reach: vec3f, last: vec3f, scale: f32) {
     let old = frame(reach);
     let new_frame = frame(axis);
     let roll = circle(uniform_number());
@@ -102,16 +108,19 @@ fn bridge_fit(start: vec3f, axis: vec3f, reach: vec3f, last: vec3f, scale: f32, 
     );
     bridge.first = map[2];
     bridge.emission = -(map * last);
-    for (var i = 0u; i <= order; i++) {
-        let place = bridge_place(i);
-        let shape = scratch[place];
-        scratch[place] = vec4f(start + scale * (map * shape.xyz), scale * shape.w);
-    }
+    bridge.map = scale * map;
+    bridge.scale = scale;
+}
+
+/// Vertex `i`, one of the scatterings, and the length of the segment before it.
+fn bridge_vertex(i: u32) -> vec4f {
+    let drawn = scratch[bridge_place(i)];
+    return vec4f(bridge.start + bridge.map * drawn.xyz, bridge.scale * drawn.w);
 }
 
 /// Turns the bridge about the straight way by that of four quarter turns which `u` picks in proportion to `worths`.
 /// Returns the mean worth over its own; 0 where all are worth nothing.
-fn bridge_turn(start: vec3f, axis: vec3f, u: f32, worths: vec4f) -> f32 {
+fn bridge_turn(axis: vec3f, u: f32, worths: vec4f) -> f32 {
     let sum = dot(worths, vec4f(1.0));
     if !(sum > 0.0) {
         return 0.0;
@@ -127,11 +136,12 @@ fn bridge_turn(start: vec3f, axis: vec3f, u: f32, worths: vec4f) -> f32 {
     }
     bridge.first = quarters_about(bridge.first, axis, turns);
     bridge.emission = quarters_about(bridge.emission, axis, turns);
-    for (var i = 0u; i < bridge.order && turns > 0u; i++) {
-        let place = bridge_place(i);
-        let vertex = scratch[place];
-        scratch[place] = vec4f(start + quarters_about(vertex.xyz - start, axis, turns), vertex.w);
-    }
+    let map = bridge.map;
+    bridge.map = mat3x3f(
+        quarters_about(map[0], axis, turns),
+        quarters_about(map[1], axis, turns),
+        quarters_about(map[2], axis, turns),
+    );
     return 0.25 * sum / worths[turns];
 }
 

@@ -1,6 +1,6 @@
 // Joining the last vertex of a walk to the lamps, by bridges and by what lies straight ahead.
 // Twins: crates/render/src/integrator/cpu/{lamp_join,lamp_target}.rs. Checked by: tests/system/gpu.rs.
-import package::common::bridge::{bridge, bridge_draw, bridge_place, bridge_straight, bridge_turn, extra_place, quarters_about};
+import package::common::bridge::{bridge, bridge_draw, bridge_straight, bridge_turn, bridge_vertex, extra_place, quarters_about};
 import package::common::bvh::SurfacePoint;
 import package::common::film::add_light;
 import package::common::interface::{distance_to_surface, flip, is_above};
@@ -60,13 +60,14 @@ fn cross_bridge(start: vec3f, end: vec3f) -> bool {
     for (var i = 0u; i <= bridge.order; i++) {
         var next = end;
         if i < bridge.order {
-            next = scratch[bridge_place(i)].xyz;
+            next = bridge_vertex(i).xyz;
         }
         let factor = segment_factor(previous, next, start_primitive);
         if factor == 0.0 {
             return false;
         }
         scratch[extra_place(i)].y = factor;
+        bridge.crossing *= factor;
         previous = next;
         start_primitive = NONE;
     }
@@ -83,7 +84,7 @@ fn send(aimed: Target, start: vec3f, end: vec3f, lobe: f32, factor: f32) {
     if lamp_radius(aimed.lamp) > 0.0 {
         var last = start;
         if bridge.order > 0u {
-            last = scratch[bridge_place(bridge.order - 1u)].xyz;
+            last = bridge_vertex(bridge.order - 1u).xyz;
         }
         // A walk cannot meet the lamp by chance across the water surface.
         if is_above(last) == is_above(end) {
@@ -140,7 +141,7 @@ fn turn_bridge(on_surface: bool, point: SurfacePoint, aimed: Target, start: vec3
         }
         worths[turns] = lobe * emitted(aimed, quarters_about(bridge.emission, axis, turns));
     }
-    return bridge_turn(start, axis, uniform_number(), worths);
+    return bridge_turn(axis, uniform_number(), worths);
 }
 
 /// Relative intensity with which the target sends light along `emission`, a direction of unfolded space.

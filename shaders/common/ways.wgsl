@@ -1,6 +1,6 @@
 // The ways in which one path to a lamp can be made, combined by the balance heuristic.
 // Twin: crates/render/src/integrator/cpu/ways.rs. Checked by: crates/render/src/gpu/twins/lamps.rs.
-import package::common::bridge::{bridge, bridge_place, extra_place, trail_place};
+import package::common::bridge::{bridge, bridge_vertex, extra_place, trail_place};
 import package::common::layout::{HAS_SCATTERING, scene, scratch};
 import package::common::math::ln_1p;
 import package::common::medium::{LN_ZERO, Spectral, largest, spectral_weight, transmittance, used};
@@ -128,7 +128,7 @@ fn later_ways(junction: Junction) -> f32 {
     var reflected = 1.0;
     var density = 0.0;
     for (var i = 0u; i < bridge.order; i++) {
-        let vertex = scratch[bridge_place(i)];
+        let vertex = bridge_vertex(i);
         let extra = scratch[extra_place(i)];
         length += vertex.w;
         reflected *= extra.y;
@@ -154,7 +154,7 @@ fn ways_contribution(spectral: Spectral, junction: Junction) -> vec3f {
     if HAS_SCATTERING {
         return ways_scattering(spectral, junction);
     }
-    let reflected = scratch[extra_place(0u)].y;
+    let reflected = bridge.crossing;
     let density = bridge.distance * bridge.distance / junction.lobe + reflected * junction.facing;
     return spectral_weight(spectral) * transmittance(bridge.distance) * (reflected / density);
 }
@@ -179,13 +179,9 @@ fn ways_scattering(spectral: Spectral, junction: Junction) -> vec3f {
         let scatterings = trail.count - select(0u, 1u, trail.rooted);
         density += earlier_ways(scatterings + order, junction.lamp) / last_reflected + later_ways(junction);
     } else if order == 0u {
-        density += scratch[extra_place(0u)].y * hit_density(last_length, junction.facing);
+        density += bridge.crossing * hit_density(last_length, junction.facing);
     }
-    var reflected = 1.0;
-    for (var i = 0u; i <= order; i++) {
-        reflected *= scratch[extra_place(i)].y;
-    }
-    let ln_scale = log(reflected * f32(spectral.count)) - log(density) - path.shift;
+    let ln_scale = log(bridge.crossing * f32(spectral.count)) - log(density) - path.shift;
     let ln_b = select(f32(order) * scene.ln_b, vec3f(0.0), order == 0u);
     let ln_light = ln_b - scene.c * bridge.length + vec3f(ln_scale);
     return spectral.value * exp(clamp(ln_light, vec3f(-200.0), vec3f(85.0)));

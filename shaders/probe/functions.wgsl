@@ -1,6 +1,6 @@
 // Shared functions over tables of inputs: row i of the scratch buffer holds four numbers, of which function
 // `max_events` of the list below makes up to four, in the film. Checked by: crates/render/src/gpu/twins/.
-import package::common::bridge::{bridge, bridge_draw, bridge_place, extra_place};
+import package::common::bridge::{bridge, bridge_draw, bridge_vertex, extra_place};
 import package::common::bvh::{closest, occluded, surface_point};
 import package::common::camera::camera_direction;
 import package::common::film::lane;
@@ -81,7 +81,7 @@ fn evaluate(a: vec4f) -> vec4f {
             if !bridge_draw(vec3f(0.0), end, order) {
                 return vec4f(-1.0, 0.0, 0.0, 0.0);
             }
-            return vec4f(bridge.length, bridge.first.z, scratch[bridge_place(order - 1u)].x, scratch[extra_place(order - 1u)].x);
+            return vec4f(bridge.length, bridge.first.z, bridge_vertex(order - 1u).x, scratch[extra_place(order - 1u)].x);
         }
         case 11u: {
             return vec4f(camera_direction(bitcast<u32>(a.x), bitcast<u32>(a.y), a.zw), 0.0);

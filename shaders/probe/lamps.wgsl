@@ -96,6 +96,7 @@ fn way_of_row(a: vec4f) -> vec4f {
     }
     for (var i = 0u; i <= order; i++) {
         scratch[extra_place(i)].y = 0.9;
+        bridge.crossing *= 0.9;
     }
     let axis = normalize(end - position);
     var worths: vec4f;
@@ -103,7 +104,7 @@ fn way_of_row(a: vec4f) -> vec4f {
         let beam = select(0.0, 1.0, quarters_about(bridge.emission, axis, turns).x < -0.3);
         worths[turns] = beam * (1.5 + quarters_about(bridge.first, axis, turns).z);
     }
-    let factor = bridge_turn(position, axis, uniform_number(), worths) * (2.0 + bridge.first.z);
+    let factor = bridge_turn(axis, uniform_number(), worths) * (2.0 + bridge.first.z);
     return vec4f(factor * ways_contribution(spectral, Junction(0.3, end, 0.01)), f32(order));
 }
 
