@@ -105,6 +105,7 @@ struct Dispatch {
     loop_probe: u32,
 }
 
+/// Read field by field (common/tables), like Triangle.
 struct Lamp {
     position: vec3f,
     radius: f32,

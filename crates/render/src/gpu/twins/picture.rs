@@ -16,7 +16,8 @@ const ROW_BYTES: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT;
 /// Samples of the batches.
 const BATCHES: [u32; 4] = [1, 1, 2, 4];
 
-fn plan() -> Plan {
+/// A render by steps, which goes on as long as it is asked to.
+pub(super) fn plan() -> Plan {
     Plan {
         samples_per_pixel: None,
         time_limit: None,

@@ -1,23 +1,13 @@
 //! Tables of a scene in a uniform buffer and in storage.
 
-use super::{SEED, TURN, adapter, scene};
+use super::{TURN, adapter, picture::plan, scene};
 use crate::{
     gpu::{Gpu, Stepper},
-    integrator::Plan,
     prepare::Prepared,
 };
 
 fn picture(gpu: &Gpu, scene: &Prepared) -> Vec<[f32; 3]> {
-    let plan = Plan {
-        samples_per_pixel: None,
-        time_limit: None,
-        target_error: None,
-        seed: SEED,
-        threads: None,
-        max_bounces: 0,
-        dark_lamps: false,
-        share_walks: 1,
-    };
+    let plan = plan();
     let mut stepper = Stepper::new(gpu, scene, &plan).expect("fits");
     assert!(stepper.step(1, &|| false).expect("runs"));
     stepper.radiance().expect("comes back")
