@@ -4,7 +4,7 @@
 import package::common::ambient_flight::{draw_flight, scatter_ambient};
 import package::common::ambient_walk::{AmbientWalk, IN_AIR, LEADING, MET_SURFACE, SCATTERED_BEFORE, along, copies_made, copies_of, diffuse_irradiance, direction_numbers, has, has_reference, light_ahead, light_on_surface, pending, pop_walk, push_walk, relative_light, score, set_reference, sin2_half_to_sun, survival_of, turned_walk};
 import package::common::bvh::{SurfacePoint, closest, occluded, surface_point};
-import package::common::camera::{BOUNDARY, End, NOTHING, SCATTER, SURFACE, full_segment};
+import package::common::camera::{BOUNDARY, End, NOTHING, SCATTER, SURFACE, end_point, full_segment, no_point};
 import package::common::daylight::{scattered_sunlight, sun_reaches};
 import package::common::interface::{depth_of, external_reflectance, flip, internal_reflectance, is_above, refract_into_water};
 import package::common::layout::{HAS_GEOMETRY_IN_AIR, HAS_MEDIUM, HAS_SCATTERING, HAS_SKY, HAS_SUN, HAS_SURFACE, INFINITE, NONE, PI, counters, scene};
@@ -59,12 +59,14 @@ fn water_segment(w: AmbientWalk, end: End) {
         volume = light_ahead(w, end, line);
     }
     var surface = vec3f(0.0);
+    var point = no_point();
     if end.kind == SURFACE {
-        surface = light_on_surface(w, end);
+        point = end_point(end, w.direction);
+        surface = light_on_surface(w, end, point);
     }
     set_reference(spectral_weight(w.spectral), line + sky + volume + surface);
     if end.kind == SURFACE {
-        go_to_surface(w, end, surface);
+        go_to_surface(w, end, point, surface);
     }
     if may_scatter || end.kind != SURFACE {
         follow(w, end, volume);
@@ -87,7 +89,7 @@ fn sky_at_end(end: End, up: f32) -> vec3f {
 }
 
 /// Unscattered to the surface at the end of the segment.
-fn go_to_surface(walk: AmbientWalk, end: End, light: vec3f) {
+fn go_to_surface(walk: AmbientWalk, end: End, point: SurfacePoint, light: vec3f) {
     var w = walk;
     let survival = survival_of(relative_light(spectral_weight(w.spectral), light));
     if survival < 1.0 {
@@ -98,7 +100,7 @@ fn go_to_surface(walk: AmbientWalk, end: End, light: vec3f) {
     w.spectral.value *= transmittance(end.t) / survival;
     w.origin += end.t * w.direction;
     w.start_primitive = end.primitive;
-    meet_surface_ambient(w, end.point);
+    meet_surface_ambient(w, point);
 }
 
 /// As many copies of the walk as `light` is worth, each sent on: scattered before a surface, or as the water has it.

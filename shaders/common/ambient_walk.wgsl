@@ -206,12 +206,12 @@ fn diffuse_irradiance(in_air: bool, depth_m: f32, point: SurfacePoint) -> vec3f 
 }
 
 /// Light from the surface at the end of a segment, attenuated on the way: what it emits and what it reflects.
-fn light_on_surface(w: AmbientWalk, end: End) -> vec3f {
+fn light_on_surface(w: AmbientWalk, end: End, point: SurfacePoint) -> vec3f {
     let depth = depth_of(w.origin + end.t * w.direction);
-    var irradiance = diffuse_irradiance(false, depth, end.point);
+    var irradiance = diffuse_irradiance(false, depth, point);
     if HAS_SUN {
-        let cosine = max(dot(end.point.shading_normal, scene.sun_towards), 0.0);
+        let cosine = max(dot(point.shading_normal, scene.sun_towards), 0.0);
         irradiance += scene.sun_irradiance * cosine * transmittance(depth / scene.sun_towards.z);
     }
-    return transmittance(end.t) * (end.point.emission + end.point.reflectance * irradiance / PI);
+    return transmittance(end.t) * (point.emission + point.reflectance * irradiance / PI);
 }

@@ -63,7 +63,8 @@ fn bridge_draw(start: vec3f, end: vec3f, order: u32) -> bool {
     var position = vec3f(0.0);
     var direction = vec3f(0.0, 0.0, 1.0);
     var total = 0.0;
-    for (var i = 0u; i <= order; i++) {
+    var i = 0u;
+    loop {
         let step = minus_ln(uniform_number());
         total += step;
         position += step * direction;
@@ -77,6 +78,10 @@ fn bridge_draw(start: vec3f, end: vec3f, order: u32) -> bool {
                 azimuth = uniform_number();
             }
             direction = turn(direction, x, azimuth);
+        }
+        i += 1u;
+        if i > order {
+            break;
         }
     }
     let extent = length(position);

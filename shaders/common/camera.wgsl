@@ -1,7 +1,7 @@
 // Rays through image points, and image points around small lamps in view.
 // Twins: crates/render/src/scene/camera.rs and crates/render/src/integrator/cpu/{lamp_pixels,camera_ray}.rs.
 // Checked by: crates/render/src/gpu/twins/surfaces.rs (directions), tests/system/gpu.rs (pictures).
-import package::common::bvh::{SurfacePoint, closest, surface_point};
+import package::common::bvh::{Hit, SurfacePoint, closest, surface_point};
 import package::common::interface::{distance_to_surface, external_reflectance, is_above, refract_into_water};
 import package::common::layout::{HAS_DISTORTION, HAS_SCATTERING, INFINITE, NONE, scene};
 import package::common::math::circle;
@@ -25,7 +25,8 @@ struct End {
     kind: u32,
     t: f32,
     primitive: u32,
-    point: SurfacePoint,
+    /// Where on the primitive.
+    local: vec2f,
 }
 
 /// A camera ray to the first surface; `wet` tells whether a part runs through the water (or space without water),
@@ -44,6 +45,11 @@ struct CameraRay {
 struct Placed {
     offset: vec2f,
     factor: f32,
+}
+
+/// The surface at the end of a segment along `direction`.
+fn end_point(end: End, direction: vec3f) -> SurfacePoint {
+    return surface_point(Hit(end.t, end.primitive, end.local), direction);
 }
 
 fn no_point() -> SurfacePoint {
@@ -96,7 +102,7 @@ fn camera_direction(column: u32, row: u32, offset: vec2f) -> vec3f {
 
 /// Follows the ray from the camera, the origin, to the first surface, through the water surface if it is in the air.
 fn camera_ray(direction: vec3f) -> CameraRay {
-    let nothing = End(NOTHING, INFINITE, NONE, no_point());
+    let nothing = End(NOTHING, INFINITE, NONE, vec2f(0.0));
     var ray = CameraRay(true, vec3f(0.0), direction, INFINITE, 1.0, is_above(vec3f(0.0)), nothing);
     if ray.in_air {
         let down = -direction.z;
@@ -119,12 +125,12 @@ fn full_segment(origin: vec3f, direction: vec3f, start_primitive: u32) -> End {
     let to_boundary = distance_to_surface(origin, direction);
     let hit = closest(origin, direction, to_boundary, start_primitive);
     if hit.primitive != NONE {
-        return End(SURFACE, hit.t, hit.primitive, surface_point(hit, direction));
+        return End(SURFACE, hit.t, hit.primitive, hit.local);
     }
     if to_boundary < INFINITE {
-        return End(BOUNDARY, to_boundary, NONE, no_point());
+        return End(BOUNDARY, to_boundary, NONE, vec2f(0.0));
     }
-    return End(NOTHING, INFINITE, NONE, no_point());
+    return End(NOTHING, INFINITE, NONE, vec2f(0.0));
 }
 
 /// Whether the water before the end of `ray` is so clear that scattered and unscattered light are sampled apart.

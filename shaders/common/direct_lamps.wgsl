@@ -1,12 +1,12 @@
 // Light of the lamps that scatters nowhere in the water: lamp, first surface, camera; and lamps that the camera sees.
 // Twin: crates/render/src/integrator/cpu/direct_lamps.rs. Checked by: tests/system/gpu.rs.
-import package::common::bvh::closest;
-import package::common::camera::{BOUNDARY, CameraRay, SURFACE};
+import package::common::bvh::{SurfacePoint, closest};
+import package::common::camera::{BOUNDARY, CameraRay, SURFACE, end_point};
 import package::common::film::add_light;
 import package::common::interface::{distance_to_surface, flip, internal_reflectance, is_above};
 import package::common::lamp_join::{emitted, surface_lobe};
 import package::common::lamp_walk::{NO_NUMBER, Target, choose_targets, lamp_point, target_count, targets};
-import package::common::layout::{HAS_SURFACE, INFINITE, NONE, scene};
+import package::common::layout::{HAS_DISKS, HAS_SURFACE, INFINITE, NONE, scene};
 import package::common::light::{lamp_facing_area, lamp_radiance_along};
 import package::common::math::cosine_hemisphere;
 import package::common::medium::transmittance;
@@ -24,55 +24,57 @@ fn direct_lamps(ray: CameraRay) {
     if max_events() == 0u || !ray.wet || ray.end.kind != SURFACE {
         return;
     }
-    let point = ray.end.point;
+    let point = end_point(ray.end, ray.direction);
     if all(point.reflectance == vec3f(0.0)) {
         return;
     }
     let position = ray.origin + ray.end.t * ray.direction;
     choose_targets(ray, NO_NUMBER);
+    if target_count == 0u {
+        return;
+    }
     // First every lamp is joined, then the disks close by are looked for in one drawn direction: one loop, so that the
     // way to the lamp is traced in one place.
     var any_large = false;
     var drawn = vec3f(0.0);
-    for (var i = 0u; i < 2u * target_count; i++) {
-        let meets = i >= target_count;
-        if i == target_count {
-            if !any_large {
-                return;
-            }
+    var i = 0u;
+    loop {
+        let meets = HAS_DISKS && i >= target_count;
+        if HAS_DISKS && i == target_count {
             let u = uniform_number();
             drawn = cosine_hemisphere(point.shading_normal, u, uniform_number());
-            if dot(drawn, point.normal) <= 0.0 {
-                return;
-            }
         }
         let aimed = targets[select(i, i - target_count, meets)];
         let large = is_large(aimed.lamp, position);
         any_large = any_large || large;
-        var end: vec3f;
-        var towards = drawn;
-        var length: f32;
-        if meets {
-            if aimed.mirrored || !large {
-                continue;
-            }
-            let disk = lamp_radiance_along(aimed.lamp, position, drawn, distance_to_surface(position, drawn));
-            if !disk.met {
-                continue;
-            }
-            length = disk.t;
-            end = position + length * drawn;
-        } else {
-            end = lamp_point(aimed);
-            length = distance(position, end);
-            if length == 0.0 {
-                continue;
-            }
-            towards = (end - position) / length;
+        let way = way_to_lamp(aimed, position, drawn, meets);
+        if way.length > 0.0 && (large || !meets) {
+            let light = ray.entry_factor * straight_light(ray, point, aimed, position, way, large);
+            add_light(lamp_film_layer(aimed.lamp), lamp_level(aimed.lamp), true, false, light);
         }
-        let light = ray.entry_factor * straight_light(ray, aimed, position, end, towards, length, large);
-        add_light(lamp_film_layer(aimed.lamp), lamp_level(aimed.lamp), true, false, light);
+        i += 1u;
+        if i >= select(1u, 2u, any_large) * target_count {
+            break;
+        }
     }
+}
+
+/// A straight way to a point of a lamp, in unfolded space; of length 0 where there is none.
+struct Way {
+    end: vec3f,
+    towards: vec3f,
+    length: f32,
+}
+
+/// The way to a point of the lamp, or the one along `drawn` to its disk.
+fn way_to_lamp(aimed: Target, position: vec3f, drawn: vec3f, meets: bool) -> Way {
+    if HAS_DISKS && meets {
+        let disk = lamp_radiance_along(aimed.lamp, position, drawn, distance_to_surface(position, drawn));
+        return Way(position + disk.t * drawn, drawn, select(0.0, disk.t, disk.met && !aimed.mirrored));
+    }
+    let end = lamp_point(aimed);
+    let length = distance(position, end);
+    return Way(end, (end - position) / length, length);
 }
 
 /// Whether the disk of a lamp is looked for in a drawn direction as well.
@@ -82,29 +84,28 @@ fn is_large(lamp: u32, position: vec3f) -> bool {
     return dot(offset, offset) < reach * reach;
 }
 
-/// Light from the lamp point `end`, in unfolded space, which lies `length` away along `towards`. A large disk is found in
-/// two ways, which share by the balance heuristic.
-fn straight_light(ray: CameraRay, aimed: Target, position: vec3f, end: vec3f, towards: vec3f, length: f32, large: bool) -> vec3f {
-    let lobe = surface_lobe(ray.end.point, towards);
-    let relative = emitted(aimed, -towards);
+/// Light from the lamp point where `way` ends. A large disk is found in two ways, which share by the balance heuristic.
+fn straight_light(ray: CameraRay, point: SurfacePoint, aimed: Target, position: vec3f, way: Way, large: bool) -> vec3f {
+    let lobe = surface_lobe(point, way.towards);
+    let relative = emitted(aimed, -way.towards);
     if lobe <= 0.0 || relative == 0.0 {
         return vec3f(0.0);
     }
-    let open = segment_factor(position, end, ray.end.primitive);
+    let open = segment_factor(position, way.end, ray.end.primitive);
     if open == 0.0 {
         return vec3f(0.0);
     }
-    var density = length * length / lobe;
-    if large && is_above(position) == is_above(end) {
-        density += open * lamp_facing_area(aimed.lamp, -towards);
+    var density = way.length * way.length / lobe;
+    if large && is_above(position) == is_above(way.end) {
+        density += open * lamp_facing_area(aimed.lamp, -way.towards);
     }
     let factor = aimed.weight * relative * open / density;
-    return factor * lamp_intensity(aimed.lamp) * ray.end.point.reflectance * transmittance(ray.end.t + length);
+    return factor * lamp_intensity(aimed.lamp) * point.reflectance * transmittance(ray.end.t + way.length);
 }
 
 /// Disk lamps that the camera looks at, straight or in the underside of the water surface.
 fn see_lamps(ray: CameraRay) {
-    if !ray.wet {
+    if !HAS_DISKS || !ray.wet {
         return;
     }
     see_lamps_along(ray.origin, ray.direction, ray.length, 0.0, ray.entry_factor);

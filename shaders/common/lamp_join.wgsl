@@ -4,13 +4,13 @@ import package::common::bridge::{bridge, bridge_draw, bridge_straight, bridge_tu
 import package::common::bvh::SurfacePoint;
 import package::common::film::add_light;
 import package::common::interface::{distance_to_surface, flip, is_above};
-import package::common::lamp_walk::{Target, lamp_point, target_count, targets, unfolded, unfolded_direction, walk};
-import package::common::layout::{HAS_SCATTERING, NONE, PI, scene, scratch};
+import package::common::lamp_walk::{NO_NUMBER, Target, lamp_point, target_count, targets, unfolded, unfolded_direction, walk};
+import package::common::layout::{HAS_DISKS, HAS_SCATTERING, NONE, PI, scene, scratch};
 import package::common::light::{lamp_facing_area, lamp_is_directed, lamp_radiance_along, lamp_relative_intensity};
 import package::common::math::sin2_half;
 import package::common::order::{order_sample, order_sample_scattered};
 import package::common::phase::phase_value;
-import package::common::rng::{leading, uniform_number};
+import package::common::rng::uniform_number;
 import package::common::tables::{lamp_film_layer, lamp_intensity, lamp_level, lamp_radius};
 import package::common::unfold::segment_factor;
 import package::common::ways::{Junction, trail, ways_contribution};
@@ -57,21 +57,23 @@ fn draw_bridge(position: vec3f, end: vec3f, least: u32, most: u32, u: f32) -> bo
 fn cross_bridge(start: vec3f, end: vec3f) -> bool {
     var previous = start;
     var start_primitive = walk.start_primitive;
-    for (var i = 0u; i <= bridge.order; i++) {
+    var i = 0u;
+    loop {
         var next = end;
         if i < bridge.order {
             next = bridge_vertex(i).xyz;
         }
         let factor = segment_factor(previous, next, start_primitive);
-        if factor == 0.0 {
-            return false;
-        }
         scratch[extra_place(i)].y = factor;
         bridge.crossing *= factor;
         previous = next;
         start_primitive = NONE;
+        i += 1u;
+        if i > bridge.order || factor == 0.0 {
+            break;
+        }
     }
-    return true;
+    return bridge.crossing != 0.0;
 }
 
 /// Adds the light of the path that the bridge makes from `start` to the lamp point `end`, times `factor`.
@@ -97,32 +99,42 @@ fn send(aimed: Target, start: vec3f, end: vec3f, lobe: f32, factor: f32) {
     add_light(lamp_film_layer(aimed.lamp), lamp_level(aimed.lamp), walk.met_surface, scattered, light);
 }
 
-/// Bridges from the walk's last vertex to every aimed.
-fn join_lamps(on_surface: bool, point: SurfacePoint, max_events: u32, is_leading: bool) {
+/// Bridges from the walk's last vertex to every aimed; the order of the first by `number`, unless that is NO_NUMBER.
+fn join_lamps(on_surface: bool, point: SurfacePoint, max_events: u32, number: f32) {
     let position = unfolded(walk.origin);
     // The straight way from the first surface is not the walk's to count.
     let least = select(0u, 1u, walk.unscattered && walk.met_surface);
     let most = max_events - min(walk.events, max_events);
-    for (var i = 0u; i < target_count; i++) {
-        let aimed = targets[i];
-        var u: f32;
-        if is_leading && i == 0u {
-            u = leading(5u);
-        } else {
-            u = uniform_number();
+    if target_count == 0u {
+        return;
+    }
+    var i = 0u;
+    loop {
+        join_lamp(targets[i], on_surface, point, position, least, most, select(NO_NUMBER, number, i == 0u));
+        i += 1u;
+        if i >= target_count {
+            break;
         }
-        let end = lamp_point(aimed);
-        if !draw_bridge(position, end, least, most, u) {
-            continue;
-        }
-        let factor = turn_bridge(on_surface, point, aimed, position, end);
-        if factor == 0.0 {
-            continue;
-        }
-        let lobe = site_lobe(on_surface, point, unfolded_direction(bridge.first));
-        if lobe > 0.0 {
-            send(aimed, position, end, lobe, factor);
-        }
+    }
+}
+
+/// A bridge from the walk's last vertex, at `position`, to one target.
+fn join_lamp(aimed: Target, on_surface: bool, point: SurfacePoint, position: vec3f, least: u32, most: u32, number: f32) {
+    var u = number;
+    if number == NO_NUMBER {
+        u = uniform_number();
+    }
+    let end = lamp_point(aimed);
+    if !draw_bridge(position, end, least, most, u) {
+        return;
+    }
+    let factor = turn_bridge(on_surface, point, aimed, position, end);
+    if factor == 0.0 {
+        return;
+    }
+    let lobe = site_lobe(on_surface, point, unfolded_direction(bridge.first));
+    if lobe > 0.0 {
+        send(aimed, position, end, lobe, factor);
     }
 }
 
@@ -168,10 +180,15 @@ fn meet_lamp(aimed: Target, lobe: f32) {
 
 /// Disk lamps that the walk's new direction meets: one more way of making the path.
 fn meet_lamps(lobe: f32) {
-    if walk.unscattered || trail.count == 0u {
+    if !HAS_DISKS || walk.unscattered || trail.count == 0u || target_count == 0u {
         return;
     }
-    for (var i = 0u; i < target_count; i++) {
+    var i = 0u;
+    loop {
         meet_lamp(targets[i], lobe);
+        i += 1u;
+        if i >= target_count {
+            break;
+        }
     }
 }

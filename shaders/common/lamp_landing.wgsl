@@ -1,10 +1,10 @@
 // Where a walk lands: one of several first surface points, chosen by what it can bring.
 // Twin: crates/render/src/integrator/cpu/lamp_landing.rs. Checked by: crates/render/src/gpu/twins/lamps.rs (the estimate), tests/system/gpu.rs.
 import package::common::bvh::SurfacePoint;
-import package::common::camera::{BOUNDARY, CameraRay, End, SCATTER, SURFACE, no_point};
+import package::common::camera::{BOUNDARY, CameraRay, End, NOTHING, SCATTER, SURFACE, end_point, no_point};
 import package::common::lamp_join::vertex_count;
 import package::common::lamp_walk::{FREE, SCATTERED, SURE_VERTICES, THROUGH, Walk, add_ln_density, free_end, go_to_scattering, reflect_at_boundary, survival_of_walk, target_centre, target_count, targets, unfolded, walk, walk_start};
-import package::common::layout::{HAS_SCATTERING, HAS_VARIED_REFLECTANCE, NONE, scene};
+import package::common::layout::{HAS_SCATTERING, HAS_SURFACE, HAS_VARIED_REFLECTANCE, NONE, scene};
 import package::common::light::lamp_relative_intensity;
 import package::common::math::{expm1, ln_1p, minus_ln, turn};
 import package::common::medium::{spectral_after, spectral_start, spectral_weight};
@@ -44,30 +44,31 @@ fn choose_landing(ray: CameraRay, first: u32, landing: Landing) -> Landing {
     var chosen = landing;
     var chosen_walk = walk;
     var worth = 0.0;
-    var sum = 0.0;
+    if landing.found {
+        worth = worth_of(landing.point);
+    }
+    var sum = worth;
     let own_scramble = scramble;
     let own_index = point_index;
     scramble = scramble_of(STREAM);
-    // The walk itself comes first, so that one place in the code estimates its worth and theirs.
-    for (var i = 0u; i <= count; i++) {
-        var found = landing;
-        if i > 0u {
-            point_index = own_index * count + i - 1u;
-            found = send_scout(ray, first);
-        }
-        if !found.found {
-            continue;
-        }
-        let its_worth = worth_of(found.point);
-        sum += its_worth;
-        if i == 0u {
-            worth = its_worth;
-        } else if its_worth > 0.0 {
-            if uniform_number() * sum < its_worth {
-                chosen = found;
-                chosen_walk = walk;
-                worth = its_worth;
+    var i = 0u;
+    loop {
+        point_index = own_index * count + i;
+        let found = send_scout(ray, first);
+        if found.found {
+            let its_worth = worth_of(found.point);
+            sum += its_worth;
+            if its_worth > 0.0 {
+                if uniform_number() * sum < its_worth {
+                    chosen = found;
+                    chosen_walk = walk;
+                    worth = its_worth;
+                }
             }
+        }
+        i += 1u;
+        if i >= count {
+            break;
         }
     }
     scramble = own_scramble;
@@ -83,7 +84,6 @@ fn choose_landing(ray: CameraRay, first: u32, landing: Landing) -> Landing {
 
 /// A walk to the first surface; its weights are found at the end, from its length and its scatterings.
 fn send_scout(ray: CameraRay, first: u32) -> Landing {
-    let nowhere = Landing(false, no_point());
     walk_start(ray);
     walk.spectral = spectral_start(lamp_strategies(), uniform_number());
     let sigma = scene.lamp_sigma[walk.spectral.chosen];
@@ -91,41 +91,52 @@ fn send_scout(ray: CameraRay, first: u32) -> Landing {
     var end = scout_first_end(ray, first, sigma);
     var bits = leading_bits(3u);
     var v = leading(4u);
+    vertex_count += 1u;
     loop {
-        vertex_count += 1u;
-        if end.kind == SCATTER {
-            go_to_scattering(end.t);
-            let survival = scout_survival(factor);
-            if survival == 0.0 {
-                return nowhere;
+        if end.kind == SCATTER || end.kind == BOUNDARY {
+            factor *= scout_turn(end, factor, bits, v);
+            end.kind = NOTHING;
+            if factor > 0.0 {
+                end = free_end(minus_ln(uniform_number()) / sigma);
+                bits = next_bits();
+                v = uniform_number();
+                vertex_count += 1u;
             }
-            factor /= survival;
-            walk.direction = turn(walk.direction, phase_sample_x(bits), v);
-        } else if end.kind == SURFACE {
-            walk.length += end.t;
-            walk.origin += end.t * walk.direction;
-            walk.start_primitive = end.primitive;
-            walk.spectral = spectral_after(walk.spectral, walk.scatterings, walk.length);
-            walk.spectral.value *= factor;
-            if first == SCATTERED {
-                let depth = scene.lamp_sigma * ray.length;
-                let within = max(-vec3f(expm1(-depth.x), expm1(-depth.y), expm1(-depth.z)), vec3f(1e-30));
-                add_ln_density(-log(within));
-            }
-            return Landing(true, end.point);
-        } else if end.kind == BOUNDARY {
-            walk.length += end.t;
-            if !reflect_at_boundary(end.t) {
-                return nowhere;
-            }
-        } else {
-            return nowhere;
         }
-        end = free_end(minus_ln(uniform_number()) / sigma);
-        bits = next_bits();
-        v = uniform_number();
+        if end.kind == SURFACE || end.kind == NOTHING {
+            break;
+        }
     }
-    return nowhere;
+    if end.kind == NOTHING {
+        return Landing(false, no_point());
+    }
+    walk.length += end.t;
+    walk.origin += end.t * walk.direction;
+    walk.start_primitive = end.primitive;
+    walk.spectral = spectral_after(walk.spectral, walk.scatterings, walk.length);
+    walk.spectral.value *= factor;
+    if first == SCATTERED {
+        let depth = scene.lamp_sigma * ray.length;
+        let within = max(-vec3f(expm1(-depth.x), expm1(-depth.y), expm1(-depth.z)), vec3f(1e-30));
+        add_ln_density(-log(within));
+    }
+    return Landing(true, end_point(end, walk.direction));
+}
+
+/// Takes the scout to a scattering or the underside of the water surface, and turns it. Returns the reciprocal of the
+/// probability with which it goes on; 0 when it does not.
+fn scout_turn(end: End, factor: f32, bits: u32, v: f32) -> f32 {
+    if HAS_SURFACE && end.kind == BOUNDARY {
+        walk.length += end.t;
+        return select(0.0, 1.0, reflect_at_boundary(end.t));
+    }
+    go_to_scattering(end.t);
+    let survival = scout_survival(factor);
+    if survival == 0.0 {
+        return 0.0;
+    }
+    walk.direction = turn(walk.direction, phase_sample_x(bits), v);
+    return 1.0 / survival;
 }
 
 /// The end of the first segment.
@@ -137,7 +148,7 @@ fn scout_first_end(ray: CameraRay, first: u32, sigma: f32) -> End {
     } else if t >= ray.length {
         return ray.end;
     }
-    return End(SCATTER, t, NONE, no_point());
+    return End(SCATTER, t, NONE, vec2f(0.0));
 }
 
 /// Probability with which the scout goes on from a scattering; 0 when it does not.

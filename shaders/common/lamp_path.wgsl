@@ -1,15 +1,15 @@
 // Light of the lamps: a camera walk whose vertices are joined to the lamps by bridges.
 // Twin: crates/render/src/integrator/cpu/lamp_path.rs. Checked by: tests/system/gpu.rs.
 import package::common::bvh::SurfacePoint;
-import package::common::camera::{BOUNDARY, CameraRay, End, SCATTER, SURFACE, no_point};
+import package::common::camera::{BOUNDARY, CameraRay, End, SCATTER, SURFACE, end_point};
 import package::common::lamp_join::{join_lamps, meet_lamps, vertex_count};
 import package::common::lamp_landing::{Landing, choose_landing};
-import package::common::lamp_walk::{choose_targets, first_end, go_to_scattering, next_end, reflect_at_boundary, survives, target_centre, target_count, targets, unfolded, walk, walk_start};
-import package::common::layout::{HAS_SCATTERING, PI, dispatch, scene};
+import package::common::lamp_walk::{NO_NUMBER, choose_targets, first_end, go_to_scattering, next_end, reflect_at_boundary, survives, target_centre, target_count, targets, unfolded, walk, walk_start};
+import package::common::layout::{HAS_SCATTERING, HAS_SURFACE, PI, counters, dispatch, scene};
 import package::common::math::{cosine_hemisphere, turn};
 import package::common::medium::{rest_of_start, spectral_scatter, spectral_start};
 import package::common::phase::{phase_sample_x, phase_value};
-import package::common::rng::{leading, leading_bits, next_bits, uniform_number};
+import package::common::rng::{leading, leading_bits, next_bits, uniform_number, unit};
 import package::common::settings::{lamp_strategies, max_events};
 import package::common::tables::lamp_radius;
 import package::common::ways::{trail, trail_leave, trail_push, trail_root, trail_start};
@@ -17,121 +17,161 @@ import package::common::ways::{trail, trail_leave, trail_push, trail_root, trail
 /// Distance of a surface from a lamp, in optical depths, below which the water between them is joined to the lamp too.
 const CLOSE_SURFACE: f32 = 0.6;
 
+/// What a walk does next.
+const LOST: u32 = 0u;
+/// It has a direction and goes on, if it survives.
+const ON_ITS_WAY: u32 = 1u;
+/// It stands where it is joined to the lamps: in the water, or where `ground` is.
+const IN_WATER: u32 = 2u;
+const LANDED: u32 = 3u;
+
+/// The numbers of a walk's first event.
+struct First {
+    order: f32,
+    bits: u32,
+    v: f32,
+}
+
+var<private> numbers: First;
+/// The end of the segment on which the walk landed, and the surface there.
+var<private> landed_at: End;
+var<private> ground: SurfacePoint;
+
 /// Traces one walk from `ray` whose first segment ends as `first` says.
+///
+/// A driver may run through all code of a loop's body, whether a lane takes it or not, so that what is seldom needed
+/// stands outside of loops, and every function is called from one place.
 fn lamp_walk(ray: CameraRay, first: u32) {
     walk_start(ray);
     let chooser = leading(6u);
     walk.spectral = spectral_start(lamp_strategies(), chooser);
     let aim_number = rest_of_start(walk.spectral, chooser);
     walk.spectral.value *= ray.entry_factor;
+    numbers = First(leading(5u), leading_bits(3u), leading(4u));
     trail_start();
     choose_targets(ray, aim_number);
-    var at_start = true;
-    // Whether the first landing is still to be chosen. Every function is called from one place, because compilers copy
-    // what is called from several.
+    var state = arrive(first_end(ray, first));
     var choosing = true;
-    var alive = walk.events < max_events();
-    while alive || choosing {
-        var landing = Landing(false, no_point());
-        if alive {
-            var end: End;
-            if at_start {
-                end = first_end(ray, first);
-                at_start = false;
-            } else {
-                end = next_end(uniform_number());
+    loop {
+        // To the first landing; after that was chosen, to the walk's end.
+        loop {
+            if state == IN_WATER || (state == LANDED && !choosing) {
+                state = join_and_turn(state == LANDED);
             }
-            vertex_count += 1u;
-            alive = false;
-            if end.kind == SCATTER {
-                alive = scatter(end.t);
-            } else if end.kind == SURFACE {
-                walk.origin += end.t * walk.direction;
-                walk.start_primitive = end.primitive;
-                landing = Landing(true, end.point);
-            } else if end.kind == BOUNDARY {
-                alive = reflect_at_boundary(end.t);
+            state = go_on(state);
+            if state == LANDED {
+                ground = end_point(landed_at, walk.direction);
+            }
+            if state == LOST || (state == LANDED && choosing) {
+                break;
             }
         }
-        if choosing && (landing.found || !alive) {
-            choosing = false;
-            landing = choose_landing(ray, first, landing);
+        if !choosing {
+            break;
         }
-        if landing.found {
-            alive = meet_surface(landing.point);
-        }
-        if alive {
-            alive = survives() && walk.events < max_events();
+        choosing = false;
+        let landing = choose_landing(ray, first, Landing(state == LANDED, ground));
+        ground = landing.point;
+        state = select(LOST, LANDED, landing.found);
+        if state == LOST {
+            break;
         }
     }
 }
 
-/// A scattering after `t`: bridges if no surface was met, then a new direction.
-fn scatter(t: f32) -> bool {
-    if !HAS_SCATTERING {
-        return false;
+/// Flies from scattering to scattering until the walk is joined to the lamps or ends.
+fn go_on(start: u32) -> u32 {
+    var state = start;
+    loop {
+        if state == ON_ITS_WAY {
+            state = LOST;
+            if survives() && walk.events < max_events() {
+                state = arrive(next_end(uniform_number()));
+            }
+        }
+        if state != ON_ITS_WAY {
+            break;
+        }
     }
-    go_to_scattering(t);
-    walk.spectral = spectral_scatter(walk.spectral, scene.lamp_sigma, scene.lamp_ln_sigma, t);
-    let is_leading = walk.scatterings == 1u && walk.events == 1u;
-    let joined = !walk.met_surface || trail.companions;
-    if joined {
+    return state;
+}
+
+/// Takes the walk to the end of its segment.
+fn arrive(end: End) -> u32 {
+    vertex_count += 1u;
+    if end.kind == SURFACE {
+        walk.origin += end.t * walk.direction;
+        walk.start_primitive = end.primitive;
+        landed_at = end;
+        return LANDED;
+    }
+    if HAS_SURFACE && end.kind == BOUNDARY {
+        return select(LOST, ON_ITS_WAY, reflect_at_boundary(end.t));
+    }
+    if !HAS_SCATTERING || end.kind != SCATTER {
+        return LOST;
+    }
+    go_to_scattering(end.t);
+    walk.spectral = spectral_scatter(walk.spectral, scene.lamp_sigma, scene.lamp_ln_sigma, end.t);
+    if !walk.met_surface || trail.companions {
+        return IN_WATER;
+    }
+    let bits = next_bits();
+    walk.direction = turn(walk.direction, phase_sample_x(bits), uniform_number());
+    return ON_ITS_WAY;
+}
+
+/// Bridges from where the walk stands, then a new direction.
+fn join_and_turn(on_surface: bool) -> u32 {
+    var is_leading = walk.scatterings == 1u && walk.events == 1u;
+    if on_surface {
+        is_leading = walk.events == 0u;
+        if !root_on_surface() {
+            return LOST;
+        }
+    } else {
         if trail.count >= dispatch.slots {
             atomicAdd(&counters.cut_paths, 1u);
-            return false;
+            return LOST;
         }
         trail_push(unfolded(walk.origin), walk.length, walk.reflected);
-        join_lamps(false, no_point(), max_events(), is_leading);
     }
-    var bits: u32;
-    var v: f32;
-    if is_leading {
-        bits = leading_bits(3u);
-        v = leading(4u);
-    } else {
+    join_lamps(on_surface, ground, max_events(), select(NO_NUMBER, numbers.order, is_leading));
+    var bits = numbers.bits;
+    var v = numbers.v;
+    if !is_leading {
         bits = next_bits();
         v = uniform_number();
     }
-    let x = phase_sample_x(bits);
-    walk.direction = turn(walk.direction, x, v);
-    if joined {
-        let lobe = phase_value(x);
-        trail_leave(lobe);
-        meet_lamps(lobe);
+    var lobe: f32;
+    if on_surface {
+        walk.direction = cosine_hemisphere(ground.shading_normal, unit(bits), v);
+        if dot(walk.direction, ground.normal) <= 0.0 {
+            return LOST;
+        }
+        lobe = dot(ground.shading_normal, walk.direction) / PI;
+    } else {
+        let x = phase_sample_x(bits);
+        walk.direction = turn(walk.direction, x, v);
+        lobe = phase_value(x);
     }
-    return true;
+    trail_leave(lobe);
+    meet_lamps(lobe);
+    walk.unscattered = false;
+    return ON_ITS_WAY;
 }
 
-/// A surface: bridges to every aimed, then a new direction.
-fn meet_surface(point: SurfacePoint) -> bool {
-    let is_leading = walk.events == 0u;
-    walk.unscattered = walk.unscattered && is_leading;
+/// Starts the trail on the surface where the walk stands; false where nothing is reflected.
+fn root_on_surface() -> bool {
+    walk.unscattered = walk.unscattered && walk.events == 0u;
     walk.events += 1u;
     walk.met_surface = true;
-    walk.spectral.value *= point.reflectance;
+    walk.spectral.value *= ground.reflectance;
     if all(walk.spectral.value == vec3f(0.0)) {
         return false;
     }
     let position = unfolded(walk.origin);
     trail_root(position, walk.length, walk.reflected, is_close_to_lamp(position), walk.unscattered);
-    join_lamps(true, point, max_events(), is_leading);
-    var u: f32;
-    var v: f32;
-    if is_leading {
-        u = leading(3u);
-        v = leading(4u);
-    } else {
-        u = uniform_number();
-        v = uniform_number();
-    }
-    walk.direction = cosine_hemisphere(point.shading_normal, u, v);
-    if dot(walk.direction, point.normal) <= 0.0 {
-        return false;
-    }
-    let lobe = dot(point.shading_normal, walk.direction) / PI;
-    trail_leave(lobe);
-    meet_lamps(lobe);
-    walk.unscattered = false;
     return true;
 }
 

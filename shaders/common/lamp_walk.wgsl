@@ -1,8 +1,8 @@
 // How a camera walk that looks for lamp light moves: segments, the water surface, roulette; and its targets.
 // Twins: crates/render/src/integrator/cpu/{lamp_walk,lamp_target,equiangular}.rs.
 // Checked by: crates/render/src/gpu/twins/lamps.rs (roulette, distances), tests/system/gpu.rs.
-import package::common::bvh::{SurfacePoint, closest, surface_point};
-import package::common::camera::{BOUNDARY, CameraRay, End, NOTHING, SCATTER, SURFACE, no_point};
+import package::common::bvh::closest;
+import package::common::camera::{BOUNDARY, CameraRay, End, NOTHING, SCATTER, SURFACE};
 import package::common::interface::{distance_to_surface, flip, internal_reflectance, mirror};
 import package::common::layout::{HAS_MEDIUM, HAS_SCATTERING, HAS_SURFACE, INFINITE, NONE, scene};
 import package::common::light::{lamp_relative_intensity, lamp_sample_point};
@@ -269,7 +269,7 @@ fn first_end(ray: CameraRay, kind: u32) -> End {
     if kind == SCATTERED {
         add_ln_density(-log(within));
     }
-    return End(SCATTER, t, NONE, no_point());
+    return End(SCATTER, t, NONE, vec2f(0.0));
 }
 
 /// Draws a free flight and finds what ends the segment; passes the weights where nothing scattered.
@@ -291,12 +291,12 @@ fn free_end(t: f32) -> End {
     let to_boundary = distance_to_surface(walk.origin, walk.direction);
     let hit = closest(walk.origin, walk.direction, min(t, to_boundary), walk.start_primitive);
     if hit.primitive != NONE {
-        return End(SURFACE, hit.t, hit.primitive, surface_point(hit, walk.direction));
+        return End(SURFACE, hit.t, hit.primitive, hit.local);
     }
     if t < to_boundary {
-        return End(SCATTER, t, NONE, no_point());
+        return End(SCATTER, t, NONE, vec2f(0.0));
     }
-    return End(select(NOTHING, BOUNDARY, to_boundary < INFINITE), to_boundary, NONE, no_point());
+    return End(select(NOTHING, BOUNDARY, to_boundary < INFINITE), to_boundary, NONE, vec2f(0.0));
 }
 
 /// Goes on to a scattering; its effect on the weights is left out.

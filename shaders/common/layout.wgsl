@@ -20,6 +20,8 @@ override HAS_SUN: bool = true;
 override HAS_SKY: bool = true;
 override HAS_DAYLIGHT_FIELD: bool = true;
 override HAS_DISTORTION: bool = true;
+override HAS_DISKS: bool = true;
+override HAS_FALLOFFS: bool = true;
 /// A single lamp, a single parallelogram: loads with a known index are the cheaper ones.
 override ONE_LAMP: bool = false;
 override ONE_QUAD: bool = false;

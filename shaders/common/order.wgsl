@@ -20,13 +20,16 @@ fn poisson(u: f32, mean: f32) -> u32 {
     var sum = exp(max(ln_term, -87.0));
     let ln_mean = log(max(mean, 1e-30));
     var k = 0u;
-    while u > sum && k <= largest_order() {
+    if u <= sum {
+        return 0u;
+    }
+    loop {
         k += 1u;
         ln_term += ln_mean - log(f32(k));
         let term = exp(max(ln_term, -87.0));
         sum += term;
         // What is left of the tail is below the rounding of the sum.
-        if f32(k) > mean && term < 1e-9 {
+        if u <= sum || k > largest_order() || (f32(k) > mean && term < 1e-9) {
             break;
         }
     }

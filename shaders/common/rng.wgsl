@@ -115,9 +115,14 @@ fn owen(bits: u32, seed: u32) -> u32 {
 fn leading_bits(dimension: u32) -> u32 {
     var bits = 0u;
     var rest = point_index;
-    while rest != 0u {
-        bits ^= table_word(scene.sobol_table + 32u * dimension + firstTrailingBit(rest));
-        rest &= rest - 1u;
+    if rest != 0u {
+        loop {
+            bits ^= table_word(scene.sobol_table + 32u * dimension + firstTrailingBit(rest));
+            rest &= rest - 1u;
+            if rest == 0u {
+                break;
+            }
+        }
     }
     return owen(bits, lowbias32(scramble + dimension * 0x9e3779b9u));
 }

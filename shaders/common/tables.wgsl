@@ -1,7 +1,7 @@
 // What a scene's tables hold, in rows of four words. The small ones lie in a uniform buffer on adapters that read it faster
 // than storage. Twins: crates/render/src/gpu/{tables,upload}.rs. Checked by: crates/render/src/gpu/twins/ (tables.rs: both
 // places), tests/system/gpu_shaders.rs (fields and their rows).
-import package::common::layout::{Material, NEAR_IN_UNIFORM, Node, ONE_LAMP, ONE_QUAD, Quad, far_rows, near_rows, scene, uniform_rows};
+import package::common::layout::{HAS_DISKS, HAS_FALLOFFS, Material, NEAR_IN_UNIFORM, NONE, Node, ONE_LAMP, ONE_QUAD, Quad, far_rows, near_rows, scene, uniform_rows};
 
 /// Row `i` of the small tables.
 fn table_row(i: u32) -> vec4u {
@@ -37,6 +37,9 @@ fn lamp_position(i: u32) -> vec3f {
 }
 
 fn lamp_radius(i: u32) -> f32 {
+    if !HAS_DISKS {
+        return 0.0;
+    }
     return bitcast<vec4f>(lamp_row(i, 0u)).w;
 }
 
@@ -61,6 +64,9 @@ fn lamp_tangent_u(i: u32) -> vec3f {
 }
 
 fn lamp_falloff(i: u32) -> u32 {
+    if !HAS_FALLOFFS {
+        return NONE;
+    }
     return lamp_row(i, 3u).w;
 }
 

@@ -110,13 +110,21 @@ fn hit_density(length: f32, facing: f32) -> f32 {
 fn earlier_ways(total_order: u32, lamp: vec3f) -> f32 {
     let first = select(1u, 0u, trail.rooted);
     var density = 0.0;
-    for (var i = 0u; i + 1u < trail.count; i++) {
+    if trail.count < 2u {
+        return density;
+    }
+    var i = 0u;
+    loop {
         let order = total_order - (i + first);
         let extra = scratch[extra_place(i)];
         if order <= largest_order() && extra.w > 0.0 {
             let vertex = scratch[trail_place(i)];
             let offset = vertex.xyz - lamp;
             density += extra.w * way_density(vertex.w, dot(offset, offset), order, trail.rooted && i == 0u, extra.z);
+        }
+        i += 1u;
+        if i + 1u >= trail.count {
+            break;
         }
     }
     return density;
@@ -127,7 +135,11 @@ fn later_ways(junction: Junction) -> f32 {
     var length = path.last_length;
     var reflected = 1.0;
     var density = 0.0;
-    for (var i = 0u; i < bridge.order; i++) {
+    if bridge.order == 0u {
+        return hit_density(length, junction.facing);
+    }
+    var i = 0u;
+    loop {
         let vertex = bridge_vertex(i);
         let extra = scratch[extra_place(i)];
         length += vertex.w;
@@ -135,6 +147,10 @@ fn later_ways(junction: Junction) -> f32 {
         let offset = vertex.xyz - junction.lamp;
         density += reflected
             * way_density(length, dot(offset, offset), bridge.order - 1u - i, false, phase_value(extra.x));
+        i += 1u;
+        if i >= bridge.order {
+            break;
+        }
     }
     return density + reflected * hit_density(length, junction.facing);
 }

@@ -1,6 +1,6 @@
 // Light of the lamps: one lane per pixel, some samples of a batch per dispatch.
 // Twin: crates/render/src/integrator/cpu/mod.rs (`Worker::sample`). Checked by: tests/system/gpu.rs.
-import package::common::camera::{camera_direction, camera_ray, is_clear, place};
+import package::common::camera::{CameraRay, camera_direction, camera_ray, is_clear, place};
 import package::common::direct_lamps::direct_lamps;
 import package::common::film::share;
 import package::common::lamp_join::vertex_count;
@@ -24,53 +24,71 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     var walks = 0u;
     let clear = is_clear(camera_ray(camera_direction(work.column, work.row, vec2f(0.5))));
     var index = work.first;
-    while index < work.last {
-        walks += sample_walks(work, index, clear);
-        if clear {
-            sample_direct(work, index);
+    if index < work.last {
+        loop {
+            walks += sample(work, index, clear);
+            index += 1u;
+            if index >= work.last {
+                break;
+            }
         }
-        index += 1u;
     }
     lane_end(work, index, walks, vertex_count);
 }
 
-/// The walks of one sample; returns their number.
-fn sample_walks(work: LaneWork, index: u32, clear: bool) -> u32 {
+/// One sample; returns the number of its walks.
+fn sample(work: LaneWork, index: u32, clear: bool) -> u32 {
     start_draws(work.pixel, index, 0u);
     let placed = place(work.column, work.row, leading(0u), leading(1u));
-    if placed.factor == 0.0 {
-        return 0u;
-    }
     let ray = camera_ray(camera_direction(work.column, work.row, placed.offset));
     share = placed.factor;
     var walks = 0u;
-    if ray.wet && max_events() > 0u {
-        let split = HAS_SCATTERING && is_clear(ray);
-        walks = select(1u, 2u, split);
-        for (var i = 0u; i < walks; i++) {
-            var kind = FREE;
-            if !HAS_SCATTERING || (split && i == 0u) {
-                kind = THROUGH;
-            } else if split {
-                kind = SCATTERED;
-            }
-            lamp_walk(ray, kind);
-        }
+    if placed.factor != 0.0 && ray.wet && max_events() > 0u {
+        walks = sample_walks(ray);
     }
-    if !clear {
-        direct_lamps(ray);
+    sample_direct(work, index, clear, ray);
+    return walks;
+}
+
+/// The walks along a camera ray; returns their number.
+fn sample_walks(ray: CameraRay) -> u32 {
+    let split = HAS_SCATTERING && is_clear(ray);
+    let walks = select(1u, 2u, split);
+    var i = 0u;
+    loop {
+        var kind = FREE;
+        if !HAS_SCATTERING || (split && i == 0u) {
+            kind = THROUGH;
+        } else if split {
+            kind = SCATTERED;
+        }
+        lamp_walk(ray, kind);
+        i += 1u;
+        if i >= walks {
+            break;
+        }
     }
     return walks;
 }
 
-/// Unscattered light in clear water, at image points of its own.
-fn sample_direct(work: LaneWork, index: u32) {
-    for (var i = 0u; i < DIRECT_POINTS; i++) {
-        start_draws(work.pixel, index * DIRECT_POINTS + i, 2u);
-        let placed = place(work.column, work.row, leading(0u), leading(1u));
-        if placed.factor != 0.0 {
+/// Unscattered light: along the camera ray of the walks, in clear water at image points of its own.
+fn sample_direct(work: LaneWork, index: u32, clear: bool, of_walks: CameraRay) {
+    let points = select(1u, DIRECT_POINTS, clear);
+    var ray = of_walks;
+    var i = 0u;
+    loop {
+        if clear {
+            start_draws(work.pixel, index * DIRECT_POINTS + i, 2u);
+            let placed = place(work.column, work.row, leading(0u), leading(1u));
             share = placed.factor / f32(DIRECT_POINTS);
-            direct_lamps(camera_ray(camera_direction(work.column, work.row, placed.offset)));
+            ray = camera_ray(camera_direction(work.column, work.row, placed.offset));
+        }
+        if share != 0.0 {
+            direct_lamps(ray);
+        }
+        i += 1u;
+        if i >= points {
+            break;
         }
     }
 }

@@ -4,7 +4,7 @@
 import package::common::ambient_flight::{Flight, draw_flight};
 import package::common::ambient_walk::{AmbientWalk, along, light_ahead, light_on_surface, sin2_half_to_sun, turned_walk};
 import package::common::bvh::SurfacePoint;
-import package::common::camera::{BOUNDARY, End, NOTHING, SURFACE, no_point};
+import package::common::camera::{BOUNDARY, End, NOTHING, SURFACE};
 import package::common::daylight::{attenuation_integral, attenuation_sample, field_irradiance, field_scattered, field_sun_share, scattered_sunlight};
 import package::common::film::lane;
 import package::common::layout::{INFINITE, NONE, dispatch, film, scene, scratch};
@@ -57,18 +57,18 @@ fn evaluate(a: vec4f) -> vec4f {
             let normal = direction_of(u.x, u.y);
             let point = SurfacePoint(normal, normal, vec3f(0.3, 0.5, 0.7), vec3f(0.1, 0.0, 0.2));
             let walk = walk_at(below_surface(a.xyz), vec3f(0.6, 0.0, -0.8));
-            return vec4f(light_on_surface(walk, End(SURFACE, 2.0 * a.w, 0u, point)), 0.0);
+            return vec4f(light_on_surface(walk, End(SURFACE, 2.0 * a.w, 0u, vec2f(0.0)), point), 0.0);
         }
         case 6u: {
             let walk = walk_at(below_surface(a.xyz), direction_of(0.9 * a.y, a.x));
-            return vec4f(light_ahead(walk, End(SURFACE, 2.0 * a.w, 0u, no_point()), vec3f(0.01)), 0.0);
+            return vec4f(light_ahead(walk, End(SURFACE, 2.0 * a.w, 0u, vec2f(0.0)), vec3f(0.01)), 0.0);
         }
         case 7u: {
-            var end = End(SURFACE, 3.0 * a.z, 0u, no_point());
+            var end = End(SURFACE, 3.0 * a.z, 0u, vec2f(0.0));
             if a.x > 0.7 {
-                end = End(NOTHING, INFINITE, NONE, no_point());
+                end = End(NOTHING, INFINITE, NONE, vec2f(0.0));
             } else if a.x > 0.3 {
-                end = End(BOUNDARY, 3.0 * a.z, NONE, no_point());
+                end = End(BOUNDARY, 3.0 * a.z, NONE, vec2f(0.0));
             }
             let walk = walk_at(vec3f(0.0), vec3f(sqrt(1.0 - a.y * a.y), 0.0, a.y));
             let flight = draw_flight(walk, end, scene.ambient_sigma, a.w);

@@ -3,7 +3,7 @@
 // Checked by: crates/render/src/gpu/twins/{lamps,surfaces}.rs.
 import package::common::bridge::{bridge, bridge_draw, bridge_turn, extra_place, quarters_about};
 import package::common::bvh::SurfacePoint;
-import package::common::camera::{CameraRay, End, NOTHING, no_point};
+import package::common::camera::{CameraRay, End, NOTHING};
 import package::common::film::lane;
 import package::common::lamp_landing::worth_of;
 import package::common::lamp_walk::{Target, equiangular_density, equiangular_near, equiangular_sample, survival_of_walk, target_count, targets, walk, walk_start};
@@ -62,7 +62,7 @@ fn evaluate(a: vec4f) -> vec4f {
 }
 
 fn ray_along(direction: vec3f, length: f32) -> CameraRay {
-    return CameraRay(true, vec3f(0.0), direction, length, 1.0, false, End(NOTHING, length, NONE, no_point()));
+    return CameraRay(true, vec3f(0.0), direction, length, 1.0, false, End(NOTHING, length, NONE, vec2f(0.0)));
 }
 
 /// A walk of up to three vertices that starts in the water or on a surface, and a bridge of up to three, its roll chosen,

@@ -212,6 +212,8 @@ fn constants(scene: &Prepared, record: &Scene, near_in_uniform: bool) -> Vec<(&'
             "HAS_DISTORTION",
             scene.camera.distortion.iter().any(|&k| k != 0.0),
         ),
+        ("HAS_DISKS", needs.disks),
+        ("HAS_FALLOFFS", needs.falloffs),
         ("ONE_LAMP", record.lamp_count == 1),
         ("ONE_QUAD", record.quad_count == 1),
         ("NEAR_IN_UNIFORM", near_in_uniform),

@@ -28,6 +28,10 @@ pub struct Needs {
     pub varied_reflectance: bool,
     /// There are lamps.
     pub lamps: bool,
+    /// Some of them are disks.
+    pub disks: bool,
+    /// Some of them are of different brightness inside their beam.
+    pub falloffs: bool,
     /// The sun shines.
     pub sun: bool,
     /// The sky shines.
@@ -63,6 +67,8 @@ impl Needs {
             textures: !geometry.textures.is_empty(),
             varied_reflectance: varied_reflectance(geometry),
             lamps: lamps.iter().any(|l| l.intensity.iter().any(|&i| i > 0.0)),
+            disks: lamps.iter().any(|l| l.radius > 0.0),
+            falloffs: lamps.iter().any(|l| l.falloff.is_some()),
             sun: sun.is_some(),
             sky: scene.sky_radiance.iter().any(|&l| l > 0.0),
             emission: geometry.largest_emission() != [0.0; 3],
@@ -87,6 +93,8 @@ impl Needs {
             (self.textures, "textures"),
             (self.varied_reflectance, "varied reflectance"),
             (self.lamps, "lamps"),
+            (self.disks, "disks"),
+            (self.falloffs, "falloffs"),
             (self.sun, "sun"),
             (self.sky, "sky"),
             (self.emission, "emission"),
