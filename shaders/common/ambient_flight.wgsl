@@ -138,18 +138,34 @@ fn scatter_ambient(walk: AmbientWalk, t: f32) {
         choice = uniform_number();
     }
     let sun = counts.sun[w.spectral.chosen];
+    var kind = AROUND_OLD;
+    if first {
+        kind = next_kind(0u, counts);
+    } else if choice < sun {
+        kind = AROUND_SUN;
+    } else if choice < sun + counts.sky {
+        kind = TOWARDS_SKY;
+    }
     // One after the other through the same code, because compilers copy what is called from several places.
-    for (var kind = AROUND_SUN; kind <= AROUND_OLD; kind++) {
-        let lower = select(select(sun + counts.sky, sun, kind == TOWARDS_SKY), 0.0, kind == AROUND_SUN);
-        let upper = select(select(2.0, sun + counts.sky, kind == TOWARDS_SKY), sun, kind == AROUND_SUN);
-        if (first || (lower <= choice && choice < upper)) && is_possible(kind, counts) {
-            go_along(w, kind, numbers, counts);
+    loop {
+        go_along(w, kind, numbers, counts);
+        kind = next_kind(kind + 1u, counts);
+        if !first || kind > AROUND_OLD {
+            break;
         }
     }
 }
 
-fn is_possible(kind: u32, counts: Counts) -> bool {
-    return kind == AROUND_OLD || (kind == AROUND_SUN && HAS_SUN) || (kind == TOWARDS_SKY && counts.sky > 0.0);
+/// The first possible kind from `kind` on.
+fn next_kind(kind: u32, counts: Counts) -> u32 {
+    var next = kind;
+    if next == AROUND_SUN && !HAS_SUN {
+        next = TOWARDS_SKY;
+    }
+    if next == TOWARDS_SKY && counts.sky == 0.0 {
+        next = AROUND_OLD;
+    }
+    return next;
 }
 
 /// Sends a copy of `w` on along a direction of one kind, weighted by all ways of drawing it.

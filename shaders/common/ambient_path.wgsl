@@ -2,12 +2,12 @@
 // Twins: crates/render/src/integrator/cpu/{ambient_path,ambient_flight,ambient_surface}.rs.
 // Checked by: tests/system/gpu.rs.
 import package::common::ambient_flight::{draw_flight, scatter_ambient};
-import package::common::ambient_walk::{AmbientWalk, IN_AIR, LEADING, MET_SURFACE, SCATTERED_BEFORE, along, copies_made, copies_of, diffuse_irradiance, direction_numbers, has, has_reference, light_ahead, light_on_surface, pending, pop_walk, push_walk, relative_light, score, set_reference, sin2_half_to_sun, survival_of, turned_walk};
+import package::common::ambient_walk::{AmbientWalk, IN_AIR, LEADING, MET_SURFACE, SCATTERED_BEFORE, along, copies_made, copies_of, diffuse_irradiance, direction_numbers, has, has_reference, has_top, light_ahead, light_on_surface, pending, pop_walk, push_walk, relative_light, score, set_reference, sin2_half_to_sun, survival_of, turned_walk};
 import package::common::bvh::{SurfacePoint, closest, occluded, surface_point};
 import package::common::camera::{BOUNDARY, End, NOTHING, SCATTER, SURFACE, end_point, full_segment, no_point};
 import package::common::daylight::{scattered_sunlight, sun_reaches};
 import package::common::interface::{depth_of, external_reflectance, flip, internal_reflectance, is_above, refract_into_water};
-import package::common::layout::{HAS_GEOMETRY_IN_AIR, HAS_MEDIUM, HAS_SCATTERING, HAS_SKY, HAS_SUN, HAS_SURFACE, INFINITE, NONE, PI, counters, scene};
+import package::common::layout::{HAS_AIR, HAS_GEOMETRY_IN_AIR, HAS_MEDIUM, HAS_SCATTERING, HAS_SKY, HAS_SUN, HAS_SURFACE, INFINITE, NONE, PI, counters, scene};
 import package::common::math::cosine_hemisphere;
 import package::common::medium::{spectral_start, spectral_weight, transmittance};
 import package::common::phase::{phase_sample_x, phase_value};
@@ -19,33 +19,69 @@ const SUN_SHARE_SURFACE: f32 = 0.3;
 /// Segments of all walks of a sample, after which those that are left are cut and counted.
 const MOST_SEGMENTS: u32 = 8192u;
 
-/// Traces the walks of one sample that looks along `direction`; returns the number of path vertices.
-fn ambient_trace(direction: vec3f) -> u32 {
+var<private> segments: u32;
+
+/// Starts the walks of a sample that looks along `direction`.
+fn ambient_start(direction: vec3f) {
     pending = 0u;
+    has_top = false;
     has_reference = false;
     copies_made = 0u;
+    segments = 0u;
     let flags = LEADING | select(0u, IN_AIR, is_above(vec3f(0.0)));
     let spectral = spectral_start(ambient_strategies(), leading(6u));
     push_walk(AmbientWalk(vec3f(0.0), direction, direction - scene.sun_towards, NONE, flags, 0u, spectral));
-    var vertices = 0u;
-    while pending > 0u {
-        if vertices == MOST_SEGMENTS {
-            atomicAdd(&counters.cut_paths, pending);
-            break;
-        }
-        let w = pop_walk();
-        vertices += 1u;
-        if has(w, IN_AIR) {
-            air_segment(w);
-        } else {
-            water_segment(w, full_segment(w.origin, w.direction, w.start_primitive));
-        }
-    }
-    return vertices;
 }
 
-/// One segment in the water (or in space without water): scores it and goes on from it.
-fn water_segment(w: AmbientWalk, end: End) {
+/// Where a walk is to go on from a surface.
+struct AmbientLanding {
+    found: bool,
+    walk: AmbientWalk,
+    point: SurfacePoint,
+}
+
+/// One segment of the last of the walks that still have to go on.
+fn ambient_step() {
+    if segments == MOST_SEGMENTS {
+        atomicAdd(&counters.cut_paths, pending);
+        pending = 0u;
+        return;
+    }
+    let w = pop_walk();
+    segments += 1u;
+    let is_wet = !HAS_AIR || !has(w, IN_AIR);
+    var end = End(NOTHING, INFINITE, NONE, vec2f(0.0));
+    var volume = vec3f(0.0);
+    var landing: AmbientLanding;
+    if is_wet {
+        end = full_segment(w.origin, w.direction, w.start_primitive);
+        let point = end_point(end, w.direction);
+        let light = water_segment(w, end, point);
+        volume = light.volume;
+        landing = to_surface(w, end, point, light.surface);
+    } else {
+        landing = air_segment(w);
+    }
+    if landing.found {
+        meet_surface_ambient(landing.walk, landing.point);
+    }
+    if is_wet && (may_scatter(w) || end.kind != SURFACE) {
+        follow(w, end, volume);
+    }
+}
+
+fn may_scatter(w: AmbientWalk) -> bool {
+    return HAS_SCATTERING && w.events < max_events();
+}
+
+/// Light that a segment's walk has still to find: in the water, and from the surface at its end.
+struct Ahead {
+    volume: vec3f,
+    surface: vec3f,
+}
+
+/// Scores a segment in the water (or in space without water).
+fn water_segment(w: AmbientWalk, end: End, point: SurfacePoint) -> Ahead {
     var line = vec3f(0.0);
     if HAS_MEDIUM && w.events < max_events() {
         line = scattered_sunlight(w.origin, w.direction, end.t, sin2_half_to_sun(w));
@@ -53,24 +89,15 @@ fn water_segment(w: AmbientWalk, end: End) {
     }
     let sky = sky_at_end(end, w.direction.z);
     score(w, has(w, SCATTERED_BEFORE), sky);
-    let may_scatter = HAS_SCATTERING && w.events < max_events();
-    var volume = vec3f(0.0);
-    if may_scatter || end.kind != SURFACE {
-        volume = light_ahead(w, end, line);
+    var ahead = Ahead(vec3f(0.0), vec3f(0.0));
+    if may_scatter(w) || end.kind != SURFACE {
+        ahead.volume = light_ahead(w, end, line);
     }
-    var surface = vec3f(0.0);
-    var point = no_point();
     if end.kind == SURFACE {
-        point = end_point(end, w.direction);
-        surface = light_on_surface(w, end, point);
+        ahead.surface = light_on_surface(w, end, point);
     }
-    set_reference(spectral_weight(w.spectral), line + sky + volume + surface);
-    if end.kind == SURFACE {
-        go_to_surface(w, end, point, surface);
-    }
-    if may_scatter || end.kind != SURFACE {
-        follow(w, end, volume);
-    }
+    set_reference(spectral_weight(w.spectral), line + sky + ahead.volume + ahead.surface);
+    return ahead;
 }
 
 /// The sky at the end of the segment. Where something stands in the air, what leaves is followed instead.
@@ -88,19 +115,22 @@ fn sky_at_end(end: End, up: f32) -> vec3f {
     return vec3f(0.0);
 }
 
-/// Unscattered to the surface at the end of the segment.
-fn go_to_surface(walk: AmbientWalk, end: End, point: SurfacePoint, light: vec3f) {
+/// Unscattered to the surface at the end of the segment, if there is one, by roulette.
+fn to_surface(walk: AmbientWalk, end: End, point: SurfacePoint, light: vec3f) -> AmbientLanding {
     var w = walk;
+    if end.kind != SURFACE {
+        return AmbientLanding(false, w, point);
+    }
     let survival = survival_of(relative_light(spectral_weight(w.spectral), light));
     if survival < 1.0 {
         if uniform_number() >= survival {
-            return;
+            return AmbientLanding(false, w, point);
         }
     }
     w.spectral.value *= transmittance(end.t) / survival;
     w.origin += end.t * w.direction;
     w.start_primitive = end.primitive;
-    meet_surface_ambient(w, point);
+    return AmbientLanding(true, w, point);
 }
 
 /// As many copies of the walk as `light` is worth, each sent on: scattered before a surface, or as the water has it.
@@ -110,7 +140,11 @@ fn follow(walk: AmbientWalk, end: End, light: vec3f) {
     w.spectral.value *= copies.factor;
     // Flights are stretched towards the light.
     let sigma = scene.ambient_sigma * max(1.0 - scene.stretch * w.direction.z, vec3f(0.05));
-    for (var i = 0u; i < copies.count; i++) {
+    if copies.count == 0u {
+        return;
+    }
+    var i = 0u;
+    loop {
         var u: f32;
         if has(w, LEADING) {
             u = leading(2u);
@@ -129,6 +163,10 @@ fn follow(walk: AmbientWalk, end: End, light: vec3f) {
             leave_boundary(copy);
         }
         w.flags &= ~LEADING;
+        i += 1u;
+        if i >= copies.count {
+            break;
+        }
     }
 }
 
@@ -162,25 +200,20 @@ fn leave_boundary(walk: AmbientWalk) {
 }
 
 /// One segment in the air above the water.
-fn air_segment(walk: AmbientWalk) {
-    if !HAS_SURFACE {
-        return;
-    }
+fn air_segment(walk: AmbientWalk) -> AmbientLanding {
     var w = walk;
     let down = -w.direction.z;
     let to_water = select(INFINITE, min(max(w.origin.z - scene.surface_height_m, 0.0) / down, INFINITE), down > 0.0);
     let hit = closest(w.origin, w.direction, to_water, w.start_primitive);
     if hit.primitive != NONE {
-        let point = surface_point(hit, w.direction);
         w.origin += hit.t * w.direction;
         w.start_primitive = hit.primitive;
         w.flags &= ~LEADING;
-        meet_surface_ambient(w, point);
-        return;
+        return AmbientLanding(true, w, surface_point(hit, w.direction));
     }
     if down <= 0.0 {
         score(w, has(w, SCATTERED_BEFORE), scene.sky);
-        return;
+        return AmbientLanding(false, w, no_point());
     }
     w.origin = vec3f((w.origin + to_water * w.direction).xy, scene.surface_height_m);
     w.start_primitive = NONE;
@@ -192,6 +225,7 @@ fn air_segment(walk: AmbientWalk) {
         w.spectral.value /= scene.refractive_index * scene.refractive_index;
     }
     push_walk(w);
+    return AmbientLanding(false, w, no_point());
 }
 
 /// On a surface in the water, in the air or in space: scores it and goes on from it.
@@ -213,9 +247,17 @@ fn meet_surface_ambient(walk: AmbientWalk, point: SurfacePoint) {
     set_reference(spectral_weight(w.spectral), point.emission + sun + diffuse);
     let copies = copies_of(w, diffuse);
     w.spectral.value *= copies.factor;
-    for (var i = 0u; i < copies.count; i++) {
+    if copies.count == 0u {
+        return;
+    }
+    var i = 0u;
+    loop {
         leave_surface(w, point);
         w.flags &= ~LEADING;
+        i += 1u;
+        if i >= copies.count {
+            break;
+        }
     }
 }
 

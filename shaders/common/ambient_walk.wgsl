@@ -42,7 +42,10 @@ struct AmbientWalk {
     spectral: Spectral,
 }
 
+/// Walks of the sample that still have to go on; the last of them is `top`, unless it is on the stack with the others.
 var<private> pending: u32;
+var<private> top: AmbientWalk;
+var<private> has_top: bool;
 var<private> has_reference: bool;
 var<private> reference: vec3f;
 var<private> copies_made: u32;
@@ -60,18 +63,30 @@ fn push_walk(w: AmbientWalk) {
         atomicAdd(&counters.cut_paths, 1u);
         return;
     }
+    if has_top {
+        store_walk(pending - 1u, top);
+    }
+    top = w;
+    has_top = true;
+    pending += 1u;
+}
+
+fn store_walk(place: u32, w: AmbientWalk) {
     let packed = (w.spectral.chosen << 8u) | (w.flags << 2u) | w.spectral.count;
     // Whole numbers below 2^24 as floats: bit patterns that are no number might not survive.
-    scratch[stack_place(pending, 0u)] = vec4f(w.origin, f32(w.start_primitive & 0xffffu));
-    scratch[stack_place(pending, 1u)] = vec4f(w.direction, f32(w.start_primitive >> 16u));
-    scratch[stack_place(pending, 2u)] = vec4f(w.spectral.value, f32(min(w.events, 0xffffffu)));
-    scratch[stack_place(pending, 3u)] = vec4f(w.spectral.ln_density, f32(packed));
-    scratch[stack_place(pending, 4u)] = vec4f(w.from_sun, 0.0);
-    pending += 1u;
+    scratch[stack_place(place, 0u)] = vec4f(w.origin, f32(w.start_primitive & 0xffffu));
+    scratch[stack_place(place, 1u)] = vec4f(w.direction, f32(w.start_primitive >> 16u));
+    scratch[stack_place(place, 2u)] = vec4f(w.spectral.value, f32(min(w.events, 0xffffffu)));
+    scratch[stack_place(place, 3u)] = vec4f(w.spectral.ln_density, f32(packed));
+    scratch[stack_place(place, 4u)] = vec4f(w.from_sun, 0.0);
 }
 
 fn pop_walk() -> AmbientWalk {
     pending -= 1u;
+    if has_top {
+        has_top = false;
+        return top;
+    }
     let a = scratch[stack_place(pending, 0u)];
     let b = scratch[stack_place(pending, 1u)];
     let c = scratch[stack_place(pending, 2u)];

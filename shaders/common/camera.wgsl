@@ -3,7 +3,7 @@
 // Checked by: crates/render/src/gpu/twins/surfaces.rs (directions), tests/system/gpu.rs (pictures).
 import package::common::bvh::{Hit, SurfacePoint, closest, surface_point};
 import package::common::interface::{distance_to_surface, external_reflectance, is_above, refract_into_water};
-import package::common::layout::{HAS_DISTORTION, HAS_SCATTERING, INFINITE, NONE, scene};
+import package::common::layout::{HAS_AIR, HAS_DISTORTION, HAS_SCATTERING, INFINITE, NONE, scene};
 import package::common::math::circle;
 import package::common::settings::spot_count;
 import package::common::tables::table_f32;
@@ -103,7 +103,7 @@ fn camera_direction(column: u32, row: u32, offset: vec2f) -> vec3f {
 /// Follows the ray from the camera, the origin, to the first surface, through the water surface if it is in the air.
 fn camera_ray(direction: vec3f) -> CameraRay {
     let nothing = End(NOTHING, INFINITE, NONE, vec2f(0.0));
-    var ray = CameraRay(true, vec3f(0.0), direction, INFINITE, 1.0, is_above(vec3f(0.0)), nothing);
+    var ray = CameraRay(true, vec3f(0.0), direction, INFINITE, 1.0, HAS_AIR && is_above(vec3f(0.0)), nothing);
     if ray.in_air {
         let down = -direction.z;
         let to_water = select(INFINITE, -scene.surface_height_m / down, down > 0.0);

@@ -7,6 +7,7 @@ import package::common::layout::{HAS_GEOMETRY_IN_AIR, HAS_QUADS, HAS_SUN, HAS_SU
 import package::common::math::{expm1, ln_1p, minus_ln};
 import package::common::phase::phase_value;
 import package::common::rng::uniform_number;
+import package::common::tables::{table_row, table_row_f32};
 
 const COSINES: u32 = 40u;
 const DEPTHS: u32 = 97u;
@@ -44,12 +45,12 @@ fn place_of(depth_m: f32) -> Place {
 
 /// Row `i` of the record.
 fn field_row(i: u32) -> vec4f {
-    return bitcast<vec4f>(far_rows[scene.field_table + i]);
+    return table_row_f32(scene.field_table + i);
 }
 
 /// Entry `i` of a table.
 fn entry(table: u32, i: u32) -> vec3f {
-    return bitcast<vec4f>(far_rows[far_rows[scene.field_table + PLACES][table] + i]).xyz;
+    return bitcast<vec4f>(far_rows[table_row(scene.field_table + PLACES)[table] + i]).xyz;
 }
 
 fn exponential(place: Place, ln: vec3f) -> vec3f {
@@ -68,7 +69,7 @@ struct FieldDirection {
 fn field_direction(view: vec3f) -> FieldDirection {
     let place = clamp(0.5 * (view.z + 1.0) * f32(COSINES) - 0.5, 0.0, f32(COSINES - 1u));
     let bin = min(u32(place), COSINES - 2u);
-    let sun = far_rows[scene.field_table + SUN_AZIMUTH];
+    let sun = table_row(scene.field_table + SUN_AZIMUTH);
     let azimuths = sun.z;
     if azimuths == 1u {
         return FieldDirection(bin, place - f32(bin), 0u, 0.0, 1u);

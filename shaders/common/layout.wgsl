@@ -16,6 +16,8 @@ override HAS_TRIANGLES: bool = true;
 override HAS_TEXTURES: bool = true;
 override HAS_VARIED_REFLECTANCE: bool = true;
 override HAS_GEOMETRY_IN_AIR: bool = true;
+/// Whether the camera or a surface is above the water.
+override HAS_AIR: bool = true;
 override HAS_SUN: bool = true;
 override HAS_SKY: bool = true;
 override HAS_DAYLIGHT_FIELD: bool = true;

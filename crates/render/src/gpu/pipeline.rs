@@ -205,6 +205,7 @@ fn constants(scene: &Prepared, record: &Scene, near_in_uniform: bool) -> Vec<(&'
         ("HAS_TEXTURES", needs.textures),
         ("HAS_VARIED_REFLECTANCE", needs.varied_reflectance),
         ("HAS_GEOMETRY_IN_AIR", needs.geometry_in_air),
+        ("HAS_AIR", needs.geometry_in_air || scene.in_air(scene.camera.position_m)),
         ("HAS_SUN", needs.sun),
         ("HAS_SKY", needs.sky),
         ("HAS_DAYLIGHT_FIELD", scene.daylight.is_some()),

@@ -98,8 +98,8 @@ impl Rows {
 
     /// The field of daylight: rows of decays and greatest depth; of narrow rates; of cosine and sine of the sun's azimuth
     /// and the number of nodes in azimuth; of the places of the four tables, whose entries are three channels and padding.
-    pub(super) fn field(&mut self, field: &DaylightField) -> u32 {
-        const HEADER: u32 = 4;
+    /// The tables themselves go to `far`.
+    pub(super) fn field(&mut self, field: &DaylightField, far: &mut Self) -> u32 {
         let (azimuths, tables) = field.table.parts();
         let place = self.next_row();
         let [r, g, b, _] = field.table.decay_per_m.map(f64::from);
@@ -109,14 +109,8 @@ impl Rows {
         let (x, y) = field.sun_azimuth.unwrap_or_default();
         self.floats([x, y]);
         self.0.extend([azimuths as u32, 0]);
-        let mut next = place + HEADER;
-        for entries in tables {
-            self.0.push(next);
-            next += entries.len() as u32;
-        }
-        for entries in tables {
-            self.records(entries);
-        }
+        self.0
+            .extend(tables.map(|entries| far.records(entries)));
         place
     }
 

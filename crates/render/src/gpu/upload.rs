@@ -78,7 +78,7 @@ impl Tables {
         far.records(&tree.nodes);
         record.triangle_rows = far.records(&triangles);
         if let Some(field) = &scene.daylight {
-            record.field_table = far.field(field);
+            record.field_table = rows.field(field, &mut far);
         }
         record.material_rows = rows.records(&materials(scene));
         record.texture_table = rows.textures(&scene.geometry.textures, &mut texels);
