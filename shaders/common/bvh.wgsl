@@ -114,25 +114,34 @@ fn trace(origin: vec3f, direction: vec3f, t_max: f32, start_primitive: u32, any:
     let inverse = inverse_of(direction) * scene.grid_step;
     let start = (origin - scene.grid_lower) / scene.grid_step;
     var next = 0u;
-    while next < node_count() {
+    loop {
         // Down to the next leaf that the ray meets, so that lanes of a group look at triangles together.
         var leaf = 0u;
-        while next < node_count() && leaf == 0u {
+        loop {
             let node = node_at(next);
             let met = meets_box(node.corners, start, inverse, best.t);
             let is_leaf = (node.link & LEAF) != 0u;
             leaf = select(0u, node.link, met && is_leaf);
             next = select(node.link, next + 1u, met || is_leaf);
-        }
-        let first = (leaf & ~LEAF) >> COUNT_BITS;
-        let end = first + (leaf & MOST_IN_LEAF);
-        for (var i = first; i < end; i++) {
-            if (TRIANGLE | i) != start_primitive {
-                best = intersect_triangle(i, origin, direction, t_min, best);
+            if leaf != 0u || next >= node_count() {
+                break;
             }
         }
-        if any && best.primitive != NONE {
-            return best;
+        if leaf != 0u {
+            var i = (leaf & ~LEAF) >> COUNT_BITS;
+            let end = i + (leaf & MOST_IN_LEAF);
+            loop {
+                if (TRIANGLE | i) != start_primitive {
+                    best = intersect_triangle(i, origin, direction, t_min, best);
+                }
+                i += 1u;
+                if i >= end {
+                    break;
+                }
+            }
+        }
+        if next >= node_count() || (any && best.primitive != NONE) {
+            break;
         }
     }
     return best;
