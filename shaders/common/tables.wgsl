@@ -37,10 +37,7 @@ fn lamp_position(i: u32) -> vec3f {
 }
 
 fn lamp_radius(i: u32) -> f32 {
-    if !HAS_DISKS {
-        return 0.0;
-    }
-    return bitcast<vec4f>(lamp_row(i, 0u)).w;
+    return select(0.0, bitcast<vec4f>(lamp_row(i, 0u)).w, HAS_DISKS);
 }
 
 fn lamp_forward(i: u32) -> vec3f {
@@ -64,10 +61,7 @@ fn lamp_tangent_u(i: u32) -> vec3f {
 }
 
 fn lamp_falloff(i: u32) -> u32 {
-    if !HAS_FALLOFFS {
-        return NONE;
-    }
-    return lamp_row(i, 3u).w;
+    return select(NONE, lamp_row(i, 3u).w, HAS_FALLOFFS);
 }
 
 fn lamp_tangent_v(i: u32) -> vec3f {

@@ -177,10 +177,10 @@ fn lost_samples_are_an_error() {
 fn lanes_that_were_cut_are_repeated() {
     let Some(gpu) = device() else { return };
     let (from, to) = (
-        "index += 1u;",
-        "index += 1u; if index > work.first + 1u { index -= 1u; break; }",
+        "paths += 1u;",
+        "paths += 1u; if paths > 1u { break; }",
     );
-    let whole = render_broken(&gpu, "index += 1u;", "index += 1u;").expect("nothing is broken");
+    let whole = render_broken(&gpu, from, from).expect("nothing is broken");
     let (mean, stats) = render_broken(&gpu, from, to).expect("comes to its end");
     assert_eq!(stats.cut_paths, 0);
     assert_eq!(stats.samples_per_pixel, 4);
