@@ -1,11 +1,11 @@
-//! The graphics adapter that tests share.
+//! Where tests run the kernels: on the graphics adapter that they share, on the processor's vector units.
 
 use std::sync::{LazyLock, atomic::AtomicBool};
 
 use uw_render::{
     film::Film,
     gpu::{self, AdapterChoice, Gpu, GpuError, skipped::skip_test},
-    integrator::{Plan, RenderStats},
+    integrator::{self, Plan, RenderStats},
     prepare::Prepared,
     scene::Scene,
 };
@@ -20,12 +20,43 @@ pub fn device() -> Option<&'static Gpu> {
     SHARED.as_ref().inspect_err(|error| skip_test(error)).ok()
 }
 
-/// Renders `scene` to the end on `gpu`.
+/// Where kernels run.
+#[derive(Clone, Copy)]
+pub enum Place {
+    /// On a graphics adapter.
+    Adapter(&'static Gpu),
+    /// On the processor.
+    VectorUnits,
+}
+
+/// The processor and, where there is one, the adapter; a test without one is counted as skipped, once.
 ///
 /// # Panics
-/// When rendering fails.
-pub fn render(gpu: &Gpu, scene: &Scene, plan: &Plan) -> (Film, RenderStats) {
-    let prepared = Prepared::build(scene);
-    gpu::render(gpu, &prepared, plan, &AtomicBool::new(false), &|_| {})
+/// As in [`device`].
+pub fn places() -> Vec<Place> {
+    let adapter = device().map(Place::Adapter);
+    std::iter::once(Place::VectorUnits).chain(adapter).collect()
+}
+
+impl Place {
+    /// For messages.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Adapter(_) => "adapter",
+            Self::VectorUnits => "vector units",
+        }
+    }
+
+    /// Renders `scene` to the end.
+    ///
+    /// # Panics
+    /// When rendering fails.
+    pub fn render(self, scene: &Scene, plan: &Plan) -> (Film, RenderStats) {
+        let (prepared, go_on) = (Prepared::build(scene), AtomicBool::new(false));
+        match self {
+            Self::Adapter(gpu) => gpu::render(gpu, &prepared, plan, &go_on, &|_| {}),
+            Self::VectorUnits => integrator::render_lanes(&prepared, plan, &go_on, &|_| {}),
+        }
         .unwrap_or_else(|e| panic!("{e}"))
+    }
 }

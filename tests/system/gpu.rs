@@ -1,12 +1,14 @@
-//! Pictures of the GPU against those of the CPU: with independent seeds by z-tests, with one seed pixel by pixel.
+//! Pictures by the kernels, on a graphics adapter and on the processor's vector units, against those of the native path
+//! tracer: with independent seeds by z-tests, with one seed pixel by pixel.
 
 use uw_render::{
     film::{Film, FilmLayer},
-    gpu::Gpu,
     scene::Scene,
 };
 use uw_tests::{
-    corpus_scene, gpu, plan, render,
+    corpus_scene,
+    gpu::{Place, places},
+    plan, render,
     tiles::{TILE, Tiles, spread},
 };
 
@@ -57,9 +59,7 @@ const DIFFERENT_SHARE: f64 = 0.004;
 /// With one seed both sides draw the same numbers for the same decisions, so that every sample, and with it every pixel of
 /// every layer, is the same but for rounding. What a z-test cannot see shows here: each function that a sample passes
 /// through must give what its twin gives.
-fn assert_same_samples(gpu: &Gpu, test: &str, scene: &Scene) {
-    let plan = plan(SAME_SAMPLES, 11);
-    let (ours, theirs) = (gpu::render(gpu, scene, &plan).0, render(scene, &plan).0);
+fn assert_same_samples(test: &str, scene: &Scene, ours: &Film, theirs: &Film) {
     let lamps = (0..scene.lamps.len()).map(FilmLayer::Lamp);
     let layers = [
         FilmLayer::Total,
@@ -88,61 +88,70 @@ fn assert_same_samples(gpu: &Gpu, test: &str, scene: &Scene) {
     }
 }
 
-/// Renders on both sides and compares; the completed samples are counted and no path may have been cut.
-pub(crate) fn compare(gpu: &Gpu, test: &str, scene: &Scene, samples: u32) {
-    let (film, stats) = gpu::render(gpu, scene, &plan(samples, 5));
-    println!(
-        "{test}: {:.0} paths/s on {:?}, {:?}",
-        stats.paths as f64 / stats.render_s,
-        stats.adapter,
-        stats.relative_error
-    );
-    assert_eq!(stats.samples_per_pixel, u64::from(samples));
-    assert_eq!(stats.cut_paths, 0);
+/// Renders on all sides and compares; the completed samples are counted and no path may have been cut.
+pub(crate) fn compare(places: &[Place], test: &str, scene: &Scene, samples: u32) {
     let (theirs, cpu) = render(scene, &plan(samples, 77));
-    println!(
-        "  CPU: {:.0} paths/s, {:?}",
-        cpu.paths as f64 / cpu.cpu_s,
-        cpu.relative_error
-    );
-    // Rare huge values would pass a z-test, because they raise the variance as well.
-    let ratio = stats.relative_error.unwrap_or(f64::NAN) / cpu.relative_error.unwrap_or(f64::NAN);
-    assert!(
-        (0.4..2.5).contains(&ratio),
-        "{test}: error {ratio} times the CPU's"
-    );
-    assert_same_picture(test, &film, &theirs);
-    assert_same_samples(gpu, test, scene);
+    let same = plan(SAME_SAMPLES, 11);
+    let theirs_with_one_seed = render(scene, &same).0;
+    for place in places {
+        let test = format!("{test}, {}", place.name());
+        let (film, stats) = place.render(scene, &plan(samples, 5));
+        println!(
+            "{test}: {:.0} paths/s on {:?}, {:?}; native {:?}",
+            stats.paths as f64 / stats.render_s,
+            stats.adapter,
+            stats.relative_error,
+            cpu.relative_error
+        );
+        assert_eq!(stats.samples_per_pixel, u64::from(samples));
+        assert_eq!(stats.cut_paths, 0);
+        // Rare huge values would pass a z-test, because they raise the variance as well.
+        let ratio =
+            stats.relative_error.unwrap_or(f64::NAN) / cpu.relative_error.unwrap_or(f64::NAN);
+        assert!(
+            (0.4..2.5).contains(&ratio),
+            "{test}: error {ratio} times that of the native path tracer"
+        );
+        assert_same_picture(&test, &film, &theirs);
+        let ours = place.render(scene, &same).0;
+        assert_same_samples(&test, scene, &ours, &theirs_with_one_seed);
+    }
 }
 
 #[test]
 fn clear_water_with_a_point_lamp() {
-    let Some(gpu) = gpu::device() else { return };
-    compare(gpu, "s1", &corpus_scene("s1_clear"), 64);
+    compare(&places(), "s1", &corpus_scene("s1_clear"), 64);
 }
 
 #[test]
 fn clear_water_with_a_disk_lamp() {
-    let Some(gpu) = gpu::device() else { return };
-    compare(gpu, "s1d", &corpus_scene("s1d_clear_disk"), 64);
+    compare(&places(), "s1d", &corpus_scene("s1d_clear_disk"), 64);
 }
 
 #[test]
 fn turbid_water_with_a_point_lamp() {
-    let Some(gpu) = gpu::device() else { return };
-    compare(gpu, "s2", &corpus_scene("s2_turbid"), 64);
+    compare(&places(), "s2", &corpus_scene("s2_turbid"), 64);
 }
 
 #[test]
 fn daylight_over_a_plate() {
-    let Some(gpu) = gpu::device() else { return };
-    compare(gpu, "s3", &resized(corpus_scene("s3_sun"), 160, 90), 64);
+    compare(
+        &places(),
+        "s3",
+        &resized(corpus_scene("s3_sun"), 160, 90),
+        64,
+    );
 }
 
 #[test]
 fn the_same_seed_gives_the_same_bits() {
-    let Some(gpu) = gpu::device() else { return };
     let scene = resized(corpus_scene("s2_turbid"), 2 * TILE as u32, TILE as u32);
-    let pictures = [0, 1].map(|_| Tiles::of(&gpu::render(gpu, &scene, &plan(4, 9)).0));
-    assert_eq!(pictures[0], pictures[1]);
+    for place in places() {
+        let pictures = [1, 2].map(|threads| {
+            let mut plan = plan(4, 9);
+            plan.threads = Some(threads);
+            Tiles::of(&place.render(&scene, &plan).0)
+        });
+        assert_eq!(pictures[0], pictures[1], "{}", place.name());
+    }
 }

@@ -1,9 +1,13 @@
-//! Every feature of the scene file and every phase function on the GPU against the CPU, in small pictures.
+//! Every feature of the scene file and every phase function by the kernels against the native path tracer, in small
+//! pictures.
 
 use std::path::Path;
 
-use uw_render::{film::FilmLayer, scene::Scene};
-use uw_tests::{file, gpu, plan, render};
+use uw_render::{
+    film::{Film, FilmLayer},
+    scene::Scene,
+};
+use uw_tests::{file, gpu::places, plan, render};
 
 use crate::gpu::compare;
 
@@ -29,7 +33,7 @@ fn scene(camera: &str, water: &str, phase: &str, rest: &str) -> Scene {
 
 #[test]
 fn every_phase_function() {
-    let Some(gpu) = gpu::device() else { return };
+    let places = places();
     let phases = [
         (
             "fournier-forand",
@@ -46,15 +50,15 @@ fn every_phase_function() {
     ];
     for (name, phase) in phases {
         let lamp = scene(CAMERA, TURBID, phase, &format!("{LAMP}{PLATE}"));
-        compare(gpu, &format!("{name}, lamp"), &lamp, 32);
+        compare(&places, &format!("{name}, lamp"), &lamp, 32);
         let sun = scene(CAMERA, CLEAR, phase, &format!("{SURFACE}{SUN}{PLATE}"));
-        compare(gpu, &format!("{name}, sun"), &sun, 32);
+        compare(&places, &format!("{name}, sun"), &sun, 32);
     }
 }
 
 #[test]
 fn lamps_and_surfaces() {
-    let Some(gpu) = gpu::device() else { return };
+    let places = places();
     let disk = LAMP.replace(
         "half_angle_deg = 50.0",
         "radius_m = 0.05\nfalloff = \"cosine\"",
@@ -77,13 +81,13 @@ fn lamps_and_surfaces() {
         ("disk under the surface", format!("{SURFACE}{disk}{PLATE}")),
         ("no object", LAMP.to_owned()),
     ] {
-        compare(gpu, name, &scene(CAMERA, TURBID, FORWARD, &rest), 32);
+        compare(&places, name, &scene(CAMERA, TURBID, FORWARD, &rest), 32);
     }
 }
 
 #[test]
 fn cameras_and_daylight() {
-    let Some(gpu) = gpu::device() else { return };
+    let places = places();
     let above = "position_m = [0.0, 0.0, 1.5]\nforward = [1.0, 0.0, -1.0]";
     let up = "position_m = [0.0, 0.0, -3.0]\nforward = [1.0, 0.0, 1.0]";
     let lens = format!("{CAMERA}\ndistortion = [-0.2, 0.05, 0.001, -0.002, 0.0]");
@@ -113,24 +117,24 @@ fn cameras_and_daylight() {
             format!("{SURFACE}{SUN}{PLATE}emission = [0.3, 0.2, 0.1]\n"),
         ),
     ] {
-        compare(gpu, name, &scene(camera, CLEAR, FORWARD, &rest), 32);
+        compare(&places, name, &scene(camera, CLEAR, FORWARD, &rest), 32);
     }
 }
 
 #[test]
 fn media_without_scattering_and_without_water() {
-    let Some(gpu) = gpu::device() else { return };
+    let places = places();
     let absorbing = "a = [0.35, 0.06, 0.025]\nb = [0.0, 0.0, 0.0]";
     let red_only = "a = [0.35, 0.06, 0.025]\nb = [0.5, 0.0, 0.02]";
     for (name, water) in [("absorbing", absorbing), ("one channel clear", red_only)] {
         let rest = format!("{SURFACE}{SUN}{LAMP}{PLATE}");
-        compare(gpu, name, &scene(CAMERA, water, FORWARD, &rest), 32);
+        compare(&places, name, &scene(CAMERA, water, FORWARD, &rest), 32);
     }
     let text = format!(
         "format = \"uw-scene/1\"\n[camera]\n{CAMERA}\nhfov_deg = 60.0\nwidth = 80\nheight = 40\n{SUN}{LAMP}{PLATE}"
     );
     let dry = Scene::parse(&text, Path::new("."), "dry").unwrap_or_else(|e| panic!("{e}"));
-    compare(gpu, "no water", &dry, 32);
+    compare(&places, "no water", &dry, 32);
 }
 
 /// A bumpy mesh of 2 × 24 × 24 triangles with smooth normals and a texture in front of the camera.
@@ -166,23 +170,23 @@ fn add_mesh(scene: &mut Scene) {
 
 #[test]
 fn meshes_with_normals_and_textures() {
-    let Some(gpu) = gpu::device() else { return };
+    let places = places();
     let textured = PLATE.replace(
         "reflectance = [0.2, 0.5, 0.7]",
         "reflectance = { texture = \"target_tex.png\", encoding = \"linear\" }",
     );
     let mut lamp = scene(CAMERA, CLEAR, FORWARD, &format!("{LAMP}{textured}"));
     add_mesh(&mut lamp);
-    compare(gpu, "mesh, lamp", &lamp, 32);
+    compare(&places, "mesh, lamp", &lamp, 32);
     let mut sun = scene(CAMERA, CLEAR, FORWARD, &format!("{SURFACE}{SUN}{textured}"));
     add_mesh(&mut sun);
-    compare(gpu, "mesh, sun", &sun, 32);
+    compare(&places, "mesh, sun", &sun, 32);
 }
 
 /// Each layer's picture mean within four standard errors of two renders; a lamp at level 0 has a layer too.
 #[test]
 fn layers_and_limits_on_bounces() {
-    let Some(gpu) = gpu::device() else { return };
+    let places = places();
     let off = LAMP
         .replace("\"l\"", "\"off\"")
         .replace("half_angle_deg = 50.0", "level_pct = 0.0");
@@ -199,38 +203,48 @@ fn layers_and_limits_on_bounces() {
             plan.max_bounces = max_bounces;
             plan
         };
-        let ours: Vec<_> = (0..4)
-            .map(|s| gpu::render(gpu, &scene, &plan_of(s)).0)
-            .collect();
         let theirs: Vec<_> = (10..14).map(|s| render(&scene, &plan_of(s)).0).collect();
-        for layer in [
-            FilmLayer::Ambient,
-            FilmLayer::Lamp(0),
-            FilmLayer::Lamp(1),
-            FilmLayer::Direct,
-            FilmLayer::Backscatter,
-        ] {
-            let means = |films: &[uw_render::film::Film]| -> (f64, f64) {
-                let all: Vec<f64> = films
-                    .iter()
-                    .map(|film| {
-                        let values = film.layer(layer);
-                        values.iter().map(|v| v[1]).sum::<f64>() / values.len() as f64
-                    })
-                    .collect();
-                let mean = all.iter().sum::<f64>() / 4.0;
-                let square = all.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / 12.0;
-                (mean, square)
-            };
-            let ((a, va), (b, vb)) = (means(&ours), means(&theirs));
-            // Variances of four means are rough: Student's t with 6 degrees of freedom, 6 standard errors are 1 in 1000.
-            let error = (va + vb).sqrt() + 1e-6 * b;
-            println!("{layer:?} at {max_bounces}: {a} {b} ± {error}");
-            assert!(b > 0.0, "{layer:?} is black");
-            assert!(
-                (a - b).abs() < 6.0 * error,
-                "{layer:?} at {max_bounces}: {a} {b} ± {error}"
+        for place in &places {
+            let ours: Vec<_> = (0..4)
+                .map(|s| place.render(&scene, &plan_of(s)).0)
+                .collect();
+            assert_layers(
+                &format!("{} at {max_bounces}", place.name()),
+                &ours,
+                &theirs,
             );
         }
+    }
+}
+
+fn assert_layers(test: &str, ours: &[Film], theirs: &[Film]) {
+    for layer in [
+        FilmLayer::Ambient,
+        FilmLayer::Lamp(0),
+        FilmLayer::Lamp(1),
+        FilmLayer::Direct,
+        FilmLayer::Backscatter,
+    ] {
+        let means = |films: &[Film]| -> (f64, f64) {
+            let all: Vec<f64> = films
+                .iter()
+                .map(|film| {
+                    let values = film.layer(layer);
+                    values.iter().map(|v| v[1]).sum::<f64>() / values.len() as f64
+                })
+                .collect();
+            let mean = all.iter().sum::<f64>() / 4.0;
+            let square = all.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / 12.0;
+            (mean, square)
+        };
+        let ((a, va), (b, vb)) = (means(ours), means(theirs));
+        // Variances of four means are rough: Student's t with 6 degrees of freedom, 6 standard errors are 1 in 1000.
+        let error = (va + vb).sqrt() + 1e-6 * b;
+        println!("{test}, {layer:?}: {a} {b} ± {error}");
+        assert!(b > 0.0, "{test}, {layer:?} is black");
+        assert!(
+            (a - b).abs() < 6.0 * error,
+            "{test}, {layer:?}: {a} {b} ± {error}"
+        );
     }
 }

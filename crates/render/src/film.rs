@@ -247,9 +247,20 @@ impl BatchMean {
         }
     }
 
+    /// From the sums over `samples` samples of three channels of each layer, W/(m² sr), in the order of
+    /// [`BatchMean::of_layers`].
+    pub(crate) fn of_sums(sums: &[f32], samples: u32, levels: &[f64]) -> Self {
+        let mean = |sum| f64::from(sum) / f64::from(samples);
+        let layers: Vec<[f64; 3]> = sums
+            .chunks_exact(3)
+            .map(|c| [mean(c[0]), mean(c[1]), mean(c[2])])
+            .collect();
+        Self::of_layers(&layers, levels)
+    }
+
     /// From the means of layers, W/(m² sr): ambient, direct, backscatter, then each lamp at 100 %, of `levels`
     /// (fractions).
-    pub(crate) fn of_layers(layers: &[[f64; 3]], levels: &[f64]) -> Self {
+    fn of_layers(layers: &[[f64; 3]], levels: &[f64]) -> Self {
         let lamps = layers[3..].to_vec();
         let total = std::array::from_fn(|k| {
             let lit = lamps

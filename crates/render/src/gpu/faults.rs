@@ -176,10 +176,7 @@ fn lost_samples_are_an_error() {
 #[test]
 fn lanes_that_were_cut_are_repeated() {
     let Some(gpu) = device() else { return };
-    let (from, to) = (
-        "paths += 1u;",
-        "paths += 1u; if paths > 1u { break; }",
-    );
+    let (from, to) = ("paths += 1u;", "paths += 1u; if paths > 1u { break; }");
     let whole = render_broken(&gpu, from, from).expect("nothing is broken");
     let (mean, stats) = render_broken(&gpu, from, to).expect("comes to its end");
     assert_eq!(stats.cut_paths, 0);

@@ -11,7 +11,7 @@ mod error;
 mod faults;
 mod held;
 pub mod layout;
-mod pipeline;
+pub(crate) mod pipeline;
 mod render;
 pub mod shaders;
 mod shared;
@@ -21,7 +21,7 @@ mod tables;
 mod tree;
 #[cfg(test)]
 mod twins;
-mod upload;
+pub(crate) mod upload;
 
 pub use choice::Backend;
 pub use device::{AdapterChoice, AdapterInfo, Gpu, adapters};

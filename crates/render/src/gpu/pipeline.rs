@@ -55,12 +55,7 @@ impl<'a> Loaded<'a> {
     pub(super) fn new(gpu: &'a Gpu, scene: &Prepared, tables: &Tables) -> Result<Self, GpuError> {
         let record = &tables.scene;
         let pixels = record.width * record.height;
-        let least = if scene.needs.ambient() {
-            AMBIENT_SLOTS
-        } else {
-            3
-        };
-        let slots = (record.largest_order + 2).max(least);
+        let slots = slots(scene, record);
         let lane_bytes = u64::from(slots) * SLOT_BYTES;
         let budget = SCRATCH_BYTES.min(gpu.limits.max_storage_buffer_binding_size);
         let lanes = (budget / lane_bytes).min(MOST_LANES) / 64 * 64;
@@ -192,8 +187,22 @@ impl<'a> Loaded<'a> {
     }
 }
 
+/// Places of a lane's scratch memory: for the vertices of a bridge and of the walk before it, or for a stack of walks.
+pub(crate) fn slots(scene: &Prepared, record: &Scene) -> u32 {
+    let least = if scene.needs.ambient() {
+        AMBIENT_SLOTS
+    } else {
+        3
+    };
+    (record.largest_order + 2).max(least)
+}
+
 /// Override constants: what the scene can reach.
-fn constants(scene: &Prepared, record: &Scene, near_in_uniform: bool) -> Vec<(&'static str, f64)> {
+pub(crate) fn constants(
+    scene: &Prepared,
+    record: &Scene,
+    near_in_uniform: bool,
+) -> Vec<(&'static str, f64)> {
     let needs = &scene.needs;
     [
         ("HAS_MEDIUM", needs.medium),
@@ -205,7 +214,10 @@ fn constants(scene: &Prepared, record: &Scene, near_in_uniform: bool) -> Vec<(&'
         ("HAS_TEXTURES", needs.textures),
         ("HAS_VARIED_REFLECTANCE", needs.varied_reflectance),
         ("HAS_GEOMETRY_IN_AIR", needs.geometry_in_air),
-        ("HAS_AIR", needs.geometry_in_air || scene.in_air(scene.camera.position_m)),
+        (
+            "HAS_AIR",
+            needs.geometry_in_air || scene.in_air(scene.camera.position_m),
+        ),
         ("HAS_SUN", needs.sun),
         ("HAS_SKY", needs.sky),
         ("HAS_DAYLIGHT_FIELD", scene.daylight.is_some()),

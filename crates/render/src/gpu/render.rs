@@ -376,11 +376,7 @@ impl<'a> Job<'a> {
         let width = film.width as usize;
         for (row, values) in film.rows.iter_mut().zip(values.chunks(3 * layers * width)) {
             for (column, pixel) in values.chunks_exact(3 * layers).enumerate() {
-                let means: Vec<[f64; 3]> = pixel
-                    .chunks_exact(3)
-                    .map(|c| [c[0], c[1], c[2]].map(|sum| f64::from(sum) / f64::from(samples)))
-                    .collect();
-                let mean = BatchMean::of_layers(&means, &levels);
+                let mean = BatchMean::of_sums(pixel, samples, &levels);
                 row.add(column, lamps, &mean, samples);
             }
             row.finish_batch(samples);

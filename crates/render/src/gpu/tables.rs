@@ -109,8 +109,7 @@ impl Rows {
         let (x, y) = field.sun_azimuth.unwrap_or_default();
         self.floats([x, y]);
         self.0.extend([azimuths as u32, 0]);
-        self.0
-            .extend(tables.map(|entries| far.records(entries)));
+        self.0.extend(tables.map(|entries| far.records(entries)));
         place
     }
 

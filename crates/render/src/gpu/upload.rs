@@ -25,13 +25,13 @@ const LEAST_SPOT_PX: f64 = 1e-3;
 
 /// Everything that the kernels read of a scene.
 #[derive(Clone, Debug)]
-pub(super) struct Tables {
-    pub(super) scene: Scene,
+pub(crate) struct Tables {
+    pub(crate) scene: Scene,
     /// Small tables.
-    pub(super) near_rows: Vec<[u32; 4]>,
+    pub(crate) near_rows: Vec<[u32; 4]>,
     /// Nodes, triangles and the field of daylight.
-    pub(super) far_rows: Vec<[u32; 4]>,
-    pub(super) texels: Vec<[f32; 4]>,
+    pub(crate) far_rows: Vec<[u32; 4]>,
+    pub(crate) texels: Vec<[f32; 4]>,
 }
 
 fn single(v: [f64; 3]) -> [f32; 3] {
@@ -47,7 +47,7 @@ impl Tables {
     ///
     /// # Errors
     /// [`GpuError::Limit`] when the scene has more triangles than indices can name.
-    pub(super) fn build(scene: &Prepared, active: &[usize]) -> Result<Self, GpuError> {
+    pub(crate) fn build(scene: &Prepared, active: &[usize]) -> Result<Self, GpuError> {
         let origin = scene.camera.position_m;
         let mut rows = Rows::default();
         let mut far = Rows::default();

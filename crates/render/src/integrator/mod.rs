@@ -2,6 +2,7 @@
 
 pub mod cpu;
 pub mod first_hit;
+mod lanes;
 pub mod sampling;
 pub mod stepper;
 
@@ -13,13 +14,14 @@ use std::{
 use cpu_time::ProcessTime;
 use rayon::prelude::*;
 use serde::Serialize;
+use uw_lanes::Instructions;
 
 use crate::{
     film::{Film, Row},
     gpu::GpuError,
     prepare::{Needs, Prepared},
 };
-use cpu::{RowBatch, Selection, Worker};
+use cpu::{RowBatch, Selection, Work, Worker};
 
 /// Most samples of a pixel between two updates of the film.
 const LARGEST_BATCH: u32 = 16;
@@ -100,7 +102,7 @@ pub struct Progress {
 pub struct RenderStats {
     /// Seed.
     pub seed: u64,
-    /// "cpu" or "gpu".
+    /// "cpu", "cpu-simd" or "gpu".
     pub backend: &'static str,
     /// Name of the graphics adapter; none on the CPU.
     pub adapter: Option<String>,
@@ -174,14 +176,58 @@ pub(crate) fn thread_pool(threads: Option<usize>) -> Result<rayon::ThreadPool, T
 }
 
 /// Renders `scene` on the CPU. `cancel` stops it; `observe` is called from the workers after each row.
+///
+/// # Errors
+/// No worker threads, or stopped before every row had a sample.
 pub fn render(
     scene: &Prepared,
     plan: &Plan,
     cancel: &AtomicBool,
     observe: &(dyn Fn(&Progress) + Sync),
 ) -> Result<(Film, RenderStats), RenderError> {
-    let pool = thread_pool(plan.threads)?;
     let selection = select(scene, plan);
+    render_rows(scene, plan, selection, None, cancel, observe)
+}
+
+/// Whether this processor has vector units that [`render_lanes`] has instructions for; without them it is slower than
+/// [`render`].
+pub fn has_fast_lanes() -> bool {
+    Instructions::best() != Instructions::Portable
+}
+
+/// Renders `scene` on the CPU's vector units: the kernels of the GPU backend, in single precision, a group of pixels at a
+/// time. Shares no walks. `cancel` stops it; `observe` is called from the workers after each row.
+///
+/// # Errors
+/// As in [`render`], and scenes with more triangles than the kernels can name.
+pub fn render_lanes(
+    scene: &Prepared,
+    plan: &Plan,
+    cancel: &AtomicBool,
+    observe: &(dyn Fn(&Progress) + Sync),
+) -> Result<(Film, RenderStats), RenderError> {
+    let setup = Instant::now();
+    let selection = Selection {
+        share_walks: 1,
+        ..select(scene, plan)
+    };
+    let shared = lanes::Shared::new(scene, &selection, Instructions::best())?;
+    let setup_s = setup.elapsed().as_secs_f64();
+    let (film, mut stats) = render_rows(scene, plan, selection, Some(&shared), cancel, observe)?;
+    stats.setup_s = setup_s;
+    Ok((film, stats))
+}
+
+/// Renders row by row, by the native path tracer or by `lanes`.
+fn render_rows(
+    scene: &Prepared,
+    plan: &Plan,
+    selection: Selection,
+    lanes: Option<&lanes::Shared<'_>>,
+    cancel: &AtomicBool,
+    observe: &(dyn Fn(&Progress) + Sync),
+) -> Result<(Film, RenderStats), RenderError> {
+    let pool = thread_pool(plan.threads)?;
     let share_walks = if selection.shares(scene) {
         selection.share_walks
     } else {
@@ -199,6 +245,8 @@ pub fn render(
         rows_done: AtomicU64::new(0),
         paths: AtomicU64::new(0),
         vertices: AtomicU64::new(0),
+        cut_paths: AtomicU64::new(0),
+        lanes,
     };
     let mut film = Film::new(scene.camera.width, scene.camera.height, scene.lamps.len());
     pool.install(|| job.run(&mut film));
@@ -211,13 +259,13 @@ pub fn render(
     }
     let stats = RenderStats {
         seed: plan.seed,
-        backend: "cpu",
+        backend: if lanes.is_some() { "cpu-simd" } else { "cpu" },
         adapter: None,
         threads: pool.current_num_threads(),
         samples_per_pixel: film.samples(),
         paths: job.paths.into_inner(),
         path_vertices: job.vertices.into_inner(),
-        cut_paths: 0,
+        cut_paths: u32::try_from(job.cut_paths.into_inner()).unwrap_or(u32::MAX),
         setup_s: 0.0,
         render_s: start.elapsed().as_secs_f64(),
         cpu_s: cpu_start.elapsed().as_secs_f64(),
@@ -258,6 +306,34 @@ struct Job<'a> {
     rows_done: AtomicU64,
     paths: AtomicU64,
     vertices: AtomicU64,
+    cut_paths: AtomicU64,
+    /// Where the rows are rendered, if not by the native path tracer.
+    lanes: Option<&'a lanes::Shared<'a>>,
+}
+
+/// What renders rows on one thread.
+enum RowWorker<'a> {
+    Native(Box<Worker<'a>>),
+    Lanes(lanes::Worker<'a>),
+}
+
+impl RowWorker<'_> {
+    /// Work done so far, and the number of paths that were cut.
+    fn work(&self) -> (Work, u64) {
+        match self {
+            Self::Native(worker) => (worker.work, 0),
+            Self::Lanes(worker) => (worker.work, worker.cut_paths),
+        }
+    }
+
+    fn add_row(&mut self, at: RowBatch, row: &mut Row) {
+        match self {
+            Self::Native(worker) => {
+                worker.add_row(at, row, &|| false);
+            }
+            Self::Lanes(worker) => worker.add_row(at, row),
+        }
+    }
 }
 
 impl Job<'_> {
@@ -266,7 +342,7 @@ impl Job<'_> {
         let mut done = 0;
         while let Some(samples) = self.plan.next_batch(batch, done) {
             film.rows.par_iter_mut().enumerate().for_each_init(
-                || Worker::new(self.scene, &self.selection),
+                || self.worker(),
                 |worker, (index, row)| {
                     // The first batch is finished whatever the time, so that there is a picture.
                     if self.cancelled() || (batch > 0 && self.out_of_time()) {
@@ -283,19 +359,36 @@ impl Job<'_> {
         }
     }
 
-    fn render_row(&self, worker: &mut Worker, index: u32, batch: u32, samples: u32, row: &mut Row) {
-        let before = worker.work;
+    fn worker(&self) -> RowWorker<'_> {
+        match self.lanes {
+            Some(shared) => RowWorker::Lanes(lanes::Worker::new(shared)),
+            None => RowWorker::Native(Box::new(Worker::new(self.scene, &self.selection))),
+        }
+    }
+
+    fn render_row(
+        &self,
+        worker: &mut RowWorker<'_>,
+        index: u32,
+        batch: u32,
+        samples: u32,
+        row: &mut Row,
+    ) {
+        let (before, cut_before) = worker.work();
         let at = RowBatch {
             seed: self.plan.seed,
             row: index,
             batch,
             samples,
         };
-        worker.add_row(at, row, &|| false);
+        worker.add_row(at, row);
+        let (after, cut) = worker.work();
         self.paths
-            .fetch_add(worker.work.paths - before.paths, Ordering::Relaxed);
+            .fetch_add(after.paths - before.paths, Ordering::Relaxed);
         self.vertices
-            .fetch_add(worker.work.vertices - before.vertices, Ordering::Relaxed);
+            .fetch_add(after.vertices - before.vertices, Ordering::Relaxed);
+        self.cut_paths
+            .fetch_add(cut - cut_before, Ordering::Relaxed);
         let rows_done = self.rows_done.fetch_add(1, Ordering::Relaxed) + 1;
         (self.observe)(&Progress {
             rows_done,

@@ -13,6 +13,8 @@ pub enum Backend {
     Cpu,
     /// The same, neighbouring pixels sharing their daylight walks where the scene lets them (`--share-walks 8`).
     CpuShared,
+    /// The GPU's kernels on the vector units of the processor.
+    CpuSimd,
     /// The graphics adapter, hardware before software.
     Gpu,
 }
@@ -25,7 +27,7 @@ impl Backend {
     pub fn share_walks(self) -> u32 {
         match self {
             Self::CpuShared => SHARED_BY,
-            Self::Cpu | Self::Gpu => 1,
+            Self::Cpu | Self::CpuSimd | Self::Gpu => 1,
         }
     }
 }
@@ -35,6 +37,7 @@ impl fmt::Display for Backend {
         match self {
             Self::Cpu => f.pad("cpu"),
             Self::CpuShared => f.pad("cpu-shared"),
+            Self::CpuSimd => f.pad("cpu-simd"),
             Self::Gpu => f.pad("gpu"),
         }
     }

@@ -327,6 +327,9 @@ fn render(
         Backend::Cpu | Backend::CpuShared => {
             integrator::render(scene.prepared(), &plan, observer.cancel, &observe)?
         }
+        Backend::CpuSimd => {
+            integrator::render_lanes(scene.prepared(), &plan, observer.cancel, &observe)?
+        }
         Backend::Gpu => {
             let device = Gpu::open(AdapterChoice::Best).map_err(RenderError::from)?;
             gpu::render(&device, scene.prepared(), &plan, observer.cancel, &observe)?

@@ -1,0 +1,301 @@
+//! Functions: statements under a mask of the lanes that take part. Code that no lane needs is jumped over.
+
+use std::collections::HashSet;
+
+use naga::{
+    Block, Expression, Function, Handle, Statement, TypeInner, proc::TypeResolution,
+    valid::FunctionInfo,
+};
+
+use crate::types::{LaneType, Types};
+
+/// Where a statement stands: the name of its mask, whether that is the function's own, and the masks of lanes that left
+/// the innermost loop's body.
+#[derive(Clone)]
+pub struct Scope {
+    pub mask: String,
+    pub whole: bool,
+    broken: String,
+    continued: String,
+}
+
+pub struct Writer<'a> {
+    pub types: &'a Types<'a>,
+    pub function: &'a Function,
+    info: &'a FunctionInfo,
+    /// Expressions that have a variable of their own.
+    pub named: HashSet<Handle<Expression>>,
+    code: String,
+    masks: u32,
+}
+
+/// Whether lanes may leave `block` before its end, or in it the function; of loops inside only the latter counts.
+fn narrows(block: &Block, in_loop: bool) -> bool {
+    block.iter().any(|statement| match statement {
+        Statement::Break | Statement::Continue => !in_loop,
+        Statement::Return { .. } => true,
+        Statement::If { accept, reject, .. } => {
+            narrows(accept, in_loop) || narrows(reject, in_loop)
+        }
+        Statement::Block(inner) => narrows(inner, in_loop),
+        Statement::Loop {
+            body, continuing, ..
+        } => narrows(body, true) || narrows(continuing, true),
+        _ => false,
+    })
+}
+
+impl<'a> Writer<'a> {
+    pub fn new(types: &'a Types<'a>, function: &'a Function, info: &'a FunctionInfo) -> Self {
+        Self {
+            types,
+            function,
+            info,
+            named: HashSet::new(),
+            code: String::new(),
+            masks: 0,
+        }
+    }
+
+    pub fn put(&mut self, line: &str) {
+        self.code.push_str(line);
+        self.code.push('\n');
+    }
+
+    pub fn type_of(&self, expression: Handle<Expression>) -> LaneType {
+        let resolution = &self.info[expression].ty;
+        LaneType {
+            inner: resolution.inner_with(&self.types.module.types).clone(),
+            handle: match resolution {
+                TypeResolution::Handle(handle) => Some(*handle),
+                TypeResolution::Value(_) => None,
+            },
+        }
+    }
+
+    /// The whole function.
+    pub fn function(mut self, name: &str, attribute: &str) -> String {
+        let function = self.function;
+        let mut signature = String::from("s: &mut State, entry: B");
+        for (i, argument) in function.arguments.iter().enumerate() {
+            let ty = self.types.name(&self.types.of(argument.ty));
+            signature += &format!(", a{i}: {ty}");
+        }
+        let result = function.result.as_ref().map(|r| self.types.of(r.ty));
+        let returned = result
+            .as_ref()
+            .map_or_else(|| "()".to_owned(), |ty| self.types.name(ty));
+        self.put(attribute);
+        self.put(&format!("fn shader_{name}({signature}) -> {returned} {{"));
+        self.put("let mut mask = entry;");
+        if let Some(ty) = &result {
+            self.put(&format!("let mut result = {};", self.types.zero(ty)));
+        }
+        for (handle, variable) in function.local_variables.iter() {
+            let zero = || self.types.zero(&self.types.of(variable.ty));
+            let first = variable.init.map_or_else(zero, |e| self.text(e));
+            self.put(&format!("let mut l{} = {first};", handle.index()));
+        }
+        let scope = Scope {
+            mask: "mask".to_owned(),
+            whole: true,
+            broken: String::new(),
+            continued: String::new(),
+        };
+        self.block(&function.body, &scope);
+        self.put(if result.is_some() { "result }" } else { "}" });
+        self.code
+    }
+
+    fn block(&mut self, block: &Block, scope: &Scope) {
+        let mut scope = scope.clone();
+        let mut open = 0;
+        for statement in block {
+            if self.statement(statement, &scope) {
+                scope.whole = false;
+                self.put(&format!("if any({}) {{", scope.mask));
+                open += 1;
+            }
+        }
+        self.put(&"}".repeat(open));
+    }
+
+    /// Returns whether lanes may have left.
+    fn statement(&mut self, statement: &Statement, scope: &Scope) -> bool {
+        let mask = &scope.mask;
+        match statement {
+            Statement::Emit(range) => {
+                for handle in range.clone() {
+                    self.emit(handle);
+                }
+                false
+            }
+            Statement::Block(inner) => {
+                self.block(inner, scope);
+                narrows(inner, false)
+            }
+            Statement::If {
+                condition,
+                accept,
+                reject,
+            } => self.branch(*condition, accept, reject, scope),
+            Statement::Loop {
+                body,
+                continuing,
+                break_if,
+            } => self.repeat(body, continuing, *break_if, scope),
+            Statement::Break | Statement::Continue => {
+                let left = match statement {
+                    Statement::Break => &scope.broken,
+                    _ => &scope.continued,
+                };
+                self.put(&format!(
+                    "{left} = bor({left}, {mask}); {mask} = bs(false);"
+                ));
+                false
+            }
+            Statement::Return { value } => {
+                if let (Some(value), Some(result)) = (value, &self.function.result) {
+                    let text = self.text(*value);
+                    let ty = self.types.of(result.ty);
+                    let kept = self.types.select(&ty, mask, "v", "result");
+                    self.put(&if scope.whole {
+                        format!("result = {text};")
+                    } else {
+                        format!("{{ let v = {text}; result = {kept}; }}")
+                    });
+                }
+                self.put(&format!("{mask} = bs(false);"));
+                false
+            }
+            Statement::Store { pointer, value } => {
+                let value = self.text(*value);
+                self.store(*pointer, &value, scope);
+                false
+            }
+            Statement::Atomic { pointer, value, .. } => {
+                let value = self.text(*value);
+                let counter = self.counter(*pointer);
+                self.put(&format!(
+                    "{counter} = {counter}.wrapping_add(usum({mask}, {value}));"
+                ));
+                false
+            }
+            Statement::Call {
+                function,
+                arguments,
+                result,
+            } => {
+                let name = self.types.module.functions[*function].name.clone();
+                let mut call = format!("shader_{}(s, {mask}", name.unwrap_or_default());
+                for argument in arguments {
+                    call += &format!(", {}", self.text(*argument));
+                }
+                if let Some(result) = result {
+                    self.put(&format!("let e{} = {call});", result.index()));
+                    self.named.insert(*result);
+                } else {
+                    self.put(&format!("{call});"));
+                }
+                false
+            }
+            other => panic!("a statement that kernels did not have: {other:?}"),
+        }
+    }
+
+    fn emit(&mut self, handle: Handle<Expression>) {
+        let ty = self.type_of(handle).inner;
+        // Places are written where they are used.
+        if matches!(
+            ty,
+            TypeInner::Pointer { .. } | TypeInner::ValuePointer { .. }
+        ) {
+            return;
+        }
+        let text = self.value(handle);
+        self.put(&format!("let e{} = {text};", handle.index()));
+        self.named.insert(handle);
+    }
+
+    fn branch(
+        &mut self,
+        condition: Handle<Expression>,
+        accept: &Block,
+        reject: &Block,
+        scope: &Scope,
+    ) -> bool {
+        let narrow = narrows(accept, false) || narrows(reject, false);
+        if let Some(switch) = self.switch_text(condition) {
+            self.put(&format!("if {switch} {{"));
+            self.block(accept, scope);
+            self.put("} else {");
+            self.block(reject, scope);
+            self.put("}");
+            return narrow;
+        }
+        let mask = &scope.mask;
+        let condition = self.text(condition);
+        let (yes, no) = (self.fresh_mask(), self.fresh_mask());
+        self.put(&format!("let mut {yes} = band({mask}, {condition});"));
+        self.put(&format!("let mut {no} = bandnot({condition}, {mask});"));
+        for (block, mask) in [(accept, &yes), (reject, &no)] {
+            if !block.is_empty() {
+                self.put(&format!("if any({mask}) {{"));
+                let inner = Scope {
+                    mask: mask.clone(),
+                    whole: false,
+                    ..scope.clone()
+                };
+                self.block(block, &inner);
+                self.put("}");
+            }
+        }
+        if narrow {
+            self.put(&format!("{mask} = bor({yes}, {no});"));
+        }
+        narrow
+    }
+
+    fn repeat(
+        &mut self,
+        body: &Block,
+        continuing: &Block,
+        break_if: Option<Handle<Expression>>,
+        scope: &Scope,
+    ) -> bool {
+        let (left, broken, continued) = (self.fresh_mask(), self.fresh_mask(), self.fresh_mask());
+        let inner = Scope {
+            mask: self.fresh_mask(),
+            whole: false,
+            broken: broken.clone(),
+            continued: continued.clone(),
+        };
+        let mask = &inner.mask;
+        self.put(&format!("let mut {broken} = bs(false);"));
+        self.put(&format!("let mut {left} = {};", scope.mask));
+        self.put(&format!(
+            "loop {{ let mut {mask} = {left}; let mut {continued} = bs(false);"
+        ));
+        self.block(body, &inner);
+        self.put(&format!("{mask} = bor({mask}, {continued});"));
+        self.block(continuing, &inner);
+        if let Some(condition) = break_if {
+            let condition = self.text(condition);
+            self.put(&format!(
+                "{broken} = bor({broken}, band({mask}, {condition}));"
+            ));
+            self.put(&format!("{mask} = bandnot({condition}, {mask});"));
+        }
+        self.put(&format!("{left} = {mask}; if !any({left}) {{ break; }} }}"));
+        let narrow = narrows(body, true) || narrows(continuing, true);
+        if narrow {
+            self.put(&format!("{} = {broken};", scope.mask));
+        }
+        narrow
+    }
+
+    fn fresh_mask(&mut self) -> String {
+        self.masks += 1;
+        format!("m{}", self.masks)
+    }
+}

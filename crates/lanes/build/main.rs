@@ -1,0 +1,69 @@
+//! Turns the compute kernels of `shaders/` into Rust that runs each of them on several lanes at once: composed by wesl,
+//! parsed and checked by naga, and written as calls of the functions of `src/portable.rs` or `src/avx2.rs`.
+
+mod expressions;
+mod function;
+mod module;
+mod places;
+mod types;
+
+use std::{
+    env,
+    error::Error,
+    fs,
+    path::{Path, PathBuf},
+};
+
+use naga::valid::{Capabilities, ValidationFlags, Validator};
+use wesl::{ManglerKind, ModulePath, VirtualResolver, Wesl};
+
+/// Kernels that are turned into Rust.
+const KERNELS: [&str; 2] = ["lamps", "ambient"];
+/// Instruction sets: the module with their functions, and the attribute of all functions that use it.
+const INSTRUCTION_SETS: [(&str, &str); 2] = [
+    ("portable", ""),
+    ("avx2", "#[target_feature(enable = \"avx2,fma\")]"),
+];
+
+#[allow(clippy::print_stdout, reason = "that is how cargo is told")]
+fn main() -> Result<(), Box<dyn Error>> {
+    let root = PathBuf::from(env::var("CARGO_MANIFEST_DIR")?).join("../../shaders");
+    println!("cargo::rerun-if-changed={}", root.display());
+    println!("cargo::rerun-if-changed=build");
+    let out = PathBuf::from(env::var("OUT_DIR")?);
+    for kernel in KERNELS {
+        let text = compose(&root, kernel)?;
+        let parsed = naga::front::wgsl::parse_str(&text);
+        let module = parsed.map_err(|e| format!("{kernel}: {}", e.emit_to_string(&text)))?;
+        let info = Validator::new(ValidationFlags::all(), Capabilities::empty())
+            .validate(&module)
+            .map_err(|e| format!("{kernel}: {}", e.emit_to_string(&text)))?;
+        for (set, attribute) in INSTRUCTION_SETS {
+            let code = module::write(&module, &info, attribute);
+            fs::write(out.join(format!("{kernel}_{set}.rs")), code)?;
+        }
+    }
+    Ok(())
+}
+
+/// The text of a kernel with everything that it imports.
+fn compose(root: &Path, kernel: &str) -> Result<String, Box<dyn Error>> {
+    let mut resolver = VirtualResolver::new();
+    for folder in ["common", "kernels"] {
+        for entry in fs::read_dir(root.join(folder))? {
+            let path = entry?.path();
+            let name = path.file_stem().and_then(|s| s.to_str());
+            if let (Some(name), Some("wgsl")) = (name, path.extension().and_then(|e| e.to_str())) {
+                let module: ModulePath = format!("package::{folder}::{name}").parse()?;
+                resolver.add_module(module, fs::read_to_string(&path)?.into());
+            }
+        }
+    }
+    let mut compiler = Wesl::new_barebones().set_custom_resolver(resolver);
+    compiler
+        .use_imports(true)
+        .use_stripping(true)
+        .set_mangler(ManglerKind::None);
+    let module: ModulePath = format!("package::kernels::{kernel}").parse()?;
+    Ok(compiler.compile(&module)?.to_string())
+}

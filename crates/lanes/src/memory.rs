@@ -1,0 +1,67 @@
+//! What a group of lanes reads and writes.
+
+/// Words of the record of a scene and more: a constant length, so that no read of it is checked.
+const SCENE_WORDS: usize = 256;
+/// Words of the record of a dispatch.
+pub const DISPATCH_WORDS: usize = 12;
+/// Counters of the kernels, in their order: unfinished, exhausted, cut paths, paths, vertices, not finite.
+pub const COUNTERS: usize = 6;
+
+/// Tables of a scene, as the kernels bind them.
+#[derive(Clone, Copy, Debug)]
+pub struct Tables<'a> {
+    /// The words of its record.
+    pub scene: &'a [u32],
+    /// Rows of four words: small tables, large ones, texels.
+    pub near_rows: &'a [u32],
+    /// As above.
+    pub far_rows: &'a [u32],
+    /// As above.
+    pub texels: &'a [u32],
+}
+
+/// Memory of a group of lanes: tables that it shares with others and buffers of its own.
+#[derive(Clone, Debug)]
+pub struct Memory<'a> {
+    pub(crate) scene: Box<[u32; SCENE_WORDS]>,
+    pub(crate) dispatch: [u32; DISPATCH_WORDS],
+    pub(crate) counters: [u32; COUNTERS],
+    pub(crate) near_rows: &'a [u32],
+    pub(crate) far_rows: &'a [u32],
+    pub(crate) texels: &'a [u32],
+    pub(crate) scratch: Vec<u32>,
+    pub(crate) sums: Vec<u32>,
+    pub(crate) film: Vec<u32>,
+    pub(crate) completed: Vec<u32>,
+    /// The first word of the film and of the counts of completed samples that are here.
+    pub(crate) first_of_film: u32,
+    pub(crate) first_of_completed: u32,
+}
+
+impl<'a> Memory<'a> {
+    /// For `lanes` lanes with `slots` slots of three rows each and a film of `film_layers` layers.
+    pub(crate) fn new(tables: &Tables<'a>, lanes: usize, slots: u32, film_layers: u32) -> Self {
+        let mut scene = Box::new([0; SCENE_WORDS]);
+        scene[..tables.scene.len()].copy_from_slice(tables.scene);
+        let layers = film_layers as usize;
+        Self {
+            scene,
+            dispatch: [0; DISPATCH_WORDS],
+            counters: [0; COUNTERS],
+            near_rows: or_a_row(tables.near_rows),
+            far_rows: or_a_row(tables.far_rows),
+            texels: or_a_row(tables.texels),
+            scratch: vec![0; 12 * slots as usize * lanes],
+            sums: vec![0; 4 * layers * lanes],
+            film: vec![0; 3 * layers * lanes],
+            completed: vec![0; lanes],
+            first_of_film: 0,
+            first_of_completed: 0,
+        }
+    }
+}
+
+/// Reads beyond the end give the last row, so that there has to be one.
+fn or_a_row(rows: &[u32]) -> &[u32] {
+    if rows.is_empty() { &[0; 4] } else { rows }
+}

@@ -1,0 +1,223 @@
+//! The kernels of the GPU backend on the processor's vector units: rows of pixels, a group of lanes at a time.
+
+use uw_lanes::{Group, Instructions, Kernel};
+
+use super::cpu::{RowBatch, Selection, Work};
+use crate::{
+    film::{BatchMean, Row},
+    gpu::{
+        GpuError,
+        layout::Dispatch,
+        pipeline::{constants, slots},
+        upload::Tables,
+    },
+    prepare::Prepared,
+};
+
+/// What all workers of a render share.
+pub(super) struct Shared<'a> {
+    scene: &'a Prepared,
+    tables: Tables,
+    switches: Vec<(&'static str, f64)>,
+    slots: u32,
+    kernels: Vec<Kernel>,
+    instructions: Instructions,
+    max_events: u32,
+    levels: Vec<f64>,
+}
+
+impl<'a> Shared<'a> {
+    /// Prepares the tables of `scene` for the paths in `selection`, made with `instructions`.
+    ///
+    /// # Errors
+    /// [`GpuError::Limit`] when the scene has more triangles than indices can name.
+    pub(super) fn new(
+        scene: &'a Prepared,
+        selection: &Selection,
+        instructions: Instructions,
+    ) -> Result<Self, GpuError> {
+        let tables = Tables::build(scene, &selection.lamps)?;
+        let lamps = (!selection.lamps.is_empty()).then_some(Kernel::Lamps);
+        let ambient = selection.ambient.then_some(Kernel::Ambient);
+        Ok(Self {
+            scene,
+            switches: constants(scene, &tables.scene, false),
+            slots: slots(scene, &tables.scene),
+            tables,
+            kernels: lamps.into_iter().chain(ambient).collect(),
+            instructions,
+            max_events: u32::try_from(selection.max_events).unwrap_or(u32::MAX),
+            levels: scene.lamps.iter().map(|lamp| lamp.level).collect(),
+        })
+    }
+}
+
+/// One worker: groups of lanes that live as long as its thread.
+pub(super) struct Worker<'a> {
+    shared: &'a Shared<'a>,
+    groups: Vec<Group<'a>>,
+    sums: Vec<f32>,
+    pub(super) work: Work,
+    /// Paths that were ended by a limit of the kernels, and light beyond the range of a float.
+    pub(super) cut_paths: u64,
+}
+
+impl<'a> Worker<'a> {
+    pub(super) fn new(shared: &'a Shared<'a>) -> Self {
+        let tables = uw_lanes::Tables {
+            scene: bytemuck::cast_slice(std::slice::from_ref(&shared.tables.scene)),
+            near_rows: shared.tables.near_rows.as_flattened(),
+            far_rows: shared.tables.far_rows.as_flattened(),
+            texels: bytemuck::cast_slice(&shared.tables.texels),
+        };
+        let is_on = |name: &str| shared.switches.iter().any(|s| s.0 == name && s.1 != 0.0);
+        let sizes = (shared.slots, shared.tables.scene.film_layers);
+        let group = |&kernel| Group::new(kernel, shared.instructions, &tables, sizes, &is_on);
+        Self {
+            shared,
+            groups: shared.kernels.iter().map(group).collect(),
+            sums: Vec::new(),
+            work: Work::default(),
+            cut_paths: 0,
+        }
+    }
+
+    /// Adds a batch of samples to `row`.
+    pub(super) fn add_row(&mut self, at: RowBatch, row: &mut Row) {
+        let width = self.shared.scene.camera.width;
+        let lamps = self.shared.scene.lamps.len();
+        let words = 3 * self.shared.tables.scene.film_layers as usize;
+        let lanes = self.shared.instructions.lanes();
+        let mut first = 0;
+        while first < width {
+            let count = lanes.min(width - first);
+            self.run(at, at.row * width + first, count, count as usize * words);
+            for (column, sums) in (first as usize..).zip(self.sums.chunks_exact(words)) {
+                let mean = BatchMean::of_sums(sums, at.samples, &self.shared.levels);
+                row.add(column, lamps, &mean, at.samples);
+            }
+            first += count;
+        }
+        row.finish_batch(at.samples);
+    }
+
+    /// All samples of `count` pixels from `first_pixel` on; leaves the `words` sums of their layers.
+    fn run(&mut self, at: RowBatch, first_pixel: u32, count: u32, words: usize) {
+        let dispatch = Dispatch {
+            seed_low: at.seed as u32,
+            seed_high: (at.seed >> 32) as u32,
+            batch: at.batch,
+            batch_samples: at.samples,
+            first_pixel,
+            pixel_count: count,
+            samples: at.samples,
+            forced: 0,
+            max_events: self.shared.max_events,
+            slots: self.shared.slots,
+            lanes: self.shared.instructions.lanes(),
+            loop_probe: 0,
+        };
+        self.sums.clear();
+        self.sums.resize(words, 0.0);
+        for group in &mut self.groups {
+            let (film, counters) = group.run(first_pixel, bytemuck::cast(dispatch));
+            for (sum, value) in self.sums.iter_mut().zip(film) {
+                *sum += value;
+            }
+            let [_, _, cut, paths, vertices, not_finite] = counters.map(u64::from);
+            self.work.paths += paths;
+            self.work.vertices += vertices;
+            self.cut_paths += cut + not_finite;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::{path::Path, sync::atomic::AtomicBool};
+
+    use uw_lanes::Instructions;
+
+    use super::Shared;
+    use crate::{
+        film::{Film, FilmLayer},
+        integrator::{Plan, render_rows, select},
+        prepare::Prepared,
+        scene::Scene,
+    };
+
+    const SCENE: &str = r#"
+        format = "uw-scene/1"
+        [water]
+        a = [0.45, 0.20, 0.35]
+        b = [0.9, 1.0, 1.1]
+        phase = { model = "fournier-forand", n = 1.10, backscatter_fraction = 0.0183 }
+        [camera]
+        position_m = [0.0, 0.0, 0.0]
+        forward = [1.0, 0.0, 0.0]
+        hfov_deg = 60.0
+        width = 37
+        height = 11
+        [surface]
+        height_m = 2.0
+        [sun]
+        zenith_deg = 30.0
+        azimuth_deg = 50.0
+        irradiance = [1.0, 1.0, 1.0]
+        [[lamp]]
+        name = "disk"
+        position_m = [0.0, -0.3, 0.0]
+        forward = [1.0, 0.0, 0.0]
+        intensity = [10.0, 10.0, 10.0]
+        radius_m = 0.05
+        [[object]]
+        plane = { center_m = [1.5, 0.0, 0.0], normal = [-1.0, 0.0, 0.0], up = [0.0, 0.0, 1.0], size_m = [2.0, 2.0] }
+        reflectance = [0.2, 0.5, 0.7]
+    "#;
+
+    fn film(scene: &Prepared, instructions: Instructions) -> Film {
+        let plan = Plan {
+            samples_per_pixel: Some(4),
+            time_limit: None,
+            target_error: None,
+            seed: 5,
+            threads: None,
+            max_bounces: 0,
+            dark_lamps: false,
+            share_walks: 1,
+        };
+        let selection = select(scene, &plan);
+        let shared = Shared::new(scene, &selection, instructions).expect("few triangles");
+        let go_on = AtomicBool::new(false);
+        let rendered = render_rows(scene, &plan, selection, Some(&shared), &go_on, &|_| {});
+        rendered.unwrap_or_else(|e| panic!("{e}")).0
+    }
+
+    /// With one seed all instructions make the same decisions but for rounding, in a picture whose rows are no whole number
+    /// of groups; where a number lies within the rounding of a decision, a pixel may differ.
+    #[test]
+    fn all_instructions_make_one_picture() {
+        let scene = Scene::parse(SCENE, Path::new("."), "test").unwrap_or_else(|e| panic!("{e}"));
+        let scene = Prepared::build(&scene);
+        let [ours, portable] =
+            [Instructions::best(), Instructions::Portable].map(|set| film(&scene, set));
+        for layer in [
+            FilmLayer::Ambient,
+            FilmLayer::Lamp(0),
+            FilmLayer::Backscatter,
+        ] {
+            let (ours, portable) = (ours.layer(layer), portable.layer(layer));
+            let mean = portable.iter().map(|p| p[1]).sum::<f64>() / portable.len() as f64;
+            assert!(mean > 0.0, "{layer:?} is black");
+            let differ = |(a, b): &(&[f64; 3], &[f64; 3])| {
+                (0..3).any(|k| (a[k] - b[k]).abs() > 1e-3 * b[k] + 1e-5 * mean)
+            };
+            let different = ours.iter().zip(&portable).filter(differ).count();
+            assert!(
+                different <= 4,
+                "{layer:?}: {different} of {} pixels",
+                ours.len()
+            );
+        }
+    }
+}
