@@ -5,7 +5,7 @@ use glam::DVec3;
 use uw_render::gpu::{AdapterChoice, Gpu};
 use uw_render::scene::{Scene, SceneError, Sun, WaterSurface};
 
-use super::gpu::bench_picture;
+use super::gpu::{Place, SAMPLES, bench_picture};
 use super::scenes::{Unit, bench_samples, read};
 
 /// Width and height of the pictures on the graphics adapter.
@@ -62,13 +62,11 @@ pub fn bench(criterion: &mut Criterion) -> Result<(), SceneError> {
         let Some(device) = &device else { continue };
         let mut group = criterion.benchmark_group(format!("features/gpu/{light}"));
         group.sample_size(10);
+        let pixels = GPU_PICTURE.0 * GPU_PICTURE.1;
+        group.throughput(Throughput::Elements(u64::from(pixels * SAMPLES)));
         for (variant, scene) in scenes {
-            bench_picture(
-                &mut group,
-                variant,
-                &at_size(scene, GPU_PICTURE),
-                Some(device),
-            );
+            let scene = at_size(scene, GPU_PICTURE);
+            bench_picture(&mut group, variant, &scene, Place::Adapter(device));
         }
         group.finish();
     }

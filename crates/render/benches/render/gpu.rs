@@ -1,4 +1,4 @@
-//! Whole small pictures on both backends: samples of pixels per second of wall time, all cores. On the GPU the upload and
+//! Whole small pictures on all backends: paths per second of wall time, all cores. On the GPU the upload and
 //! the driver's compilation, kept between runs, are part of it.
 
 use std::sync::atomic::AtomicBool;
@@ -13,32 +13,44 @@ use uw_render::scene::{Scene, SceneError};
 use super::scenes::read;
 
 const SCENES: [&str; 4] = ["s1_clear", "s1_mesh", "s2_turbid", "s3_sun"];
-const SAMPLES: u32 = 16;
+/// Samples per pixel.
+pub const SAMPLES: u32 = 16;
+static GO_ON: AtomicBool = AtomicBool::new(false);
 
-/// Both backends on every scene; the GPU only where there is an adapter.
+/// All backends on every scene; the GPU only where there is an adapter.
 pub fn bench(criterion: &mut Criterion) -> Result<(), SceneError> {
     let device = Gpu::open(AdapterChoice::Best).ok();
     let mut group = criterion.benchmark_group("backend");
     group.sample_size(10);
     for name in SCENES {
         let scene = read(name)?;
-        bench_picture(&mut group, &format!("cpu/{name}"), &scene, None);
-        if device.is_some() {
-            bench_picture(&mut group, &format!("gpu/{name}"), &scene, device.as_ref());
+        // All backends make the same paths.
+        let plan = plan();
+        let counted = integrator::render(&Prepared::build(&scene), &plan, &GO_ON, &|_| {});
+        let paths = counted.map_or(0, |(_, stats)| stats.paths);
+        group.throughput(Throughput::Elements(paths));
+        bench_picture(&mut group, &format!("cpu/{name}"), &scene, Place::Native);
+        bench_picture(
+            &mut group,
+            &format!("cpu-simd/{name}"),
+            &scene,
+            Place::Lanes,
+        );
+        if let Some(device) = &device {
+            bench_picture(
+                &mut group,
+                &format!("gpu/{name}"),
+                &scene,
+                Place::Adapter(device),
+            );
         }
     }
     group.finish();
     Ok(())
 }
 
-/// A whole picture of `scene` on `device`, or on the processor.
-pub fn bench_picture(
-    group: &mut BenchmarkGroup<'_, WallTime>,
-    name: &str,
-    scene: &Scene,
-    device: Option<&Gpu>,
-) {
-    let plan = Plan {
+fn plan() -> Plan {
+    Plan {
         samples_per_pixel: Some(SAMPLES),
         time_limit: None,
         target_error: None,
@@ -47,15 +59,30 @@ pub fn bench_picture(
         max_bounces: 0,
         dark_lamps: false,
         share_walks: 1,
-    };
-    let go_on = AtomicBool::new(false);
-    let prepared = Prepared::build(scene);
-    let pixels = prepared.camera.width * prepared.camera.height;
-    group.throughput(Throughput::Elements(u64::from(pixels * SAMPLES)));
+    }
+}
+
+/// Where a picture is rendered.
+#[derive(Clone, Copy)]
+pub enum Place<'a> {
+    Native,
+    Lanes,
+    Adapter(&'a Gpu),
+}
+
+/// A whole picture of `scene`; what is counted in it is the group's matter.
+pub fn bench_picture(
+    group: &mut BenchmarkGroup<'_, WallTime>,
+    name: &str,
+    scene: &Scene,
+    place: Place<'_>,
+) {
+    let (plan, prepared) = (plan(), Prepared::build(scene));
     group.bench_function(name, |bencher| {
-        bencher.iter(|| match device {
-            Some(device) => gpu::render(device, &prepared, &plan, &go_on, &|_| {}),
-            None => integrator::render(&prepared, &plan, &go_on, &|_| {}),
+        bencher.iter(|| match place {
+            Place::Adapter(device) => gpu::render(device, &prepared, &plan, &GO_ON, &|_| {}),
+            Place::Lanes => integrator::render_lanes(&prepared, &plan, &GO_ON, &|_| {}),
+            Place::Native => integrator::render(&prepared, &plan, &GO_ON, &|_| {}),
         });
     });
 }
