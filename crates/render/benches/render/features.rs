@@ -1,6 +1,6 @@
 //! What each feature costs that a scene can do without: samples per second with it and without it.
 
-use criterion::Criterion;
+use criterion::{Criterion, Throughput};
 use glam::DVec3;
 use uw_render::gpu::{AdapterChoice, Gpu};
 use uw_render::scene::{Scene, SceneError, Sun, WaterSurface};

@@ -173,6 +173,21 @@ fn statistics_tell_what_was_done() {
     );
 }
 
+/// The same paths as those of the native path tracer, in single precision.
+#[test]
+fn vector_units_render_on_request() {
+    let folder = Folder::with_scene();
+    let stats = ["cpu", "cpu-simd"].map(|backend| {
+        folder.good(&format!(
+            "render scene.toml -o out.exr --backend {backend} --spp 8 --stats stats.json"
+        ));
+        stats(&folder, "stats.json")
+    });
+    assert_eq!(stats[1]["backend"], "cpu-simd");
+    assert_eq!(stats[1]["cut_paths"], 0);
+    assert_eq!(stats[0]["paths"], stats[1]["paths"]);
+}
+
 #[test]
 fn walks_are_shared_where_that_is_asked_for_and_possible() {
     let folder = Folder::with_scene();
