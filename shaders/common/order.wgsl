@@ -7,8 +7,6 @@ import package::common::tables::table_f32;
 
 const TAIL_SHARE: f32 = 0.02;
 const LN_POISSON_SHARE: f32 = -0.0202027073;
-/// Mean up to which the terms of Poisson's law are far within the range of a float.
-const LARGEST_SIMPLE_MEAN: f32 = 60.0;
 
 /// ln of ε (1 − γ) γ^k k!.
 fn order_ln_tail(k: u32) -> f32 {
@@ -17,38 +15,20 @@ fn order_ln_tail(k: u32) -> f32 {
 
 /// Poisson variate by inversion; more than the largest order is not told apart.
 fn poisson(u: f32, mean: f32) -> u32 {
-    if mean > LARGEST_SIMPLE_MEAN {
-        return poisson_of_many(u, mean);
-    }
-    var term = exp(-mean);
-    var sum = term;
+    // In logarithms, because the first terms can be below the range of a float.
+    var ln_term = -mean;
+    var sum = exp(max(ln_term, -87.0));
+    let ln_mean = log(max(mean, 1e-30));
+    var k = 0u;
     if u <= sum {
         return 0u;
     }
-    var k = 0u;
-    loop {
-        k += 1u;
-        term *= mean / f32(k);
-        sum += term;
-        // What is left of the tail is below the rounding of the sum.
-        if u <= sum || k > largest_order() || (f32(k) > mean && term < 1e-9) {
-            break;
-        }
-    }
-    return k;
-}
-
-/// The same where the first terms can be below the range of a float: in logarithms.
-fn poisson_of_many(u: f32, mean: f32) -> u32 {
-    var ln_term = -mean;
-    let ln_mean = log(mean);
-    var sum = 0.0;
-    var k = 0u;
     loop {
         k += 1u;
         ln_term += ln_mean - log(f32(k));
         let term = exp(max(ln_term, -87.0));
         sum += term;
+        // What is left of the tail is below the rounding of the sum.
         if u <= sum || k > largest_order() || (f32(k) > mean && term < 1e-9) {
             break;
         }

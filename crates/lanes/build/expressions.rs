@@ -270,8 +270,8 @@ impl Writer<'_> {
             Op::NotEqual => "ne",
             Op::Less => "lt",
             Op::LessEqual => "le",
-            Op::Greater => return self.each_swapped(left, right, "lt"),
-            Op::GreaterEqual => return self.each_swapped(left, right, "le"),
+            Op::Greater => return self.each(&[right, left], "lt"),
+            Op::GreaterEqual => return self.each(&[right, left], "le"),
             Op::And | Op::LogicalAnd => "and",
             Op::InclusiveOr | Op::LogicalOr => "or",
             Op::ExclusiveOr => "xor",
@@ -279,10 +279,6 @@ impl Writer<'_> {
             Op::ShiftRight => "shr",
         };
         self.each(&[left, right], name)
-    }
-
-    fn each_swapped(&self, left: E, right: E, name: &str) -> String {
-        self.each(&[right, left], name)
     }
 
     fn math(&self, function: MathFunction, arguments: &[E]) -> String {

@@ -22,7 +22,7 @@ enum Root {
 /// A place whose way from the root has at most one index that differs from lane to lane.
 struct Place {
     root: Root,
-    /// Rust's name of the place, up to the index that differs.
+    /// Rust's name of the place, up to the index that differs; of a shared record its own name.
     path: String,
     /// Shared records: the word. Buffers: nothing.
     word: u32,
@@ -109,7 +109,9 @@ impl Writer<'_> {
                 format!("[{index}]")
             }
         };
-        if place.indices.is_empty() {
+        if place.root == Root::Shared {
+            // Their words tell the place.
+        } else if place.indices.is_empty() {
             place.path += &step;
         } else {
             place.rest += &step;
@@ -240,8 +242,7 @@ fn words(ty: &LaneType) -> u32 {
 
 /// What is at a word of a shared record, in every lane.
 fn shared(place: &Place, word: u32) -> String {
-    let record = place.path.split('.').take(3).collect::<Vec<_>>().join(".");
-    let record = record.split('[').next().unwrap_or_default();
+    let record = &place.path;
     let kind = letter(scalar(&place.ty.inner));
     let splat = |i: u32| match kind {
         'f' => format!("fs(f32::from_bits({record}[{}]))", word + i),

@@ -163,28 +163,8 @@ lane_functions! {
         I(_mm256_sub_epi32(a.0, b.0))
     }
 
-    fn imul(a: I, b: I) -> I {
-        I(_mm256_mullo_epi32(a.0, b.0))
-    }
-
     fn iand(a: I, b: I) -> I {
         I(_mm256_and_si256(a.0, b.0))
-    }
-
-    fn ior(a: I, b: I) -> I {
-        I(_mm256_or_si256(a.0, b.0))
-    }
-
-    fn ixor(a: I, b: I) -> I {
-        I(_mm256_xor_si256(a.0, b.0))
-    }
-
-    fn imin(a: I, b: I) -> I {
-        I(_mm256_min_epi32(a.0, b.0))
-    }
-
-    fn imax(a: I, b: I) -> I {
-        I(_mm256_max_epi32(a.0, b.0))
     }
 
     fn ieq(a: I, b: I) -> B {
@@ -193,14 +173,6 @@ lane_functions! {
 
     fn ishl(a: I, b: U) -> I {
         I(_mm256_sllv_epi32(a.0, b.0))
-    }
-
-    fn inot(a: I) -> I {
-        I(_mm256_xor_si256(a.0, _mm256_set1_epi32(-1)))
-    }
-
-    fn isel(m: B, a: I, b: I) -> I {
-        I(_mm256_blendv_epi8(b.0, a.0, m.0))
     }
 
     fn ushr(a: U, b: U) -> U {
@@ -241,10 +213,6 @@ lane_functions! {
 
     fn u2i(a: U) -> I {
         I(a.0)
-    }
-
-    fn b2u(a: B) -> U {
-        U(_mm256_srli_epi32::<31>(a.0))
     }
 
     fn fbitsu(a: F) -> U {
@@ -298,9 +266,9 @@ lane_functions! {
     }
 
     fn ugather(from: &[u32], at: U) -> U {
-        let last = U(_mm256_set1_epi32((from.len() as u32 - 1).cast_signed()));
+        let last = us((from.len().min(i32::MAX as usize) - 1) as u32);
         let at = umin(at, last);
-        // SAFETY: no index is beyond the last word; memory holds at least one and fewer than 2³¹.
+        // SAFETY: no index is beyond the last word, of which memory holds at least one, or 2³¹.
         U(unsafe { _mm256_i32gather_epi32::<4>(from.as_ptr().cast(), at.0) })
     }
 

@@ -45,28 +45,12 @@ macro_rules! elementary {
                 bnot(ueq(a, b))
             }
 
-            fn ine(a: I, b: I) -> B {
-                bnot(ieq(a, b))
-            }
-
             fn ule(a: U, b: U) -> B {
                 ueq(umin(a, b), a)
             }
 
             fn ult(a: U, b: U) -> B {
                 bnot(ule(b, a))
-            }
-
-            fn ile(a: I, b: I) -> B {
-                ieq(imin(a, b), a)
-            }
-
-            fn ilt(a: I, b: I) -> B {
-                bnot(ile(b, a))
-            }
-
-            fn ineg(a: I) -> I {
-                isub(is(0), a)
             }
 
             fn ffract(a: F) -> F {
@@ -79,10 +63,6 @@ macro_rules! elementary {
 
             fn uclamp(a: U, low: U, high: U) -> U {
                 umin(umax(a, low), high)
-            }
-
-            fn iclamp(a: I, low: I, high: I) -> I {
-                imin(imax(a, low), high)
             }
 
             fn fmix(a: F, b: F, t: F) -> F {

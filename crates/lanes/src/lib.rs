@@ -9,15 +9,9 @@ mod memory;
 use memory::Memory;
 pub use memory::{COUNTERS, DISPATCH_WORDS, Tables};
 
-#[allow(
-    dead_code,
-    missing_docs,
-    reason = "the whole language, of which kernels use a part"
-)]
 mod portable;
 
 #[cfg(target_arch = "x86_64")]
-#[allow(dead_code, missing_docs, reason = "as above")]
 mod avx2;
 
 /// A kernel.

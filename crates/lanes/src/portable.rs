@@ -24,10 +24,10 @@ fn zip<A: Copy, T: Copy, R>(a: [A; LANES], b: [T; LANES], f: impl Fn(A, T) -> R)
     std::array::from_fn(|i| f(a[i], b[i]))
 }
 
-crate::elementary::elementary!(#[allow(dead_code)]);
+crate::elementary::elementary!(#[cfg(all())]);
 
 lane_functions! {
-    #[allow(dead_code)]
+    #[cfg(all())]
 
     fn fs(x: f32) -> F {
         F([x; LANES])
@@ -169,28 +169,8 @@ lane_functions! {
         I(zip(a.0, b.0, |a, b| a.wrapping_sub(b)))
     }
 
-    fn imul(a: I, b: I) -> I {
-        I(zip(a.0, b.0, |a, b| a.wrapping_mul(b)))
-    }
-
     fn iand(a: I, b: I) -> I {
         I(zip(a.0, b.0, |a, b| a & b))
-    }
-
-    fn ior(a: I, b: I) -> I {
-        I(zip(a.0, b.0, |a, b| a | b))
-    }
-
-    fn ixor(a: I, b: I) -> I {
-        I(zip(a.0, b.0, |a, b| a ^ b))
-    }
-
-    fn imin(a: I, b: I) -> I {
-        I(zip(a.0, b.0, |a, b| a.min(b)))
-    }
-
-    fn imax(a: I, b: I) -> I {
-        I(zip(a.0, b.0, |a, b| a.max(b)))
     }
 
     fn ieq(a: I, b: I) -> B {
@@ -199,14 +179,6 @@ lane_functions! {
 
     fn ishl(a: I, b: U) -> I {
         I(zip(a.0, b.0, |a, b| a.checked_shl(b).unwrap_or(0)))
-    }
-
-    fn inot(a: I) -> I {
-        I(a.0.map(|x| !x))
-    }
-
-    fn isel(m: B, a: I, b: I) -> I {
-        I(std::array::from_fn(|i| if m.0[i] { a.0[i] } else { b.0[i] }))
     }
 
     fn ushr(a: U, b: U) -> U {
@@ -247,10 +219,6 @@ lane_functions! {
 
     fn u2i(a: U) -> I {
         I(a.0.map(u32::cast_signed))
-    }
-
-    fn b2u(a: B) -> U {
-        U(a.0.map(u32::from))
     }
 
     fn fbitsu(a: F) -> U {

@@ -5,7 +5,7 @@ use super::{AdapterChoice, Gpu, GpuError, adapters};
 /// Where a picture is rendered.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Backend {
-    /// A hardware GPU where there is one, else the processor: software adapters are slower than the native code.
+    /// A hardware GPU where there is one, else the processor: software adapters are no faster than the native code in most scenes.
     #[default]
     Auto,
     /// The processor.

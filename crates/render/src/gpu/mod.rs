@@ -12,7 +12,7 @@ mod faults;
 mod held;
 pub mod layout;
 pub(crate) mod pipeline;
-mod render;
+pub(crate) mod render;
 pub mod shaders;
 mod shared;
 pub mod skipped;

@@ -90,7 +90,7 @@ pub(super) fn render_edited(
 }
 
 /// Levels of the lamps, as fractions.
-pub(super) fn levels(scene: &Prepared) -> Vec<f64> {
+pub(crate) fn levels(scene: &Prepared) -> Vec<f64> {
     scene.lamps.iter().map(|lamp| lamp.level).collect()
 }
 

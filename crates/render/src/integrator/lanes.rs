@@ -9,6 +9,7 @@ use crate::{
         GpuError,
         layout::Dispatch,
         pipeline::{constants, slots},
+        render::levels,
         upload::Tables,
     },
     prepare::Prepared,
@@ -47,7 +48,7 @@ impl<'a> Shared<'a> {
             kernels: lamps.into_iter().chain(ambient).collect(),
             instructions,
             max_events: u32::try_from(selection.max_events).unwrap_or(u32::MAX),
-            levels: scene.lamps.iter().map(|lamp| lamp.level).collect(),
+            levels: levels(scene),
         })
     }
 }

@@ -114,7 +114,7 @@ pub struct RenderStats {
     pub paths: u64,
     /// Vertices of walks and bridges.
     pub path_vertices: u64,
-    /// Paths that were ended by a limit of the backend, where there is no such limit in the algorithm; 0 on the CPU.
+    /// Paths that were ended by a limit of the kernels, where there is no such limit in the algorithm; 0 by the native path tracer.
     pub cut_paths: u32,
     /// Preparation, s.
     pub setup_s: f64,

@@ -129,7 +129,7 @@ impl RenderArguments {
         if stats.cut_paths > 0 && !json {
             let cut = stats.cut_paths;
             note(format_args!(
-                "uw: warning: {cut} of {} paths were cut by limits of the graphics adapter, the picture is too dark",
+                "uw: warning: {cut} of {} paths were cut by limits of the kernels, the picture is too dark",
                 stats.paths
             ));
         }
