@@ -1,6 +1,7 @@
 //! Turns the compute kernels of `shaders/` into Rust that runs each of them on several lanes at once: composed by wesl,
 //! parsed and checked by naga, and written as calls of the functions of `src/portable.rs` or `src/avx2.rs`.
 
+mod compose;
 mod expressions;
 mod function;
 mod module;
@@ -15,7 +16,6 @@ use std::{
 };
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
-use wesl::{ManglerKind, ModulePath, VirtualResolver, Wesl};
 
 /// Kernels that are turned into Rust.
 const KERNELS: [&str; 2] = ["lamps", "ambient"];
@@ -31,8 +31,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo::rerun-if-changed={}", root.display());
     println!("cargo::rerun-if-changed=build");
     let out = PathBuf::from(env::var("OUT_DIR")?);
+    let sources = sources(&root)?;
+    let sources = || sources.iter().map(|(path, text)| (&**path, &**text));
     for kernel in KERNELS {
-        let text = compose(&root, kernel)?;
+        let text = compose::compose(sources(), &format!("kernels/{kernel}"))?;
         let parsed = naga::front::wgsl::parse_str(&text);
         let module = parsed.map_err(|e| format!("{kernel}: {}", e.emit_to_string(&text)))?;
         let info = Validator::new(ValidationFlags::all(), Capabilities::empty())
@@ -46,24 +48,17 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The text of a kernel with everything that it imports.
-fn compose(root: &Path, kernel: &str) -> Result<String, Box<dyn Error>> {
-    let mut resolver = VirtualResolver::new();
+/// The texts of all shaders that kernels import, by their paths below `shaders/`.
+fn sources(root: &Path) -> Result<Vec<(String, String)>, Box<dyn Error>> {
+    let mut sources = Vec::new();
     for folder in ["common", "kernels"] {
         for entry in fs::read_dir(root.join(folder))? {
             let path = entry?.path();
             let name = path.file_stem().and_then(|s| s.to_str());
             if let (Some(name), Some("wgsl")) = (name, path.extension().and_then(|e| e.to_str())) {
-                let module: ModulePath = format!("package::{folder}::{name}").parse()?;
-                resolver.add_module(module, fs::read_to_string(&path)?.into());
+                sources.push((format!("{folder}/{name}"), fs::read_to_string(&path)?));
             }
         }
     }
-    let mut compiler = Wesl::new_barebones().set_custom_resolver(resolver);
-    compiler
-        .use_imports(true)
-        .use_stripping(true)
-        .set_mangler(ManglerKind::None);
-    let module: ModulePath = format!("package::kernels::{kernel}").parse()?;
-    Ok(compiler.compile(&module)?.to_string())
+    Ok(sources)
 }

@@ -1,6 +1,7 @@
 //! The shaders, embedded and composed.
 
-use wesl::{ManglerKind, ModulePath, VirtualResolver, Wesl};
+#[path = "../../../lanes/build/compose.rs"]
+mod composition;
 
 use super::GpuError;
 
@@ -70,26 +71,8 @@ pub const KERNELS: &[&str] = &[
 /// # Errors
 /// [`GpuError::Shader`] when it does not exist or an import fails: a fault of the shaders, not of their use.
 pub fn compose(name: &str) -> Result<String, GpuError> {
-    let fault = |reason: String| GpuError::Shader {
+    composition::compose(SOURCES.iter().copied(), name).map_err(|reason| GpuError::Shader {
         name: name.to_owned(),
         reason,
-    };
-    let mut resolver = VirtualResolver::new();
-    for (path, text) in SOURCES {
-        resolver.add_module(module_path(path).map_err(&fault)?, (*text).into());
-    }
-    let mut compiler = Wesl::new_barebones().set_custom_resolver(resolver);
-    compiler
-        .use_imports(true)
-        .use_stripping(true)
-        .set_mangler(ManglerKind::None);
-    let root = module_path(name).map_err(&fault)?;
-    let composed = compiler.compile(&root).map_err(|e| fault(e.to_string()))?;
-    Ok(composed.to_string())
-}
-
-fn module_path(name: &str) -> Result<ModulePath, String> {
-    format!("package::{}", name.replace('/', "::"))
-        .parse()
-        .map_err(|e| format!("{e}"))
+    })
 }
