@@ -41,7 +41,7 @@ fn put(code: &mut String, line: &str) {
     code.push('\n');
 }
 
-/// A record of lanes and the choice between two of them.
+/// A record of lanes and the choices between two of them.
 fn record(types: &Types<'_>, ty: &LaneType, attribute: &str, code: &mut String) {
     let TypeInner::Struct { members, .. } = &ty.inner else {
         return;
@@ -51,18 +51,20 @@ fn record(types: &Types<'_>, ty: &LaneType, attribute: &str, code: &mut String) 
     let declared = fields().map(|(field, t)| format!("{field}: {}", types.name(&t)));
     put(code, "#[derive(Clone, Copy)]");
     put(code, &format!("pub struct {name} {{ {} }}", list(declared)));
-    let chosen = fields().map(|(field, t)| {
-        let (a, b) = (format!("a.{field}"), format!("b.{field}"));
-        format!("{field}: {}", types.select(&t, "m", &a, &b))
-    });
-    put(code, &format!("#[inline] {attribute}"));
-    put(
-        code,
-        &format!(
-            "fn select_{name}(m: B, a: {name}, b: {name}) -> {name} {{ {name} {{ {} }} }}",
-            list(chosen)
-        ),
-    );
+    for verb in ["sel", "keep"] {
+        let chosen = fields().map(|(field, t)| {
+            let (a, b) = (format!("a.{field}"), format!("b.{field}"));
+            format!("{field}: {}", types.choice(verb, &t, "m", &a, &b))
+        });
+        put(code, &format!("#[inline] {attribute}"));
+        put(
+            code,
+            &format!(
+                "fn {verb}_{name}(m: B, a: {name}, b: {name}) -> {name} {{ {name} {{ {} }} }}",
+                list(chosen)
+            ),
+        );
+    }
 }
 
 /// The override constants: all are switches.

@@ -211,7 +211,7 @@ impl Writer<'_> {
             return;
         }
         let Some((index, elements, _)) = place.indices.first() else {
-            let kept = self.types.select(&place.ty, mask, "v", &place.path);
+            let kept = self.types.keep(&place.ty, mask, "v", &place.path);
             // Lanes that are not in the function never read its variables.
             self.put(&if scope.whole && !place.path.starts_with("s.") {
                 format!("{} = {value};", place.path)
@@ -223,7 +223,7 @@ impl Writer<'_> {
         self.put(&format!("{{ let (v, i) = ({value}, {index});"));
         for element in 0..*elements {
             let target = format!("{}[{element}]{}", place.path, place.rest);
-            let kept = self.types.select(&place.ty, "m", "v", &target);
+            let kept = self.types.keep(&place.ty, "m", "v", &target);
             self.put(&format!(
                 "{{ let m = band({mask}, ueq(i, us({element}))); {target} = {kept}; }}"
             ));

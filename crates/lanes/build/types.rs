@@ -67,13 +67,24 @@ impl Types<'_> {
 
     /// `a` in the lanes of `mask`, `b` in the others; both are names or fields of names.
     pub fn select(&self, ty: &LaneType, mask: &str, a: &str, b: &str) -> String {
+        self.choice("sel", ty, mask, a, b)
+    }
+
+    /// The same for `b` in memory, where the result is going to be kept.
+    pub fn keep(&self, ty: &LaneType, mask: &str, a: &str, b: &str) -> String {
+        self.choice("keep", ty, mask, a, b)
+    }
+
+    /// By the functions `verb` of each type.
+    pub fn choice(&self, verb: &str, ty: &LaneType, mask: &str, a: &str, b: &str) -> String {
         match &ty.inner {
-            TypeInner::Scalar(s) => format!("{}sel({mask}, {a}, {b})", letter(*s)),
-            TypeInner::Struct { .. } => format!("select_{}({mask}, {a}, {b})", self.record(ty)),
+            TypeInner::Scalar(s) => format!("{}{verb}({mask}, {a}, {b})", letter(*s)),
+            TypeInner::Struct { .. } => format!("{verb}_{}({mask}, {a}, {b})", self.record(ty)),
             _ => {
                 let element = self.element(ty);
                 let parts = (0..count(&ty.inner)).map(|i| {
-                    self.select(&element, mask, &format!("{a}[{i}]"), &format!("{b}[{i}]"))
+                    let (a, b) = (format!("{a}[{i}]"), format!("{b}[{i}]"));
+                    self.choice(verb, &element, mask, &a, &b)
                 });
                 format!("[{}]", list(parts))
             }

@@ -1,10 +1,12 @@
 //! The compute kernels of `shaders/` on the processor's vector units: a group of pixels at once, a lane each.
 //!
 //! `build/` turns the kernels into Rust, once for every instruction set; what each of its lines does is in [`portable`]
-//! and, with the instructions of x86, in `avx2`. Nothing of light or water is written here.
+//! and, with the instructions of x86, in `avx2` and `avx512`. Nothing of light or water is written here.
 
 mod elementary;
 mod memory;
+
+use std::fmt;
 
 use memory::Memory;
 pub use memory::{COUNTERS, DISPATCH_WORDS, Tables};
@@ -13,6 +15,10 @@ mod portable;
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
+#[cfg(target_arch = "x86_64")]
+mod x86;
 
 /// A kernel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,28 +36,67 @@ pub enum Instructions {
     Portable,
     /// AVX2 and fused multiplication.
     Avx2,
+    /// The same, with the masks and registers of AVX-512.
+    Avx512,
 }
 
 impl Instructions {
+    /// All, from the slowest.
+    pub const ALL: [Self; 3] = [Self::Portable, Self::Avx2, Self::Avx512];
+
     /// The best that this processor has.
     pub fn best() -> Self {
-        #[cfg(target_arch = "x86_64")]
-        if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
-            return Self::Avx2;
-        }
-        Self::Portable
+        let known = Self::ALL.into_iter().rev();
+        known
+            .clone()
+            .find(|set| set.are_here())
+            .unwrap_or(Self::Portable)
     }
 
-    /// Pixels of a group.
-    pub fn lanes(self) -> u32 {
+    /// Whether this processor has them.
+    #[cfg(target_arch = "x86_64")]
+    pub fn are_here(self) -> bool {
+        let has_avx2 = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
         match self {
-            Self::Portable => portable::LANES as u32,
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx2 => avx2::LANES as u32,
-            #[cfg(not(target_arch = "x86_64"))]
-            Self::Avx2 => portable::LANES as u32,
+            Self::Portable => true,
+            Self::Avx2 => has_avx2,
+            Self::Avx512 => {
+                has_avx2
+                    && is_x86_feature_detected!("avx512f")
+                    && is_x86_feature_detected!("avx512vl")
+                    && is_x86_feature_detected!("avx512dq")
+                    && is_x86_feature_detected!("avx512bw")
+            }
         }
     }
+
+    /// Whether this processor has them.
+    #[cfg(not(target_arch = "x86_64"))]
+    pub fn are_here(self) -> bool {
+        self == Self::Portable
+    }
+}
+
+impl fmt::Display for Instructions {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Portable => "portable vectors",
+            Self::Avx2 => "AVX2",
+            Self::Avx512 => "AVX-512",
+        })
+    }
+}
+
+/// Pixels of a group.
+pub const LANES: u32 = portable::LANES as u32;
+#[cfg(target_arch = "x86_64")]
+const _: () = assert!(portable::LANES == x86::LANES);
+
+/// What a kernel for some instructions does. A state of instructions that the processor lacks is never made.
+trait State<'a>: Send {
+    fn memory(&mut self) -> &mut Memory<'a>;
+    /// Runs the kernel on all lanes.
+    fn run(&mut self);
 }
 
 /// A kernel as Rust, made by `build/`.
@@ -67,6 +112,17 @@ macro_rules! generated {
         mod $name {
             use crate::{memory::Memory, $lanes::*};
             include!(concat!(env!("OUT_DIR"), "/", $file, ".rs"));
+
+            impl<'a> crate::State<'a> for State<'a> {
+                fn memory(&mut self) -> &mut Memory<'a> {
+                    &mut self.memory
+                }
+
+                fn run(&mut self) {
+                    // SAFETY: the state was made, so that the processor has the instructions.
+                    unsafe { run(self) }
+                }
+            }
         }
     };
 }
@@ -77,19 +133,14 @@ generated!(ambient_portable, portable, "ambient_portable");
 generated!(lamps_avx2, avx2, "lamps_avx2");
 #[cfg(target_arch = "x86_64")]
 generated!(ambient_avx2, avx2, "ambient_avx2");
-
-enum State<'a> {
-    LampsPortable(Box<lamps_portable::State<'a>>),
-    AmbientPortable(Box<ambient_portable::State<'a>>),
-    #[cfg(target_arch = "x86_64")]
-    LampsAvx2(Box<lamps_avx2::State<'a>>),
-    #[cfg(target_arch = "x86_64")]
-    AmbientAvx2(Box<ambient_avx2::State<'a>>),
-}
+#[cfg(target_arch = "x86_64")]
+generated!(lamps_avx512, avx512, "lamps_avx512");
+#[cfg(target_arch = "x86_64")]
+generated!(ambient_avx512, avx512, "ambient_avx512");
 
 /// A group of lanes that runs one kernel, and its memory.
 pub struct Group<'a> {
-    state: State<'a>,
+    state: Box<dyn State<'a> + 'a>,
     layers: u32,
 }
 
@@ -105,40 +156,35 @@ impl<'a> Group<'a> {
         (slots, film_layers): (u32, u32),
         is_on: &dyn Fn(&str) -> bool,
     ) -> Self {
-        let lanes = instructions.lanes() as usize;
-        let memory = Memory::new(tables, lanes, slots, film_layers);
-        let state = match (kernel, instructions) {
+        let memory = Memory::new(tables, LANES as usize, slots, film_layers);
+        let are_here = instructions.are_here();
+        let state: Box<dyn State<'a> + 'a> = match (kernel, instructions) {
             #[cfg(target_arch = "x86_64")]
-            (Kernel::Lamps, Instructions::Avx2) if Instructions::best() == instructions => {
+            (Kernel::Lamps, Instructions::Avx512) if are_here => {
                 // SAFETY: the processor has the instructions.
-                State::LampsAvx2(Box::new(unsafe { lamps_avx2::new(memory, is_on) }))
+                Box::new(unsafe { lamps_avx512::new(memory, is_on) })
             }
             #[cfg(target_arch = "x86_64")]
-            (Kernel::Ambient, Instructions::Avx2) if Instructions::best() == instructions => {
+            (Kernel::Ambient, Instructions::Avx512) if are_here => {
                 // SAFETY: the processor has the instructions.
-                State::AmbientAvx2(Box::new(unsafe { ambient_avx2::new(memory, is_on) }))
+                Box::new(unsafe { ambient_avx512::new(memory, is_on) })
             }
-            (Kernel::Lamps, _) => {
-                State::LampsPortable(Box::new(lamps_portable::new(memory, is_on)))
+            #[cfg(target_arch = "x86_64")]
+            (Kernel::Lamps, Instructions::Avx2) if are_here => {
+                // SAFETY: the processor has the instructions.
+                Box::new(unsafe { lamps_avx2::new(memory, is_on) })
             }
-            (Kernel::Ambient, _) => {
-                State::AmbientPortable(Box::new(ambient_portable::new(memory, is_on)))
+            #[cfg(target_arch = "x86_64")]
+            (Kernel::Ambient, Instructions::Avx2) if are_here => {
+                // SAFETY: the processor has the instructions.
+                Box::new(unsafe { ambient_avx2::new(memory, is_on) })
             }
+            (Kernel::Lamps, _) => Box::new(lamps_portable::new(memory, is_on)),
+            (Kernel::Ambient, _) => Box::new(ambient_portable::new(memory, is_on)),
         };
         Self {
             state,
             layers: film_layers,
-        }
-    }
-
-    fn memory(&mut self) -> &mut Memory<'a> {
-        match &mut self.state {
-            State::LampsPortable(state) => &mut state.memory,
-            State::AmbientPortable(state) => &mut state.memory,
-            #[cfg(target_arch = "x86_64")]
-            State::LampsAvx2(state) => &mut state.memory,
-            #[cfg(target_arch = "x86_64")]
-            State::AmbientAvx2(state) => &mut state.memory,
         }
     }
 
@@ -150,7 +196,7 @@ impl<'a> Group<'a> {
         dispatch: [u32; DISPATCH_WORDS],
     ) -> (impl Iterator<Item = f32>, [u32; COUNTERS]) {
         let layers = self.layers;
-        let memory = self.memory();
+        let memory = self.state.memory();
         memory.dispatch = dispatch;
         memory.counters = [0; COUNTERS];
         // Words wrap around as the kernels' own do.
@@ -158,17 +204,8 @@ impl<'a> Group<'a> {
         memory.first_of_completed = first_pixel;
         memory.film.fill(0);
         memory.completed.fill(0);
-        match &mut self.state {
-            State::LampsPortable(state) => lamps_portable::run(state),
-            State::AmbientPortable(state) => ambient_portable::run(state),
-            // SAFETY: such a state is made only where the processor has the instructions.
-            #[cfg(target_arch = "x86_64")]
-            State::LampsAvx2(state) => unsafe { lamps_avx2::run(state) },
-            // SAFETY: as above.
-            #[cfg(target_arch = "x86_64")]
-            State::AmbientAvx2(state) => unsafe { ambient_avx2::run(state) },
-        }
-        let memory = self.memory();
+        self.state.run();
+        let memory = self.state.memory();
         let film = memory.film.iter().map(|&word| f32::from_bits(word));
         (film, memory.counters)
     }

@@ -209,6 +209,18 @@ lane_functions! {
         B(zip(a.0, b.0, |a, b| !a & b))
     }
 
+    fn fkeep(m: B, a: F, b: F) -> F {
+        fsel(m, a, b)
+    }
+
+    fn ukeep(m: B, a: U, b: U) -> U {
+        usel(m, a, b)
+    }
+
+    fn bkeep(m: B, a: B, b: B) -> B {
+        bsel(m, a, b)
+    }
+
     fn any(a: B) -> bool {
         a.0 != [false; LANES]
     }

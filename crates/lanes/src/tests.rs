@@ -1,4 +1,4 @@
-//! Functions of lanes against those of the standard library, with both kinds of instructions.
+//! Functions of lanes against those of the standard library, with all kinds of instructions.
 
 /// Numbers from 0 to 1, evenly spread and the same every time.
 fn numbers(count: usize) -> impl Iterator<Item = f64> {
@@ -117,6 +117,8 @@ macro_rules! checks {
 checks!(portable, portable,);
 #[cfg(target_arch = "x86_64")]
 checks!(avx2, avx2, #[target_feature(enable = "avx2,fma")]);
+#[cfg(target_arch = "x86_64")]
+checks!(avx512, avx512, #[target_feature(enable = "avx2,fma,avx512f,avx512vl,avx512dq,avx512bw")]);
 
 #[test]
 fn portable_lanes() {
@@ -128,9 +130,7 @@ fn portable_lanes() {
 #[cfg(target_arch = "x86_64")]
 #[test]
 fn lanes_of_avx2() {
-    use crate::Instructions;
-
-    if Instructions::best() != Instructions::Avx2 {
+    if !crate::Instructions::Avx2.are_here() {
         eprintln!("skipped: the processor lacks AVX2");
         return;
     }
@@ -139,5 +139,20 @@ fn lanes_of_avx2() {
         avx2::elementary();
         avx2::whole_numbers();
         avx2::memory();
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[test]
+fn lanes_of_avx512() {
+    if !crate::Instructions::Avx512.are_here() {
+        eprintln!("skipped: the processor lacks AVX-512");
+        return;
+    }
+    // SAFETY: the processor has the instructions.
+    unsafe {
+        avx512::elementary();
+        avx512::whole_numbers();
+        avx512::memory();
     }
 }

@@ -1,6 +1,6 @@
 //! The kernels of the GPU backend on the processor's vector units: rows of pixels, a group of lanes at a time.
 
-use uw_lanes::{Group, Instructions, Kernel};
+use uw_lanes::{Group, Instructions, Kernel, LANES};
 
 use super::cpu::{RowBatch, Selection, Work};
 use crate::{
@@ -22,7 +22,7 @@ pub(super) struct Shared<'a> {
     switches: Vec<(&'static str, f64)>,
     slots: u32,
     kernels: Vec<Kernel>,
-    instructions: Instructions,
+    pub(super) instructions: Instructions,
     max_events: u32,
     levels: Vec<f64>,
 }
@@ -88,10 +88,9 @@ impl<'a> Worker<'a> {
         let width = self.shared.scene.camera.width;
         let lamps = self.shared.scene.lamps.len();
         let words = 3 * self.shared.tables.scene.film_layers as usize;
-        let lanes = self.shared.instructions.lanes();
         let mut first = 0;
         while first < width {
-            let count = lanes.min(width - first);
+            let count = LANES.min(width - first);
             self.run(at, at.row * width + first, count, count as usize * words);
             for (column, sums) in (first as usize..).zip(self.sums.chunks_exact(words)) {
                 let mean = BatchMean::of_sums(sums, at.samples, &self.shared.levels);
@@ -115,7 +114,7 @@ impl<'a> Worker<'a> {
             forced: 0,
             max_events: self.shared.max_events,
             slots: self.shared.slots,
-            lanes: self.shared.instructions.lanes(),
+            lanes: LANES,
             loop_probe: 0,
         };
         self.sums.clear();
@@ -200,8 +199,14 @@ mod tests {
     fn all_instructions_make_one_picture() {
         let scene = Scene::parse(SCENE, Path::new("."), "test").unwrap_or_else(|e| panic!("{e}"));
         let scene = Prepared::build(&scene);
-        let [ours, portable] =
-            [Instructions::best(), Instructions::Portable].map(|set| film(&scene, set));
+        let portable = film(&scene, Instructions::Portable);
+        let others = Instructions::ALL.into_iter().skip(1);
+        for set in others.filter(|set| set.are_here()) {
+            compare(&film(&scene, set), &portable);
+        }
+    }
+
+    fn compare(ours: &Film, portable: &Film) {
         for layer in [
             FilmLayer::Ambient,
             FilmLayer::Lamp(0),

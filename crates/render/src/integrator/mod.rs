@@ -104,7 +104,7 @@ pub struct RenderStats {
     pub seed: u64,
     /// "cpu", "cpu-simd" or "gpu".
     pub backend: &'static str,
-    /// Name of the graphics adapter; none on the CPU.
+    /// Name of the graphics adapter, or the instructions of the vector units; none for "cpu".
     pub adapter: Option<String>,
     /// Worker threads.
     pub threads: usize,
@@ -260,7 +260,7 @@ fn render_rows(
     let stats = RenderStats {
         seed: plan.seed,
         backend: if lanes.is_some() { "cpu-simd" } else { "cpu" },
-        adapter: None,
+        adapter: lanes.map(|shared| shared.instructions.to_string()),
         threads: pool.current_num_threads(),
         samples_per_pixel: film.samples(),
         paths: job.paths.into_inner(),
