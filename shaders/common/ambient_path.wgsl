@@ -2,6 +2,7 @@
 // Twins: crates/render/src/integrator/cpu/{ambient_path,ambient_flight,ambient_surface}.rs.
 // Checked by: tests/system/gpu.rs.
 import package::common::ambient_flight::{draw_flight, scatter_ambient};
+import package::common::ambient_held::numbers;
 import package::common::ambient_walk::{AmbientWalk, IN_AIR, LEADING, MET_SURFACE, SCATTERED_BEFORE, along, copies_made, copies_of, diffuse_irradiance, direction_numbers, has, has_reference, has_top, light_ahead, light_on_surface, pending, pop_walk, push_walk, relative_light, score, set_reference, sin2_half_to_sun, survival_of, turned_walk};
 import package::common::bvh::{SurfacePoint, closest, occluded, surface_point};
 import package::common::camera::{BOUNDARY, End, NOTHING, SCATTER, SURFACE, end_point, full_segment, no_point};
@@ -11,7 +12,7 @@ import package::common::layout::{HAS_AIR, HAS_GEOMETRY_IN_AIR, HAS_MEDIUM, HAS_S
 import package::common::math::cosine_hemisphere;
 import package::common::medium::{spectral_start, spectral_weight, transmittance};
 import package::common::phase::{phase_sample_x, phase_value};
-import package::common::rng::{leading, uniform_number, unit};
+import package::common::rng::{uniform_number, unit};
 import package::common::settings::{ambient_strategies, max_events};
 
 /// Share of directions drawn around the sun at a surface.
@@ -29,7 +30,7 @@ fn ambient_start(direction: vec3f) {
     copies_made = 0u;
     segments = 0u;
     let flags = LEADING | select(0u, IN_AIR, is_above(vec3f(0.0)));
-    let spectral = spectral_start(ambient_strategies(), leading(6u));
+    let spectral = spectral_start(ambient_strategies(), numbers.chooser);
     push_walk(AmbientWalk(vec3f(0.0), direction, direction - scene.sun_towards, NONE, flags, 0u, spectral));
 }
 
@@ -55,7 +56,10 @@ fn ambient_step() {
     var landing: AmbientLanding;
     if is_wet {
         end = full_segment(w.origin, w.direction, w.start_primitive);
-        let point = end_point(end, w.direction);
+        var point = no_point();
+        if end.kind == SURFACE {
+            point = end_point(end, w.direction);
+        }
         let light = water_segment(w, end, point);
         volume = light.volume;
         landing = to_surface(w, end, point, light.surface);
@@ -147,7 +151,7 @@ fn follow(walk: AmbientWalk, end: End, light: vec3f) {
     loop {
         var u: f32;
         if has(w, LEADING) {
-            u = leading(2u);
+            u = numbers.flight;
         } else {
             u = uniform_number();
         }

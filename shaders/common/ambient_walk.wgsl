@@ -1,6 +1,7 @@
 // Walks that look for daylight: their state, the stack of those that still have to go on, and how many go on.
 // Twins: crates/render/src/integrator/cpu/{ambient_path,ambient_window}.rs.
 // Checked by: crates/render/src/gpu/twins/daylight.rs (angles, light ahead), tests/system/gpu.rs.
+import package::common::ambient_held::numbers;
 import package::common::bvh::SurfacePoint;
 import package::common::camera::{End, SURFACE};
 import package::common::daylight::{field_irradiance, field_scattered};
@@ -9,7 +10,7 @@ import package::common::interface::depth_of;
 import package::common::layout::{HAS_DAYLIGHT_FIELD, HAS_MEDIUM, HAS_SUN, PI, counters, dispatch, scene, scratch};
 import package::common::math::{expm1, turn_change, turned};
 import package::common::medium::{Spectral, largest, spectral_weight, transmittance};
-import package::common::rng::{leading, leading_bits, next_bits, uniform_number, unit};
+import package::common::rng::{next_bits, uniform_number, unit};
 
 const LOWEST: f32 = 0.5;
 const HIGHEST: f32 = 2.0;
@@ -146,7 +147,7 @@ struct DirectionNumbers {
 
 fn direction_numbers(w: AmbientWalk) -> DirectionNumbers {
     if has(w, LEADING) {
-        return DirectionNumbers(leading_bits(3u), leading(4u));
+        return DirectionNumbers(numbers.bits, numbers.v);
     }
     let bits = next_bits();
     return DirectionNumbers(bits, uniform_number());

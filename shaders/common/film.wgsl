@@ -11,7 +11,8 @@ const BACKSCATTER: u32 = 2u;
 /// The lane at work, and the factor of everything that is added.
 var<private> lane: u32;
 var<private> share: f32;
-/// Sums of the lane in the layers that any source adds to; those of the sources' own are in `sums`.
+/// Sums of the lane in the layers that many paths add to; those of the lamps are in `sums`.
+var<private> ambient: vec3f;
 var<private> direct: vec3f;
 var<private> backscatter: vec3f;
 
@@ -22,6 +23,7 @@ fn sum_place(layer: u32) -> u32 {
 /// Takes the sums of `pixel` up where the last dispatch left them, so that numbers are added in one order however the samples
 /// are dealt out to dispatches.
 fn load_sums(pixel: u32) {
+    ambient = film_at(pixel, AMBIENT);
     direct = film_at(pixel, DIRECT);
     backscatter = film_at(pixel, BACKSCATTER);
     for (var layer = 0u; layer < film_layers(); layer++) {
@@ -46,8 +48,11 @@ fn add_light(layer: u32, level: f32, met_surface: bool, scattered: bool, radianc
         atomicAdd(&counters.not_finite, 1u);
         return;
     }
-    let place = sum_place(layer);
-    sums[place] += vec4f(light, 0.0);
+    if layer == AMBIENT {
+        ambient += light;
+    } else {
+        sums[sum_place(layer)] += vec4f(light, 0.0);
+    }
     direct += select(level * light, vec3f(0.0), scattered);
     backscatter += select(vec3f(0.0), level * light, scattered && !met_surface);
 }
@@ -56,7 +61,9 @@ fn add_light(layer: u32, level: f32, met_surface: bool, scattered: bool, radianc
 fn commit_sums(pixel: u32) {
     for (var layer = 0u; layer < film_layers(); layer++) {
         var sum = sums[sum_place(layer)].xyz;
-        if layer == DIRECT {
+        if layer == AMBIENT {
+            sum = ambient;
+        } else if layer == DIRECT {
             sum = direct;
         } else if layer == BACKSCATTER {
             sum = backscatter;

@@ -1,7 +1,7 @@
 // What a lane of a kernel makes: some samples of one pixel; and how it ends, so that no sample is lost unseen.
 // Twin: crates/render/src/gpu/render.rs (`run_block`, `completed`). Checked by: crates/render/src/gpu/faults.rs.
 import package::common::film::{commit_sums, lane, load_sums};
-import package::common::layout::{completed, counters, dispatch, scene};
+import package::common::layout::{MANY_PIXELS, completed, counters, dispatch, scene};
 import package::common::settings::{is_forced, loop_probe, start_settings};
 
 /// The samples `first..last` of the dispatch's batch at `pixel`.
@@ -13,9 +13,12 @@ struct LaneWork {
     last: u32,
 }
 
-/// Starts lane `id`, which has to be one of the dispatch's pixels.
+/// Starts a lane with pixel `id` of the dispatch's.
 fn lane_start(id: u32) -> LaneWork {
     lane = id;
+    if MANY_PIXELS {
+        lane = id % dispatch.lanes;
+    }
     start_settings(id);
     let pixel = dispatch.first_pixel + id;
     load_sums(pixel);

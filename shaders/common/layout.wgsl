@@ -27,6 +27,8 @@ override HAS_FALLOFFS: bool = true;
 /// A single lamp, a single parallelogram: loads with a known index are the cheaper ones.
 override ONE_LAMP: bool = false;
 override ONE_QUAD: bool = false;
+/// Whether a lane makes pixel after pixel, `dispatch.lanes` apart.
+override MANY_PIXELS: bool = false;
 /// Whether the small tables lie in a uniform buffer.
 override NEAR_IN_UNIFORM: bool = false;
 
@@ -107,6 +109,10 @@ struct Dispatch {
     slots: u32,
     lanes: u32,
     loop_probe: u32,
+    held: u32,
+    padding_1: u32,
+    padding_2: u32,
+    padding_3: u32,
 }
 
 /// Read field by field (common/tables), like Triangle.

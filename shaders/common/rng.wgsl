@@ -73,7 +73,12 @@ fn start_draws(pixel: u32, index: u32, stream: u32) {
     draws_pixel = pixel;
     scramble = scramble_of(stream);
     point_index = index;
-    // The key of the pseudorandom numbers: seed xor 0x5851f42d4c957f2d.
+    continue_draws(pixel, index, stream);
+}
+
+/// Starts the pseudorandom numbers alone.
+fn continue_draws(pixel: u32, index: u32, stream: u32) {
+    // Their key: seed xor 0x5851f42d4c957f2d.
     rng_state = rng_new(
         dispatch.seed_low ^ 0x4c957f2du,
         dispatch.seed_high ^ 0x5851f42du,

@@ -1,46 +1,112 @@
 // Sun, sky and emitting surfaces: one lane per pixel, some samples of a batch per dispatch.
 // Twin: crates/render/src/integrator/cpu/mod.rs (`Worker::sample`). Checked by: tests/system/gpu.rs.
+import package::common::ambient_held::{first_numbers, hold, take_up};
 import package::common::ambient_path::{ambient_start, ambient_step};
 import package::common::ambient_walk::pending;
 import package::common::camera::{camera_direction, place};
 import package::common::film::share;
 import package::common::lane::{LaneWork, lane_end, lane_start};
-import package::common::layout::dispatch;
-import package::common::rng::{leading, start_draws};
+import package::common::layout::{MANY_PIXELS, dispatch, scene};
+import package::common::rng::{continue_draws, leading, start_draws};
+
+/// Stream of the walks' numbers.
+const STREAM: u32 = 1u;
+
+/// The pixel at work, and how many the lane has made before it.
+var<private> work: LaneWork;
+var<private> pixels_made: u32;
+/// Segments of the lane's walks, for the statistics.
+var<private> segment_count: u32;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
     if id.x >= dispatch.pixel_count {
         return;
     }
-    let work = lane_start(id.x);
-    var paths = 0u;
-    var vertices = 0u;
-    pending = 0u;
-    // Lanes of a group go on together, each with its own sample.
+    work = lane_start(id.x);
+    pixels_made = 0u;
+    segment_count = 0u;
+    let each = work.last - work.first;
+    var all = each;
+    if MANY_PIXELS {
+        all *= 1u + (dispatch.pixel_count - 1u - id.x) / dispatch.lanes;
+    }
+    var done = 0u;
+    if all > 0u {
+        loop {
+            let count = min(all - done, dispatch.held);
+            hold_samples(id.x, each, done, count);
+            let made = trace_samples(id.x, each, done, count);
+            done += made;
+            if made < count || done >= all {
+                break;
+            }
+        }
+    }
+    lane_end(work, work.first + done - each * pixels_made, done, segment_count);
+}
+
+/// Of the lane that starts with pixel `id` of the dispatch's, `each` samples to a pixel: makes `count` samples from number
+/// `first` on ready for their walks.
+fn hold_samples(id: u32, each: u32, first: u32, count: u32) {
+    var i = 0u;
     loop {
-        if pending == 0u && work.first + paths < work.last {
-            start_sample(work, work.first + paths);
-            paths += 1u;
+        var sample = first + i;
+        var pixel = dispatch.first_pixel + id;
+        if MANY_PIXELS {
+            pixel += sample / each * dispatch.lanes;
+            sample %= each;
         }
-        if pending > 0u {
-            ambient_step();
-            vertices += 1u;
-        }
-        if pending == 0u && work.first + paths >= work.last {
+        let column = pixel % scene.width;
+        let row = pixel / scene.width;
+        start_draws(pixel, work.first + sample, 0u);
+        let placed = place(column, row, leading(0u), leading(1u));
+        start_draws(pixel, work.first + sample, STREAM);
+        hold(i, camera_direction(column, row, placed.offset), placed.factor, first_numbers());
+        i += 1u;
+        if i >= count {
             break;
         }
     }
-    lane_end(work, work.first + paths - select(0u, 1u, pending > 0u), paths, vertices);
+}
+
+/// The walks of the samples that are held; returns the number of samples that are done. Lanes of a group go on together,
+/// each with its own sample.
+fn trace_samples(id: u32, each: u32, first: u32, count: u32) -> u32 {
+    var begun = 0u;
+    pending = 0u;
+    loop {
+        if pending == 0u && begun < count {
+            var sample = first + begun;
+            if MANY_PIXELS {
+                if sample / each > pixels_made {
+                    lane_end(work, work.last, 0u, 0u);
+                    pixels_made += 1u;
+                    work = lane_start(id + pixels_made * dispatch.lanes);
+                }
+                sample %= each;
+            }
+            start_sample(work.first + sample, begun);
+            begun += 1u;
+        }
+        if pending > 0u {
+            ambient_step();
+            segment_count += 1u;
+        }
+        if pending == 0u && begun >= count {
+            break;
+        }
+    }
+    // What a driver has cut is not done.
+    return begun - select(0u, 1u, pending > 0u);
 }
 
 /// Starts the walks of a sample, unless nothing can be seen where it looks.
-fn start_sample(work: LaneWork, index: u32) {
-    start_draws(work.pixel, index, 0u);
-    let placed = place(work.column, work.row, leading(0u), leading(1u));
-    if placed.factor != 0.0 {
-        share = placed.factor;
-        start_draws(work.pixel, index, 1u);
-        ambient_start(camera_direction(work.column, work.row, placed.offset));
+fn start_sample(index: u32, held_at: u32) {
+    let held = take_up(held_at);
+    if held.w != 0.0 {
+        share = held.w;
+        continue_draws(work.pixel, index, STREAM);
+        ambient_start(held.xyz);
     }
 }

@@ -7,7 +7,7 @@ import package::common::lamp_join::vertex_count;
 import package::common::lamp_path::lamp_walk;
 import package::common::lamp_walk::{FREE, SCATTERED, THROUGH};
 import package::common::lane::{LaneWork, lane_end, lane_start};
-import package::common::layout::{HAS_SCATTERING, dispatch};
+import package::common::layout::{HAS_SCATTERING, MANY_PIXELS, dispatch};
 import package::common::rng::{leading, start_draws};
 import package::common::settings::max_events;
 
@@ -19,7 +19,19 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if id.x >= dispatch.pixel_count {
         return;
     }
-    let work = lane_start(id.x);
+    var pixel = id.x;
+    loop {
+        make_pixel(pixel);
+        pixel += dispatch.lanes;
+        if !MANY_PIXELS || pixel >= dispatch.pixel_count {
+            break;
+        }
+    }
+}
+
+/// The samples of pixel `id` of the dispatch's.
+fn make_pixel(id: u32) {
+    let work = lane_start(id);
     vertex_count = 0u;
     var walks = 0u;
     let clear = is_clear(camera_ray(camera_direction(work.column, work.row, vec2f(0.5))));

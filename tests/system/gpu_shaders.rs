@@ -1,12 +1,12 @@
 //! Shaders without a graphics adapter: every one is parsed and validated, every shared record compared field by field.
 
 use naga::{
-    Module, TypeInner,
+    Expression, Literal, Module, TypeInner,
     front::wgsl,
     valid::{Capabilities, ValidationFlags, Validator},
 };
 use uw_render::gpu::{
-    layout::record_layouts,
+    layout::{HELD_ROWS, record_layouts},
     shaders::{KERNELS, compose},
 };
 
@@ -58,6 +58,20 @@ fn the_viewers_shader_is_valid() {
 fn shared_records_have_one_layout() {
     let modules: Vec<Module> = KERNELS.iter().map(|name| module(name)).collect();
     assert_eq!(layout_faults(&modules), Vec::<String>::new());
+}
+
+/// Rows of scratch memory that the kernel takes for a sample, and the host makes room for.
+#[test]
+fn held_samples_have_room() {
+    let module = module("kernels/ambient");
+    let rows = module.constants.iter().find_map(|(_, constant)| {
+        let named = constant.name.as_deref() == Some("HELD_ROWS");
+        named.then(|| &module.global_expressions[constant.init])
+    });
+    assert!(
+        matches!(rows, Some(Expression::Literal(Literal::U32(HELD_ROWS)))),
+        "{rows:?}"
+    );
 }
 
 /// The comparison sees what it is for: two fields of one type exchanged, and one too many.

@@ -145,18 +145,19 @@ pub struct Group<'a> {
 }
 
 impl<'a> Group<'a> {
-    /// A group for the scene of `tables`, whose switches (override constants) are told by `is_on`. `slots` is the number
-    /// of places for the vertices of a lane's paths, `film_layers` that of the film's layers.
+    /// A group for the scene of `tables`, whose switches (override constants) are told by `is_on`. `scratch_rows` is the
+    /// number of rows of four words that a lane has for itself, `film_layers` that of the film's layers,
+    /// `pixels` the most pixels that it makes in a run.
     ///
     /// `instructions` that the processor lacks are taken for portable ones.
     pub fn new(
         kernel: Kernel,
         instructions: Instructions,
         tables: &Tables<'a>,
-        (slots, film_layers): (u32, u32),
+        (scratch_rows, film_layers, pixels): (u32, u32, u32),
         is_on: &dyn Fn(&str) -> bool,
     ) -> Self {
-        let memory = Memory::new(tables, LANES as usize, slots, film_layers);
+        let memory = Memory::new(tables, LANES as usize, scratch_rows, film_layers, pixels);
         let are_here = instructions.are_here();
         let state: Box<dyn State<'a> + 'a> = match (kernel, instructions) {
             #[cfg(target_arch = "x86_64")]
@@ -188,8 +189,8 @@ impl<'a> Group<'a> {
         }
     }
 
-    /// Makes the samples of `dispatch` (the words of its record) from `first_pixel` on, at most as many pixels as there
-    /// are lanes. Returns the film, per pixel its layers with the sums of three channels, and what the lanes counted.
+    /// Makes the samples of `dispatch` (the words of its record) from `first_pixel` on, at most as many pixels as
+    /// [`Group::new`] was told. Returns the film, per pixel its layers with the sums of three channels, and what the lanes counted.
     pub fn run(
         &mut self,
         first_pixel: u32,

@@ -3,7 +3,7 @@
 /// Words of the record of a scene and more: a constant length, so that no read of it is checked.
 const SCENE_WORDS: usize = 256;
 /// Words of the record of a dispatch.
-pub const DISPATCH_WORDS: usize = 12;
+pub const DISPATCH_WORDS: usize = 16;
 /// Counters of the kernels, in their order: unfinished, exhausted, cut paths, paths, vertices, not finite.
 pub const COUNTERS: usize = 6;
 
@@ -39,8 +39,15 @@ pub struct Memory<'a> {
 }
 
 impl<'a> Memory<'a> {
-    /// For `lanes` lanes with `slots` slots of three rows each and a film of `film_layers` layers.
-    pub(crate) fn new(tables: &Tables<'a>, lanes: usize, slots: u32, film_layers: u32) -> Self {
+    /// For `lanes` lanes with `scratch_rows` rows of four words each and a film of
+    /// `pixels` pixels in `film_layers` layers.
+    pub(crate) fn new(
+        tables: &Tables<'a>,
+        lanes: usize,
+        scratch_rows: u32,
+        film_layers: u32,
+        pixels: u32,
+    ) -> Self {
         let mut scene = Box::new([0; SCENE_WORDS]);
         scene[..tables.scene.len()].copy_from_slice(tables.scene);
         let layers = film_layers as usize;
@@ -51,10 +58,10 @@ impl<'a> Memory<'a> {
             near_rows: or_a_row(tables.near_rows),
             far_rows: or_a_row(tables.far_rows),
             texels: or_a_row(tables.texels),
-            scratch: vec![0; 12 * slots as usize * lanes],
+            scratch: vec![0; 4 * scratch_rows as usize * lanes],
             sums: vec![0; 4 * layers * lanes],
-            film: vec![0; 3 * layers * lanes],
-            completed: vec![0; lanes],
+            film: vec![0; 3 * layers * pixels as usize],
+            completed: vec![0; pixels as usize],
             first_of_film: 0,
             first_of_completed: 0,
         }

@@ -149,8 +149,8 @@ fn lost_samples_are_an_error() {
     for (from, to) in [
         // Lanes that end without a word.
         (
-            "let work = lane_start(id.x);",
-            "let work = lane_start(id.x); if id.x % 7u == 3u { return; }",
+            "work = lane_start(id.x);",
+            "work = lane_start(id.x); if id.x % 7u == 3u { return; }",
         ),
         // Counts that fall short, and that never get there.
         (
@@ -176,7 +176,7 @@ fn lost_samples_are_an_error() {
 #[test]
 fn lanes_that_were_cut_are_repeated() {
     let Some(gpu) = device() else { return };
-    let (from, to) = ("paths += 1u;", "paths += 1u; if paths > 1u { break; }");
+    let (from, to) = ("begun += 1u;", "begun += 1u; if begun > 1u { break; }");
     let whole = render_broken(&gpu, from, from).expect("nothing is broken");
     let (mean, stats) = render_broken(&gpu, from, to).expect("comes to its end");
     assert_eq!(stats.cut_paths, 0);

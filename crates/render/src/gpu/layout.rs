@@ -8,6 +8,8 @@ pub const NONE: u32 = u32::MAX;
 pub const INFINITE: f32 = 1e30;
 /// Stands for the logarithm of zero.
 pub const LN_ZERO: f32 = -1e30;
+/// Rows of four words of a sample that waits for its daylight walks; twin: `shaders/common/ambient_held.wgsl`.
+pub const HELD_ROWS: u32 = 3;
 
 macro_rules! records {
     ($($(#[$note:meta])* $name:ident { $($field:ident: $type:ty),+ $(,)? })+) => {
@@ -109,6 +111,10 @@ records! {
         slots: u32,
         lanes: u32,
         loop_probe: u32,
+        held: u32,
+        padding_1: u32,
+        padding_2: u32,
+        padding_3: u32,
     }
     /// A lamp at 100 %.
     Lamp {

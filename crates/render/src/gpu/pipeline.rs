@@ -2,7 +2,8 @@
 
 use super::{
     Gpu, GpuError,
-    layout::{Counters, Dispatch, Scene},
+    layout::{Counters, Dispatch, HELD_ROWS, Scene},
+    render::MOST_SAMPLES,
     upload::Tables,
 };
 use crate::prepare::Prepared;
@@ -13,8 +14,8 @@ const FIRST_WRITTEN: u32 = 6;
 const BINDINGS: u32 = 11;
 /// Rows of the uniform buffer; twin: `uniform_rows`.
 const UNIFORM_ROWS: usize = 4096;
-/// Bytes of a place of the scratch buffer: three vectors of four.
-const SLOT_BYTES: u64 = 48;
+/// Rows of four words of a place of the scratch buffer for vertices.
+const SLOT_ROWS: u32 = 3;
 /// Places that the stack of walks that look for daylight needs: 96 walks.
 const AMBIENT_SLOTS: u32 = 128;
 /// Most bytes of scratch memory.
@@ -31,8 +32,7 @@ pub(super) struct Loaded<'a> {
     pub(super) pixels: u32,
     /// Lanes that scratch memory has room for.
     pub(super) lanes: u32,
-    /// Vertices of a bridge or of a walk that scratch memory has room for.
-    pub(super) slots: u32,
+    pub(super) room: Room,
     /// Sums of the batch's samples.
     pub(super) film: wgpu::Buffer,
     /// Where probes take their inputs from.
@@ -55,8 +55,8 @@ impl<'a> Loaded<'a> {
     pub(super) fn new(gpu: &'a Gpu, scene: &Prepared, tables: &Tables) -> Result<Self, GpuError> {
         let record = &tables.scene;
         let pixels = record.width * record.height;
-        let slots = slots(scene, record);
-        let lane_bytes = u64::from(slots) * SLOT_BYTES;
+        let room = Room::of(scene, record, MOST_SAMPLES);
+        let lane_bytes = 16 * u64::from(room.rows());
         let budget = SCRATCH_BYTES.min(gpu.limits.max_storage_buffer_binding_size);
         let lanes = (budget / lane_bytes).min(MOST_LANES) / 64 * 64;
         let lanes = lanes.min(u64::from(pixels).next_multiple_of(64)) as u32;
@@ -95,7 +95,7 @@ impl<'a> Loaded<'a> {
             film_layers: record.film_layers,
             pixels,
             lanes,
-            slots,
+            room,
             counters_read: gpu.readable(size_of::<Counters>() as u64),
             film,
             #[cfg(test)]
@@ -187,14 +187,33 @@ impl<'a> Loaded<'a> {
     }
 }
 
-/// Places of a lane's scratch memory: for the vertices of a bridge and of the walk before it, or for a stack of walks.
-pub(crate) fn slots(scene: &Prepared, record: &Scene) -> u32 {
-    let least = if scene.needs.ambient() {
-        AMBIENT_SLOTS
-    } else {
-        3
-    };
-    (record.largest_order + 2).max(least)
+/// What a lane's scratch memory has room for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Room {
+    /// The vertices of a bridge and of the walk before it, or a stack of walks.
+    pub(crate) slots: u32,
+    /// Samples that wait for their daylight walks.
+    pub(crate) held: u32,
+}
+
+impl Room {
+    /// What `scene` needs, for `held` samples.
+    pub(crate) fn of(scene: &Prepared, record: &Scene, held: u32) -> Self {
+        let (least, held) = if scene.needs.ambient() {
+            (AMBIENT_SLOTS, held)
+        } else {
+            (3, 0)
+        };
+        Self {
+            slots: (record.largest_order + 2).max(least),
+            held,
+        }
+    }
+
+    /// Rows of four words.
+    pub(crate) fn rows(self) -> u32 {
+        SLOT_ROWS * self.slots + HELD_ROWS * self.held
+    }
 }
 
 /// Override constants: what the scene can reach.

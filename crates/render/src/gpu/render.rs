@@ -21,7 +21,7 @@ use crate::{
 };
 
 /// Most samples of a pixel in a dispatch.
-const MOST_SAMPLES: u32 = 16;
+pub(super) const MOST_SAMPLES: u32 = 16;
 /// Fewest samples of a dispatch: fewer leave most lanes idle, and a slow moment must not lead there.
 const LEAST_WORK: f64 = 1024.0;
 /// Work of the first dispatch, samples.
@@ -337,9 +337,13 @@ impl<'a> Job<'a> {
                 samples: samples as u32,
                 forced: u32::from(forced),
                 max_events: u32::try_from(self.selection.max_events).unwrap_or(u32::MAX),
-                slots: self.loaded.slots,
+                slots: self.loaded.room.slots,
                 lanes: self.loaded.lanes,
                 loop_probe: LOOP_PROBE,
+                held: self.loaded.room.held,
+                padding_1: 0,
+                padding_2: 0,
+                padding_3: 0,
             };
             let start = Instant::now();
             let counters = self.loaded.run(&self.kernels[kernel].pipeline, &dispatch)?;

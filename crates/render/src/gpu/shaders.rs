@@ -38,6 +38,7 @@ sources![
     "common/lamp_path",
     "common/direct_lamps",
     "common/daylight",
+    "common/ambient_held",
     "common/ambient_flight",
     "common/ambient_walk",
     "common/ambient_path",

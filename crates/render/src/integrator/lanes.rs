@@ -8,19 +8,23 @@ use crate::{
     gpu::{
         GpuError,
         layout::Dispatch,
-        pipeline::{constants, slots},
+        pipeline::{Room, constants},
         render::levels,
         upload::Tables,
     },
     prepare::Prepared,
 };
 
+/// Samples of a lane that wait for their walks. A lane makes several pixels in a run where a batch has fewer: the longer it
+/// goes on with walk after walk, the less the lanes of a group wait for each other at the end.
+const HELD: u32 = 128;
+
 /// What all workers of a render share.
 pub(super) struct Shared<'a> {
     scene: &'a Prepared,
     tables: Tables,
     switches: Vec<(&'static str, f64)>,
-    slots: u32,
+    room: Room,
     kernels: Vec<Kernel>,
     pub(super) instructions: Instructions,
     max_events: u32,
@@ -38,12 +42,14 @@ impl<'a> Shared<'a> {
         instructions: Instructions,
     ) -> Result<Self, GpuError> {
         let tables = Tables::build(scene, &selection.lamps)?;
+        let mut switches = constants(scene, &tables.scene, false);
+        switches.push(("MANY_PIXELS", 1.0));
         let lamps = (!selection.lamps.is_empty()).then_some(Kernel::Lamps);
         let ambient = selection.ambient.then_some(Kernel::Ambient);
         Ok(Self {
             scene,
-            switches: constants(scene, &tables.scene, false),
-            slots: slots(scene, &tables.scene),
+            switches,
+            room: Room::of(scene, &tables.scene, HELD),
             tables,
             kernels: lamps.into_iter().chain(ambient).collect(),
             instructions,
@@ -72,7 +78,8 @@ impl<'a> Worker<'a> {
             texels: bytemuck::cast_slice(&shared.tables.texels),
         };
         let is_on = |name: &str| shared.switches.iter().any(|s| s.0 == name && s.1 != 0.0);
-        let sizes = (shared.slots, shared.tables.scene.film_layers);
+        let layers = shared.tables.scene.film_layers;
+        let sizes = (shared.room.rows(), layers, LANES * HELD);
         let group = |&kernel| Group::new(kernel, shared.instructions, &tables, sizes, &is_on);
         Self {
             shared,
@@ -90,7 +97,7 @@ impl<'a> Worker<'a> {
         let words = 3 * self.shared.tables.scene.film_layers as usize;
         let mut first = 0;
         while first < width {
-            let count = LANES.min(width - first);
+            let count = (LANES * (HELD / at.samples).max(1)).min(width - first);
             self.run(at, at.row * width + first, count, count as usize * words);
             for (column, sums) in (first as usize..).zip(self.sums.chunks_exact(words)) {
                 let mean = BatchMean::of_sums(sums, at.samples, &self.shared.levels);
@@ -113,9 +120,13 @@ impl<'a> Worker<'a> {
             samples: at.samples,
             forced: 0,
             max_events: self.shared.max_events,
-            slots: self.shared.slots,
+            slots: self.shared.room.slots,
             lanes: LANES,
             loop_probe: 0,
+            held: self.shared.room.held,
+            padding_1: 0,
+            padding_2: 0,
+            padding_3: 0,
         };
         self.sums.clear();
         self.sums.resize(words, 0.0);

@@ -133,7 +133,7 @@ fn probe(
         batch: BATCH,
         pixel_count: inputs.len() as u32,
         max_events: function,
-        slots: loaded.slots,
+        slots: loaded.room.slots,
         lanes: loaded.lanes,
         ..bytemuck::Zeroable::zeroed()
     };
