@@ -1,4 +1,5 @@
-// Sun, sky and emitting surfaces: one lane per pixel, some samples of a batch per dispatch.
+// Sun, sky and emitting surfaces: one lane per pixel (or for pixel after pixel, MANY_PIXELS), some samples of a batch per
+// dispatch.
 // Twin: crates/render/src/integrator/cpu/mod.rs (`Worker::sample`). Checked by: tests/system/gpu.rs.
 import package::common::ambient_held::{first_numbers, hold, take_up};
 import package::common::ambient_path::{ambient_start, ambient_step};

@@ -11,6 +11,8 @@ pub use crate::x86::*;
 pub struct B(__mmask8);
 
 crate::elementary::elementary!(#[target_feature(enable = "avx2,fma,avx512f,avx512vl,avx512dq,avx512bw")]);
+// Guarding against stores with a mask, as on AVX2, gained nothing here.
+crate::elementary::keep_as_chosen!(#[target_feature(enable = "avx2,fma,avx512f,avx512vl,avx512dq,avx512bw")]);
 
 lane_functions! {
     #[target_feature(enable = "avx2,fma,avx512f,avx512vl,avx512dq,avx512bw")]
@@ -73,19 +75,6 @@ lane_functions! {
 
     fn any(a: B) -> bool {
         a.0 != 0
-    }
-
-    // Stores with a mask are as quick as others here.
-    fn fkeep(m: B, a: F, b: F) -> F {
-        fsel(m, a, b)
-    }
-
-    fn ukeep(m: B, a: U, b: U) -> U {
-        usel(m, a, b)
-    }
-
-    fn bkeep(m: B, a: B, b: B) -> B {
-        bsel(m, a, b)
     }
 
     fn lanes_of(m: B) -> u32 {

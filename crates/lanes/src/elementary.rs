@@ -176,4 +176,25 @@ macro_rules! elementary {
     };
 }
 
-pub(crate) use {elementary, lane_functions};
+/// What is stored is what was chosen, with an attribute.
+macro_rules! keep_as_chosen {
+    (#[$attribute:meta]) => {
+        $crate::elementary::lane_functions! {
+            #[$attribute]
+
+            fn fkeep(m: B, a: F, b: F) -> F {
+                fsel(m, a, b)
+            }
+
+            fn ukeep(m: B, a: U, b: U) -> U {
+                usel(m, a, b)
+            }
+
+            fn bkeep(m: B, a: B, b: B) -> B {
+                bsel(m, a, b)
+            }
+        }
+    };
+}
+
+pub(crate) use {elementary, keep_as_chosen, lane_functions};

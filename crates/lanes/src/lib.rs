@@ -46,11 +46,9 @@ impl Instructions {
 
     /// The best that this processor has.
     pub fn best() -> Self {
-        let known = Self::ALL.into_iter().rev();
-        known
-            .clone()
-            .find(|set| set.are_here())
-            .unwrap_or(Self::Portable)
+        let mut fastest_first = Self::ALL.into_iter().rev();
+        let best = fastest_first.find(|set| set.are_here());
+        best.unwrap_or(Self::Portable)
     }
 
     /// Whether this processor has them.

@@ -1,7 +1,8 @@
 //! Lanes in plain Rust, for every processor: what the functions of the shading language do in each of them.
 //!
 //! The letter before a name is the kind: f floats, i and u whole numbers with and without sign, b conditions. Functions of
-//! numbers are those of WGSL; `Xs` sets all lanes, `Xsel` takes `a` where `m` holds, `X2Y` converts, `XbitsY` keeps the
+//! numbers are those of WGSL; `Xs` sets all lanes, `Xsel` takes `a` where `m` holds, `Xkeep` the same
+//! for what is stored over `b`, `X2Y` converts, `XbitsY` keeps the
 //! bits. Reads beyond the end give the last word or row, writes beyond it are left out; memory is never empty.
 
 use crate::elementary::{lane_functions, lane_numbers_in};
@@ -25,6 +26,7 @@ fn zip<A: Copy, T: Copy, R>(a: [A; LANES], b: [T; LANES], f: impl Fn(A, T) -> R)
 }
 
 crate::elementary::elementary!(#[cfg(all())]);
+crate::elementary::keep_as_chosen!(#[cfg(all())]);
 
 lane_functions! {
     #[cfg(all())]
@@ -207,18 +209,6 @@ lane_functions! {
 
     fn bandnot(a: B, b: B) -> B {
         B(zip(a.0, b.0, |a, b| !a & b))
-    }
-
-    fn fkeep(m: B, a: F, b: F) -> F {
-        fsel(m, a, b)
-    }
-
-    fn ukeep(m: B, a: U, b: U) -> U {
-        usel(m, a, b)
-    }
-
-    fn bkeep(m: B, a: B, b: B) -> B {
-        bsel(m, a, b)
     }
 
     fn any(a: B) -> bool {
