@@ -111,6 +111,12 @@ fn trace(origin: vec3f, direction: vec3f, t_max: f32, start_primitive: u32, any:
     if !HAS_TRIANGLES || (any && best.primitive != NONE) {
         return best;
     }
+    return trace_triangles(origin, direction, t_min, start_primitive, any, best);
+}
+
+/// The same among triangles, closer than `before`. Twin: crates/lanes/src/tree.rs.
+fn trace_triangles(origin: vec3f, direction: vec3f, t_min: f32, start_primitive: u32, any: bool, before: Hit) -> Hit {
+    var best = before;
     let inverse = inverse_of(direction) * scene.grid_step;
     let start = (origin - scene.grid_lower) / scene.grid_step;
     var next = 0u;

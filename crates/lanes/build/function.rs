@@ -9,6 +9,13 @@ use naga::{
 
 use crate::types::{LaneType, Types};
 
+/// Functions that lanes have their own way for, and its text.
+pub const BY_HAND: [(&str, &str); 1] = [(
+    "trace_triangles",
+    "let (t, primitive, local) = nearest_triangles(&s.memory.tree, &mut s.memory.waiting, entry, (a0, a1), \
+     (a2, a3, a4), (a5.t, a5.primitive, a5.local)); RECORD { t, primitive, local } }",
+)];
+
 /// Where a statement stands: the name of its mask, whether that is the function's own, and the masks of lanes that left
 /// the innermost loop's body.
 #[derive(Clone)]
@@ -87,6 +94,11 @@ impl<'a> Writer<'a> {
             .map_or_else(|| "()".to_owned(), |ty| self.types.name(ty));
         self.put(attribute);
         self.put(&format!("fn shader_{name}({signature}) -> {returned} {{"));
+        if let Some((_, text)) = BY_HAND.iter().find(|by_hand| by_hand.0 == name) {
+            let record = result.map_or_else(String::new, |ty| self.types.record(&ty));
+            self.put(&text.replace("RECORD", &record));
+            return self.code;
+        }
         self.put("let mut mask = entry;");
         if let Some(ty) = &result {
             self.put(&format!("let mut result = {};", self.types.zero(ty)));

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use naga::{AddressSpace, Module, TypeInner, valid::ModuleInfo};
 
 use crate::{
-    function::Writer,
+    function::{BY_HAND, Writer},
     types::{LaneType, Types, list},
 };
 
@@ -22,6 +22,11 @@ pub fn write(module: &Module, info: &ModuleInfo, attribute: &str) -> String {
         if matches!(lanes.inner, TypeInner::Struct { .. }) && !IN_MEMORY.contains(&name) {
             record(&types, &lanes, attribute, &mut code);
         }
+    }
+    for (by_hand, _) in BY_HAND {
+        let is_it = |f: &naga::Function| f.name.as_deref() == Some(by_hand);
+        let is_there = module.functions.iter().any(|(_, f)| is_it(f));
+        assert!(is_there, "the kernels have no function {by_hand}");
     }
     switches(module, &mut code);
     state(&types, attribute, &mut code);

@@ -4,6 +4,7 @@
 use std::arch::{asm, x86_64::*};
 
 use crate::elementary::{lane_functions, lane_numbers_in};
+use crate::tree::*;
 pub use crate::x86::*;
 
 /// A condition of every lane: all bits of its word or none.
@@ -11,6 +12,7 @@ pub use crate::x86::*;
 pub struct B(__m256i);
 
 crate::elementary::elementary!(#[target_feature(enable = "avx2,fma")]);
+crate::tree::tree_functions!(#[target_feature(enable = "avx2,fma")]);
 
 lane_functions! {
     #[target_feature(enable = "avx2,fma")]

@@ -4,6 +4,7 @@
 use std::arch::x86_64::*;
 
 use crate::elementary::{lane_functions, lane_numbers_in};
+use crate::tree::*;
 pub use crate::x86::*;
 
 /// A condition of every lane, a bit each.
@@ -11,6 +12,7 @@ pub use crate::x86::*;
 pub struct B(__mmask8);
 
 crate::elementary::elementary!(#[target_feature(enable = "avx2,fma,avx512f,avx512vl,avx512dq,avx512bw")]);
+crate::tree::tree_functions!(#[target_feature(enable = "avx2,fma,avx512f,avx512vl,avx512dq,avx512bw")]);
 // Guarding against stores with a mask, as on AVX2, gained nothing here.
 crate::elementary::keep_as_chosen!(#[target_feature(enable = "avx2,fma,avx512f,avx512vl,avx512dq,avx512bw")]);
 

@@ -5,6 +5,7 @@
 
 mod elementary;
 mod memory;
+pub mod tree;
 
 use std::fmt;
 
@@ -212,3 +213,5 @@ impl<'a> Group<'a> {
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod tree_tests;

@@ -1,5 +1,7 @@
 //! What a group of lanes reads and writes.
 
+use crate::tree::{Tree, Waiting};
+
 /// Words of the record of a scene and more: a constant length, so that no read of it is checked.
 const SCENE_WORDS: usize = 256;
 /// Words of the record of a dispatch.
@@ -18,6 +20,8 @@ pub struct Tables<'a> {
     pub far_rows: &'a [u32],
     /// As above.
     pub texels: &'a [u32],
+    /// Its triangles.
+    pub tree: Tree<'a>,
 }
 
 /// Memory of a group of lanes: tables that it shares with others and buffers of its own.
@@ -29,6 +33,9 @@ pub struct Memory<'a> {
     pub(crate) near_rows: &'a [u32],
     pub(crate) far_rows: &'a [u32],
     pub(crate) texels: &'a [u32],
+    pub(crate) tree: Tree<'a>,
+    /// Room for a way through the tree.
+    pub(crate) waiting: Vec<Waiting>,
     pub(crate) scratch: Vec<u32>,
     pub(crate) sums: Vec<u32>,
     pub(crate) film: Vec<u32>,
@@ -58,6 +65,8 @@ impl<'a> Memory<'a> {
             near_rows: or_a_row(tables.near_rows),
             far_rows: or_a_row(tables.far_rows),
             texels: or_a_row(tables.texels),
+            tree: tables.tree,
+            waiting: Vec::new(),
             scratch: vec![0; 4 * scratch_rows as usize * lanes],
             sums: vec![0; 4 * layers * lanes],
             film: vec![0; 3 * layers * pixels as usize],

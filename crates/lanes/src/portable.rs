@@ -6,6 +6,7 @@
 //! bits. Reads beyond the end give the last word or row, writes beyond it are left out; memory is never empty.
 
 use crate::elementary::{lane_functions, lane_numbers_in};
+use crate::tree::*;
 
 /// Lanes of a group.
 pub const LANES: usize = 8;
@@ -26,6 +27,7 @@ fn zip<A: Copy, T: Copy, R>(a: [A; LANES], b: [T; LANES], f: impl Fn(A, T) -> R)
 }
 
 crate::elementary::elementary!(#[cfg(all())]);
+crate::tree::tree_functions!(#[cfg(all())]);
 crate::elementary::keep_as_chosen!(#[cfg(all())]);
 
 lane_functions! {

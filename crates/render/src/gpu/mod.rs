@@ -22,6 +22,7 @@ mod tree;
 #[cfg(test)]
 mod twins;
 pub(crate) mod upload;
+mod wide_tree;
 
 pub use choice::Backend;
 pub use device::{AdapterChoice, AdapterInfo, Gpu, adapters};

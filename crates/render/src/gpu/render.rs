@@ -12,7 +12,7 @@ use super::{
     layout::{Counters, Dispatch},
     pipeline::{Loaded, WORKGROUP},
     shaders::compose,
-    upload::Tables,
+    upload::{Tables, Tracer},
 };
 use crate::{
     film::{BatchMean, Film},
@@ -178,7 +178,7 @@ impl<'a> Job<'a> {
     ) -> Result<Self, GpuError> {
         let selection = select(scene, plan);
         gpu.check()?;
-        let tables = Tables::build(scene, &selection.lamps)?;
+        let tables = Tables::build(scene, &selection.lamps, Tracer::Kernels)?;
         let loaded = Loaded::new(gpu, scene, &tables)?;
         let mut kernels = Vec::new();
         if !selection.lamps.is_empty() {

@@ -14,7 +14,8 @@ use super::layout::Node;
 /// Padding of boxes, of the largest coordinate: more than the rounding of rays and boxes in f32.
 const PADDING: f32 = 2e-6;
 
-struct Padded(Aabb);
+/// The box of a triangle, m.
+pub(super) struct Padded(pub(super) Aabb);
 
 impl Boundable for Padded {
     fn aabb(&self) -> Aabb {
@@ -55,17 +56,14 @@ pub(super) struct Tree {
     pub(super) grid: Grid,
 }
 
-/// The tree over boxes of triangles given by their lower and upper corners.
-pub(super) fn build(boxes: &[([f32; 3], [f32; 3])]) -> Tree {
-    if boxes.is_empty() {
-        return Tree::default();
-    }
+/// The boxes of triangles given by their lower and upper corners.
+pub(super) fn padded(boxes: &[([f32; 3], [f32; 3])]) -> Vec<Padded> {
     let largest = boxes
         .iter()
         .flat_map(|(lower, upper)| lower.iter().chain(upper))
         .fold(0.0f32, |m, x| m.max(x.abs()));
     let padding = Vec3A::splat(PADDING * largest);
-    let padded: Vec<Padded> = boxes
+    boxes
         .iter()
         .map(|(lower, upper)| {
             Padded(Aabb::new(
@@ -73,13 +71,20 @@ pub(super) fn build(boxes: &[([f32; 3], [f32; 3])]) -> Tree {
                 Vec3A::from_array(*upper) + padding,
             ))
         })
-        .collect();
+        .collect()
+}
+
+/// The tree over boxes.
+pub(super) fn build(padded: &[Padded]) -> Tree {
+    if padded.is_empty() {
+        return Tree::default();
+    }
     let mut build_time = std::time::Duration::ZERO;
     let parameters = BvhBuildParams {
         collapse_traversal_cost: NODE_COST,
         ..BvhBuildParams::medium_build()
     };
-    let tree = build_bvh2(&padded, parameters, &mut build_time);
+    let tree = build_bvh2(padded, parameters, &mut build_time);
     let grid = Grid::over(&tree.nodes[0].aabb);
     Tree {
         nodes: flatten(&tree, &grid),
@@ -186,7 +191,7 @@ mod tests {
     fn nodes_hold_what_is_below_them() {
         for (count, seed) in [(1, 1), (2, 2), (40, 3), (3000, 4)] {
             let boxes = boxes(count, seed);
-            let tree = build(&boxes);
+            let tree = build(&padded(&boxes));
             let mut found = vec![0; count];
             for (place, node) in tree.nodes.iter().enumerate() {
                 let end = if node.link & LEAF == 0 {

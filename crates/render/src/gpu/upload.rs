@@ -7,6 +7,7 @@ use super::{
     layout::{LN_ZERO, Lamp, Material, NONE, Quad, Scene, Triangle},
     tables::Rows,
     tree::{self, MOST_TRIANGLES, Tree},
+    wide_tree,
 };
 use crate::{
     integrator::cpu::order::{MAX_ORDER, OrderLaw},
@@ -32,6 +33,17 @@ pub(crate) struct Tables {
     /// Nodes, triangles and the field of daylight.
     pub(crate) far_rows: Vec<[u32; 4]>,
     pub(crate) texels: Vec<[f32; 4]>,
+    /// The tree of lanes.
+    pub(crate) wide_nodes: Vec<uw_lanes::tree::Node>,
+}
+
+/// Whose way through the triangles is wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Tracer {
+    /// Compute kernels: nodes among the large tables.
+    Kernels,
+    /// Lanes of a processor: nodes of their own.
+    Lanes,
 }
 
 fn single(v: [f64; 3]) -> [f32; 3] {
@@ -43,11 +55,15 @@ fn logarithms(v: [f64; 3]) -> [f32; 3] {
 }
 
 impl Tables {
-    /// The tables of `scene` for the lamps in `active`.
+    /// The tables of `scene` for the lamps in `active` and for `tracer`.
     ///
     /// # Errors
     /// [`GpuError::Limit`] when the scene has more triangles than indices can name.
-    pub(crate) fn build(scene: &Prepared, active: &[usize]) -> Result<Self, GpuError> {
+    pub(crate) fn build(
+        scene: &Prepared,
+        active: &[usize],
+        tracer: Tracer,
+    ) -> Result<Self, GpuError> {
         let origin = scene.camera.position_m;
         let mut rows = Rows::default();
         let mut far = Rows::default();
@@ -69,10 +85,10 @@ impl Tables {
         }
         daylight(scene, origin, &mut record);
         let quads: Vec<Quad> = quads(scene, origin);
-        let (triangles, tree) = triangles(scene, origin)?;
+        let (triangles, tree, wide_nodes) = triangles(scene, origin, tracer)?;
         record.quad_count = quads.len() as u32;
         record.quad_rows = rows.records(&quads);
-        record.node_count = tree.nodes.len() as u32;
+        record.node_count = tree.nodes.len().max(wide_nodes.len()) as u32;
         record.grid_lower = tree.grid.lower;
         record.grid_step = tree.grid.step;
         far.records(&tree.nodes);
@@ -87,6 +103,7 @@ impl Tables {
             near_rows: rows.finish(),
             far_rows: far.finish(),
             texels,
+            wide_nodes,
         })
     }
 }
@@ -216,10 +233,15 @@ fn quads(scene: &Prepared, origin: DVec3) -> Vec<Quad> {
     quads.collect()
 }
 
-fn triangles(scene: &Prepared, origin: DVec3) -> Result<(Vec<Triangle>, Tree), GpuError> {
+/// Triangles in the order of their tree, and the tree: one of the two is empty.
+fn triangles(
+    scene: &Prepared,
+    origin: DVec3,
+    tracer: Tracer,
+) -> Result<(Vec<Triangle>, Tree, Vec<uw_lanes::tree::Node>), GpuError> {
     let geometry = &scene.geometry;
     let Some(tree) = &geometry.tree else {
-        return Ok((Vec::new(), Tree::default()));
+        return Ok((Vec::new(), Tree::default(), Vec::new()));
     };
     if tree.triangles().len() as u64 >= MOST_TRIANGLES {
         return Err(GpuError::Limit {
@@ -242,8 +264,17 @@ fn triangles(scene: &Prepared, origin: DVec3) -> Result<(Vec<Triangle>, Tree), G
             (a.min(b).min(c).to_array(), a.max(b).max(c).to_array())
         })
         .collect();
-    let linked = tree::build(&boxes);
-    let records = linked.order.iter().map(|&i| {
+    let boxes = tree::padded(&boxes);
+    let (linked, wide) = match tracer {
+        Tracer::Kernels => (tree::build(&boxes), Vec::new()),
+        Tracer::Lanes => (Tree::default(), wide_tree::nodes(tree.nodes(), &boxes)),
+    };
+    let native_order = 0..tree.triangles().len() as u32;
+    let order = match tracer {
+        Tracer::Kernels => linked.order.clone(),
+        Tracer::Lanes => native_order.collect(),
+    };
+    let records = order.iter().map(|&i| {
         let (t, shading) = (&tree.triangles()[i as usize], &geometry.shading[i as usize]);
         let normals = shading.normals.unwrap_or_default().map(|n| n.as_vec3());
         let uvs = shading.uvs.unwrap_or_default().map(|uv| uv.as_vec2());
@@ -266,7 +297,7 @@ fn triangles(scene: &Prepared, origin: DVec3) -> Result<(Vec<Triangle>, Tree), G
             padding: 0,
         }
     });
-    Ok((records.collect(), linked))
+    Ok((records.collect(), linked, wide))
 }
 
 fn materials(scene: &Prepared) -> Vec<Material> {

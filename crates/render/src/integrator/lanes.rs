@@ -1,6 +1,6 @@
 //! The kernels of the GPU backend on the processor's vector units: rows of pixels, a group of lanes at a time.
 
-use uw_lanes::{Group, Instructions, Kernel, LANES};
+use uw_lanes::{Group, Instructions, Kernel, LANES, tree::Tree};
 
 use super::cpu::{RowBatch, Selection, Work};
 use crate::{
@@ -10,7 +10,7 @@ use crate::{
         layout::Dispatch,
         pipeline::{Room, constants},
         render::levels,
-        upload::Tables,
+        upload::{Tables, Tracer},
     },
     prepare::Prepared,
 };
@@ -41,7 +41,7 @@ impl<'a> Shared<'a> {
         selection: &Selection,
         instructions: Instructions,
     ) -> Result<Self, GpuError> {
-        let tables = Tables::build(scene, &selection.lamps)?;
+        let tables = Tables::build(scene, &selection.lamps, Tracer::Lanes)?;
         let mut switches = constants(scene, &tables.scene, false);
         switches.push(("MANY_PIXELS", 1.0));
         let lamps = (!selection.lamps.is_empty()).then_some(Kernel::Lamps);
@@ -71,11 +71,16 @@ pub(super) struct Worker<'a> {
 
 impl<'a> Worker<'a> {
     pub(super) fn new(shared: &'a Shared<'a>) -> Self {
+        let far_words = shared.tables.far_rows.as_flattened();
         let tables = uw_lanes::Tables {
             scene: bytemuck::cast_slice(std::slice::from_ref(&shared.tables.scene)),
             near_rows: shared.tables.near_rows.as_flattened(),
-            far_rows: shared.tables.far_rows.as_flattened(),
+            far_rows: far_words,
             texels: bytemuck::cast_slice(&shared.tables.texels),
+            tree: Tree {
+                nodes: &shared.tables.wide_nodes,
+                triangles: &far_words[4 * shared.tables.scene.triangle_rows as usize..],
+            },
         };
         let is_on = |name: &str| shared.switches.iter().any(|s| s.0 == name && s.1 != 0.0);
         let layers = shared.tables.scene.film_layers;

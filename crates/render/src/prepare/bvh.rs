@@ -124,6 +124,11 @@ impl TriangleTree {
         &self.tree.primitive_indices
     }
 
+    /// The nodes, whose boxes are in units of their own.
+    pub(crate) fn nodes(&self) -> &CwBvh {
+        &self.tree
+    }
+
     /// Lower and upper corner of the bounding box, m.
     pub fn bounds(&self) -> (DVec3, DVec3) {
         (self.lower, self.upper)

@@ -1,6 +1,6 @@
 //! Stage 2: the scene as flat tables for the integrators.
 
-mod bvh;
+pub(crate) mod bvh;
 mod daylight;
 mod daylight_field;
 mod geometry;

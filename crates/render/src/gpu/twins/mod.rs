@@ -16,8 +16,11 @@ use std::{
 use glam::DVec3;
 
 use super::{
-    AdapterChoice, Gpu, GpuError, layout::Dispatch, pipeline::Loaded, skipped::skip_test,
-    upload::Tables,
+    AdapterChoice, Gpu, GpuError,
+    layout::Dispatch,
+    pipeline::Loaded,
+    skipped::skip_test,
+    upload::{Tables, Tracer},
 };
 use crate::{
     integrator::sampling::{Draws, Rng},
@@ -122,7 +125,7 @@ fn probe(
 ) -> Vec<[f32; 4]> {
     let _turn = TURN.lock().unwrap_or_else(|e| e.into_inner());
     let lamps: Vec<usize> = (0..scene.lamps.len()).collect();
-    let tables = Tables::build(scene, &lamps).expect("tables");
+    let tables = Tables::build(scene, &lamps, Tracer::Kernels).expect("tables");
     let loaded = Loaded::new(gpu, scene, &tables).expect("fits");
     let pipeline = loaded.pipeline(shader).expect("compiles");
     gpu.queue
