@@ -7,6 +7,8 @@ import package::common::tables::table_f32;
 
 const TAIL_SHARE: f32 = 0.02;
 const LN_POISSON_SHARE: f32 = -0.0202027073;
+/// ln of a share of the law that no draw tells from nothing.
+const LN_NEGLIGIBLE: f32 = -80.0;
 
 /// ln of ε (1 − γ) γ^k k!.
 fn order_ln_tail(k: u32) -> f32 {
@@ -15,18 +17,24 @@ fn order_ln_tail(k: u32) -> f32 {
 
 /// Poisson variate by inversion; more than the largest order is not told apart.
 fn poisson(u: f32, mean: f32) -> u32 {
-    // In logarithms, because the first terms can be below the range of a float.
+    // Terms that are nothing beside a number drawn: in logarithms, because they can be below the range of a float.
     var ln_term = -mean;
-    var sum = exp(max(ln_term, -87.0));
-    let ln_mean = log(max(mean, 1e-30));
     var k = 0u;
-    if u <= sum {
-        return 0u;
+    loop {
+        if ln_term > LN_NEGLIGIBLE || k > largest_order() {
+            break;
+        }
+        k += 1u;
+        ln_term += log(mean / f32(k));
+    }
+    var term = exp(max(ln_term, LN_NEGLIGIBLE));
+    var sum = term;
+    if u <= sum || k > largest_order() {
+        return k;
     }
     loop {
         k += 1u;
-        ln_term += ln_mean - log(f32(k));
-        let term = exp(max(ln_term, -87.0));
+        term *= mean / f32(k);
         sum += term;
         // What is left of the tail is below the rounding of the sum.
         if u <= sum || k > largest_order() || (f32(k) > mean && term < 1e-9) {

@@ -89,8 +89,11 @@ fn scene() -> Prepared {
 
 /// The scene with `more` in its file.
 fn scene_with(more: &str) -> Prepared {
-    let text = format!("{SCENE}{more}");
-    let scene = Scene::parse(&text, Path::new("."), "twins").unwrap_or_else(|e| panic!("{e}"));
+    parsed(&format!("{SCENE}{more}"))
+}
+
+fn parsed(text: &str) -> Prepared {
+    let scene = Scene::parse(text, Path::new("."), "twins").unwrap_or_else(|e| panic!("{e}"));
     Prepared::build(&scene)
 }
 
