@@ -1,7 +1,8 @@
 //! The compute kernels of `shaders/` on the processor's vector units: a group of pixels at once, a lane each.
 //!
 //! `build/` turns the kernels into Rust, once for every instruction set; what each of its lines does is in [`portable`]
-//! and, with the instructions of x86, in `avx2` and `avx512`. Nothing of light or water is written here.
+//! and, with the instructions of x86, in `avx2` and `avx512`. Nothing of light or water is written here; the way through
+//! triangles is, in [`tree`], because lanes go it better together.
 
 mod elementary;
 mod memory;

@@ -67,8 +67,8 @@ pub(crate) fn corner_and_edges(tree: &Tree<'_>, index: u32) -> [[f32; 3]; 3] {
     [0, 4, 8].map(|k| [words[k], words[k + 1], words[k + 2]].map(f32::from_bits))
 }
 
-/// The way through a tree, with an attribute. Twin: `trace_triangles` of `shaders/common/bvh.wgsl`, whose arithmetic the
-/// tests of boxes and triangles share.
+/// The way through a tree, with an attribute. Twin: `trace_triangles` of `shaders/common/bvh.wgsl`; triangles are tested
+/// with the same arithmetic.
 macro_rules! tree_functions {
     (#[$attribute:meta]) => {
         $crate::elementary::lane_functions! {

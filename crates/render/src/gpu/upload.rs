@@ -265,16 +265,18 @@ fn triangles(
         })
         .collect();
     let boxes = tree::padded(&boxes);
-    let (linked, wide) = match tracer {
-        Tracer::Kernels => (tree::build(&boxes), Vec::new()),
-        Tracer::Lanes => (Tree::default(), wide_tree::nodes(tree.nodes(), &boxes)),
+    let (order, linked, wide) = match tracer {
+        Tracer::Kernels => {
+            let mut linked = tree::build(&boxes);
+            (std::mem::take(&mut linked.order), linked, Vec::new())
+        }
+        Tracer::Lanes => {
+            let native_order = (0..tree.triangles().len() as u32).collect();
+            let wide = wide_tree::nodes(tree.nodes(), &boxes);
+            (native_order, Tree::default(), wide)
+        }
     };
-    let native_order = 0..tree.triangles().len() as u32;
-    let order = match tracer {
-        Tracer::Kernels => linked.order.clone(),
-        Tracer::Lanes => native_order.collect(),
-    };
-    let records = order.iter().map(|&i| {
+    let records = order.into_iter().map(|i| {
         let (t, shading) = (&tree.triangles()[i as usize], &geometry.shading[i as usize]);
         let normals = shading.normals.unwrap_or_default().map(|n| n.as_vec3());
         let uvs = shading.uvs.unwrap_or_default().map(|uv| uv.as_vec2());
