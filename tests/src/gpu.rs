@@ -1,4 +1,4 @@
-//! Where tests run the kernels: on the graphics adapter that they share, on the processor's vector units.
+//! Where tests render: on the processor, on its vector units, on the graphics adapter that they share.
 
 use std::sync::{LazyLock, atomic::AtomicBool};
 
@@ -20,16 +20,21 @@ pub fn device() -> Option<&'static Gpu> {
     SHARED.as_ref().inspect_err(|error| skip_test(error)).ok()
 }
 
-/// Where kernels run.
+/// Where a test renders.
 #[derive(Clone, Copy)]
 pub enum Place {
-    /// On a graphics adapter.
-    Adapter(&'static Gpu),
-    /// On the processor.
+    /// The native path tracer.
+    Native,
+    /// The kernels on the processor.
     VectorUnits,
+    /// The kernels on a graphics adapter.
+    Adapter(&'static Gpu),
 }
 
-/// The processor and, where there is one, the adapter; a test without one is counted as skipped, once.
+/// Both ways of the processor, of which `uw render` takes one where there is no hardware GPU.
+pub const PROCESSOR: [Place; 2] = [Place::Native, Place::VectorUnits];
+
+/// Where kernels run: the processor and, where there is one, the adapter; a test without one is counted as skipped, once.
 ///
 /// # Panics
 /// As in [`device`].
@@ -42,8 +47,9 @@ impl Place {
     /// For messages.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Adapter(_) => "adapter",
+            Self::Native => "native",
             Self::VectorUnits => "vector units",
+            Self::Adapter(_) => "adapter",
         }
     }
 
@@ -54,8 +60,9 @@ impl Place {
     pub fn render(self, scene: &Scene, plan: &Plan) -> (Film, RenderStats) {
         let (prepared, go_on) = (Prepared::build(scene), AtomicBool::new(false));
         match self {
-            Self::Adapter(gpu) => gpu::render(gpu, &prepared, plan, &go_on, &|_| {}),
+            Self::Native => integrator::render(&prepared, plan, &go_on, &|_| {}),
             Self::VectorUnits => integrator::render_lanes(&prepared, plan, &go_on, &|_| {}),
+            Self::Adapter(gpu) => gpu::render(gpu, &prepared, plan, &go_on, &|_| {}),
         }
         .unwrap_or_else(|e| panic!("{e}"))
     }

@@ -8,15 +8,11 @@ pub mod tails;
 pub mod tiles;
 pub mod validator;
 
-use std::{
-    path::{Path, PathBuf},
-    sync::atomic::AtomicBool,
-};
+use std::path::{Path, PathBuf};
 
 use uw_render::{
     film::{Film, FilmLayer},
-    integrator::{self, Plan, RenderStats},
-    prepare::Prepared,
+    integrator::{Plan, RenderStats},
     scene::Scene,
 };
 
@@ -48,14 +44,12 @@ pub fn plan(samples_per_pixel: u32, seed: u64) -> Plan {
     }
 }
 
-/// Renders `scene` to the end.
+/// Renders `scene` to the end by the native path tracer.
 ///
 /// # Panics
 /// When rendering fails.
 pub fn render(scene: &Scene, plan: &Plan) -> (Film, RenderStats) {
-    let prepared = Prepared::build(scene);
-    integrator::render(&prepared, plan, &AtomicBool::new(false), &|_| {})
-        .unwrap_or_else(|e| panic!("{e}"))
+    gpu::Place::Native.render(scene, plan)
 }
 
 /// Mean and standard error of the pixels of a one-row picture whose pixels all see the same.

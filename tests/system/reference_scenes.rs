@@ -3,7 +3,9 @@
 use uw_media::Iops;
 use uw_render::{film::FilmLayer, scene::Scene};
 use uw_tests::{
-    corpus_scene, plan, reference, render,
+    corpus_scene,
+    gpu::PROCESSOR,
+    plan, reference, render,
     tiles::{TILE, Tiles, spread},
 };
 
@@ -23,16 +25,24 @@ fn compare(
     let scene = corpus_scene(scene);
     let mut plan = plan(samples, 11);
     plan.max_bounces = max_bounces;
-    let (film, stats) = render(&scene, &plan);
-    let ours = Tiles::of(&film);
     let theirs = reference::tiles(reference_name).with_error(reference_error);
+    for place in PROCESSOR {
+        let (film, stats) = place.render(&scene, &plan);
+        println!(
+            "{reference_name}, {}: {:.2} CPU s, relative error {:?}",
+            place.name(),
+            stats.cpu_s,
+            stats.relative_error
+        );
+        let what = format!("{reference_name}, {}", place.name());
+        compare_tiles(&what, &Tiles::of(&film), &theirs, mean_tolerance);
+    }
+}
+
+fn compare_tiles(what: &str, ours: &Tiles, theirs: &Tiles, mean_tolerance: f64) {
     let ((mean, error), (expected, expected_error)) = (ours.picture_mean(), theirs.picture_mean());
-    println!(
-        "{reference_name}: {:.2} CPU s, relative error {:?}",
-        stats.cpu_s, stats.relative_error
-    );
     for k in 0..3 {
-        let (rms, largest) = spread(&ours.z_scores(&theirs, k));
+        let (rms, largest) = spread(&ours.z_scores(theirs, k));
         let deviation = mean[k] / expected[k] - 1.0;
         println!(
             "  channel {k}: mean {:+.5} ± {:.5}, z rms {rms:.3}, largest {largest:.2}",
@@ -42,15 +52,15 @@ fn compare(
         let mean_z = (mean[k] - expected[k]) / error[k].hypot(expected_error[k]);
         assert!(
             mean_z.abs() < 4.5,
-            "{reference_name} channel {k}: mean {mean_z} standard errors off"
+            "{what}, channel {k}: mean {mean_z} standard errors off"
         );
         assert!(
             deviation.abs() < mean_tolerance,
-            "{reference_name} channel {k}: mean off by {deviation}"
+            "{what}, channel {k}: mean off by {deviation}"
         );
         assert!(
             rms < 1.24 && rms > 0.5 && largest < 4.5,
-            "{reference_name} channel {k}: z rms {rms}, largest {largest}"
+            "{what}, channel {k}: z rms {rms}, largest {largest}"
         );
     }
 }

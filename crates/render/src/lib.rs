@@ -1,4 +1,5 @@
 //! Scene file -> scene -> prepared -> integrator -> film -> sensor -> image.
+pub mod backend;
 pub mod film;
 pub mod gpu;
 pub mod image;

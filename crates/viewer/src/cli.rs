@@ -8,7 +8,8 @@ use clap::{Parser, ValueEnum};
 use eframe::egui_wgpu::RenderState;
 use uw_calib::Profile;
 use uw_guidance::Model;
-use uw_render::gpu::{Backend, Gpu, GpuError};
+use uw_render::backend::{Backend, Device};
+use uw_render::gpu::{Gpu, GpuError};
 use uw_render::image::{Counts, Frame as Stored, write_frame};
 
 use crate::app::{Options, Tab, Viewer};
@@ -69,10 +70,12 @@ pub struct Args {
 /// Names of backends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum BackendName {
-    /// A hardware GPU, or else the processor.
+    /// A hardware GPU, or else the processor: cpu-simd where it has AVX2 or AVX-512.
     Auto,
-    /// The processor.
+    /// The processor, in double precision.
     Cpu,
+    /// The GPU's kernels on the processor's vector units: faster, in single precision.
+    CpuSimd,
     /// A graphics adapter, software ones included.
     Gpu,
 }
@@ -140,7 +143,7 @@ fn start(args: &Args) -> Result<(), Failure> {
                 keep(&for_app, Err(Failure::Input(error.to_string())));
                 return Err(error.into());
             }
-            let gpu = options.place.gpu.clone().filter(Gpu::is_shared);
+            let gpu = options.place.device.gpu().cloned().filter(Gpu::is_shared);
             let viewer = first_viewer(&creation.egui_ctx, &args, opened, options, advice)?;
             let screenshot = args.screenshot.map(|path| Screenshot {
                 path,
@@ -187,7 +190,7 @@ fn native_options(args: &Args) -> eframe::NativeOptions {
     eframe::NativeOptions {
         viewport,
         wgpu_options: window::configuration(
-            args.backend != BackendName::Cpu,
+            matches!(args.backend, BackendName::Auto | BackendName::Gpu),
             args.adapter.as_deref(),
         ),
         // It costs a software adapter time, and pictures have noise of their own.
@@ -254,9 +257,10 @@ fn place(args: &Args, window: Option<&RenderState>, options: &mut Options) -> Re
     let backend = match args.backend {
         BackendName::Auto => Backend::Auto,
         BackendName::Cpu => Backend::Cpu,
+        BackendName::CpuSimd => Backend::CpuSimd,
         BackendName::Gpu => Backend::Gpu,
     };
-    options.place.gpu = window::renderer(window, backend, args.adapter.as_deref())?;
+    options.place.device = window::renderer(window, backend, args.adapter.as_deref())?;
     options.canvas = window.cloned();
     Ok(())
 }
@@ -265,7 +269,7 @@ fn options(args: &Args) -> Options {
     let headless = args.screenshot.is_some();
     Options {
         place: Place {
-            gpu: None,
+            device: Device::default(),
             threads: args.threads.map(|n| n as usize),
         },
         seed: args.seed,

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use eframe::egui_wgpu::{RenderState, WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew};
 use eframe::wgpu;
-use uw_render::gpu::{Backend, Gpu, GpuError};
+use uw_render::backend::{Backend, Device};
+use uw_render::gpu::{Gpu, GpuError};
 
 /// The device that a window asks for. With `shareable` it has all that the renderer's kernels need, where the adapter
 /// can do that, and `adapter` is a part of the name of the one to prefer.
@@ -49,7 +50,7 @@ fn preferred(
 }
 
 /// Where pictures are rendered: on the window's device if it is the one that `backend` and `adapter` want and can run
-/// the kernels, else on a device of the renderer's own; `None` for the processor.
+/// the kernels, else on a device of the renderer's own or on the processor.
 ///
 /// # Errors
 /// The adapter that was asked for does not exist or cannot be used.
@@ -57,18 +58,17 @@ pub fn renderer(
     window: Option<&RenderState>,
     backend: Backend,
     adapter: Option<&str>,
-) -> Result<Option<Gpu>, GpuError> {
-    if backend == Backend::Cpu {
-        return Ok(None);
-    }
+) -> Result<Device, GpuError> {
+    let takes_adapters = matches!(backend, Backend::Auto | Backend::Gpu);
     let shared = window
+        .filter(|_| takes_adapters)
         .filter(|window| is_wanted(&window.adapter.get_info(), backend, adapter))
         .and_then(|window| {
             let (device, queue) = (window.device.clone(), window.queue.clone());
             Gpu::from_parts(&window.adapter, device, queue).ok()
         });
     match shared {
-        Some(gpu) => Ok(Some(gpu)),
+        Some(gpu) => Ok(gpu.into()),
         None => backend.open(adapter),
     }
 }

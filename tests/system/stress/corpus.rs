@@ -5,7 +5,7 @@ use uw_render::{
     film::FilmLayer,
     scene::{Texture, TextureFilter},
 };
-use uw_tests::{plan, render};
+use uw_tests::{gpu::PROCESSOR, plan, render};
 
 use super::extreme::{Extreme, Loss, Shape, Wall};
 use super::unsound;
@@ -37,8 +37,10 @@ fn ordinary() -> Extreme {
 }
 
 fn assert_sound(extreme: &Extreme) {
-    let (film, _) = render(&extreme.scene(), &plan(16, extreme.seed));
-    assert_eq!(unsound(&film), None, "{extreme:?}");
+    for place in PROCESSOR {
+        let (film, _) = place.render(&extreme.scene(), &plan(16, extreme.seed));
+        assert_eq!(unsound(&film), None, "{}, {extreme:?}", place.name());
+    }
 }
 
 #[test]

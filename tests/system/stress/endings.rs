@@ -9,7 +9,11 @@ use glam::DVec3;
 use uw_media::phase::Phase;
 use uw_render::{film::FilmLayer, scene::Scene};
 use uw_tests::single_ray::{add_plate, camera, empty, point_lamp, water};
-use uw_tests::{corpus_scene, plan, render};
+use uw_tests::{
+    corpus_scene,
+    gpu::{PROCESSOR, Place},
+    plan,
+};
 
 /// A closed white cube of lossless water. Light in it goes on for ever.
 fn white_box() -> Scene {
@@ -25,14 +29,21 @@ fn white_box() -> Scene {
 }
 
 /// Renders `scene` and fails if that does not end.
-fn assert_ends(scene: Scene) {
+fn assert_ends(scene: &Scene) {
+    for place in PROCESSOR {
+        assert_ends_on(place, scene.clone());
+    }
+}
+
+fn assert_ends_on(place: Place, scene: Scene) {
     // Nothing can stop a path that does not end: its thread is left behind.
-    let work = thread::spawn(move || render(&scene, &plan(4, 1)).1);
+    let work = thread::spawn(move || place.render(&scene, &plan(4, 1)).1);
     let start = Instant::now();
     while !work.is_finished() {
         assert!(
             start.elapsed() < Duration::from_secs(120),
-            "paths go on after two minutes"
+            "{}: paths go on after two minutes",
+            place.name()
         );
         thread::sleep(Duration::from_millis(10));
     }
@@ -45,24 +56,28 @@ fn assert_ends(scene: Scene) {
 fn lamp_light_between_white_walls_in_lossless_water_comes_to_an_end() {
     let mut scene = white_box();
     scene.lamps.push(point_lamp(DVec3::ZERO, 1.0));
-    assert_ends(scene);
+    assert_ends(&scene);
 }
 
 #[test]
 fn emitted_light_between_white_walls_in_lossless_water_comes_to_an_end() {
     let mut scene = white_box();
     scene.materials[0].emission = [1.0; 3];
-    assert_ends(scene);
+    assert_ends(&scene);
 }
 
 #[test]
 fn the_number_of_threads_changes_no_bit() {
-    for name in ["s3_sun", "s2_turbid"] {
+    let scenes = ["s3_sun", "s2_turbid"];
+    for (name, place) in scenes
+        .into_iter()
+        .flat_map(|s| PROCESSOR.map(|place| (s, place)))
+    {
         let scene = corpus_scene(name);
         let films = [1, 2, 3].map(|threads| {
             let mut plan = plan(4, 1);
             plan.threads = Some(threads);
-            render(&scene, &plan).0
+            place.render(&scene, &plan).0
         });
         for layer in [FilmLayer::Total, FilmLayer::Variance] {
             let bits = |i: usize| -> Vec<[u64; 3]> {
@@ -72,7 +87,8 @@ fn the_number_of_threads_changes_no_bit() {
             assert!(bits(0).iter().any(|p| *p != [0; 3]), "{name}: black");
             assert!(
                 bits(0) == bits(1) && bits(0) == bits(2),
-                "{name}, {layer:?}"
+                "{name}, {}, {layer:?}",
+                place.name()
             );
         }
     }

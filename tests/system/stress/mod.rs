@@ -7,7 +7,7 @@ mod extreme;
 
 use proptest::{prelude::*, test_runner::RngSeed};
 use uw_render::film::{Film, FilmLayer};
-use uw_tests::{plan, render};
+use uw_tests::{gpu::PROCESSOR, plan};
 
 use extreme::extremes;
 
@@ -34,7 +34,9 @@ proptest! {
 
     #[test]
     fn every_value_of_every_layer_is_finite_and_not_negative(extreme in extremes()) {
-        let (film, _) = render(&extreme.scene(), &plan(4, extreme.seed));
-        prop_assert_eq!(unsound(&film), None);
+        for place in PROCESSOR {
+            let (film, _) = place.render(&extreme.scene(), &plan(4, extreme.seed));
+            prop_assert_eq!(unsound(&film), None, "{}", place.name());
+        }
     }
 }

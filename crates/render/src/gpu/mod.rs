@@ -3,7 +3,6 @@
 //! Kernels run a batch in dispatches that are short enough for display drivers. A lane makes some samples of one pixel
 //! and moves their mean to the film; the host adds the batch to the same film as the CPU.
 
-mod choice;
 mod compiled;
 mod device;
 mod error;
@@ -24,7 +23,6 @@ mod twins;
 pub(crate) mod upload;
 mod wide_tree;
 
-pub use choice::Backend;
 pub use device::{AdapterChoice, AdapterInfo, Gpu, adapters};
 pub use error::GpuError;
 pub use held::{Look, Statistics};

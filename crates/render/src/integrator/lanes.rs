@@ -95,26 +95,49 @@ impl<'a> Worker<'a> {
         }
     }
 
-    /// Adds a batch of samples to `row`.
-    pub(super) fn add_row(&mut self, at: RowBatch, row: &mut Row) {
-        let width = self.shared.scene.camera.width;
-        let lamps = self.shared.scene.lamps.len();
+    /// Adds a batch of samples to `row`. `stop` is asked before every group of pixels; where it says so the row stays as
+    /// it was. Returns whether the batch was added.
+    pub(super) fn add_row(&mut self, at: RowBatch, row: &mut Row, stop: &dyn Fn() -> bool) -> bool {
         let words = 3 * self.shared.tables.scene.film_layers as usize;
-        let mut first = 0;
-        while first < width {
-            let count = (LANES * (HELD / at.samples).max(1)).min(width - first);
-            self.run(at, at.row * width + first, count, count as usize * words);
-            for (column, sums) in (first as usize..).zip(self.sums.chunks_exact(words)) {
+        let mut sums = std::mem::take(&mut self.sums);
+        sums.clear();
+        sums.resize(self.shared.scene.camera.width as usize * words, 0.0);
+        let complete = self.sum_row(at, &mut sums, words, stop);
+        if complete {
+            let lamps = self.shared.scene.lamps.len();
+            for (column, sums) in sums.chunks_exact(words).enumerate() {
                 let mean = BatchMean::of_sums(sums, at.samples, &self.shared.levels);
                 row.add(column, lamps, &mean, at.samples);
             }
-            first += count;
+            row.finish_batch(at.samples);
         }
-        row.finish_batch(at.samples);
+        self.sums = sums;
+        complete
     }
 
-    /// All samples of `count` pixels from `first_pixel` on; leaves the `words` sums of their layers.
-    fn run(&mut self, at: RowBatch, first_pixel: u32, count: u32, words: usize) {
+    /// Adds up the layers of a row, `words` sums a pixel; `false` when stopped.
+    fn sum_row(
+        &mut self,
+        at: RowBatch,
+        sums: &mut [f32],
+        words: usize,
+        stop: &dyn Fn() -> bool,
+    ) -> bool {
+        let pixels = LANES * (HELD / at.samples).max(1);
+        let mut first_pixel = at.row * self.shared.scene.camera.width;
+        for sums in sums.chunks_mut(pixels as usize * words) {
+            if stop() {
+                return false;
+            }
+            let count = (sums.len() / words) as u32;
+            self.run(at, first_pixel, count, sums);
+            first_pixel += count;
+        }
+        true
+    }
+
+    /// Adds all samples of `count` pixels from `first_pixel` on to the sums of their layers.
+    fn run(&mut self, at: RowBatch, first_pixel: u32, count: u32, sums: &mut [f32]) {
         let dispatch = Dispatch {
             seed_low: at.seed as u32,
             seed_high: (at.seed >> 32) as u32,
@@ -133,11 +156,9 @@ impl<'a> Worker<'a> {
             padding_2: 0,
             padding_3: 0,
         };
-        self.sums.clear();
-        self.sums.resize(words, 0.0);
         for group in &mut self.groups {
             let (film, counters) = group.run(first_pixel, bytemuck::cast(dispatch));
-            for (sum, value) in self.sums.iter_mut().zip(film) {
+            for (sum, value) in sums.iter_mut().zip(film) {
                 *sum += value;
             }
             let [_, _, cut, paths, vertices, not_finite] = counters.map(u64::from);
@@ -154,10 +175,9 @@ mod tests {
 
     use uw_lanes::Instructions;
 
-    use super::Shared;
     use crate::{
         film::{Film, FilmLayer},
-        integrator::{Plan, render_rows, select},
+        integrator::{Plan, method::Method, render_rows},
         prepare::Prepared,
         scene::Scene,
     };
@@ -202,10 +222,9 @@ mod tests {
             dark_lamps: false,
             share_walks: 1,
         };
-        let selection = select(scene, &plan);
-        let shared = Shared::new(scene, &selection, instructions).expect("few triangles");
+        let method = Method::lanes(scene, &plan, instructions).expect("few triangles");
         let go_on = AtomicBool::new(false);
-        let rendered = render_rows(scene, &plan, selection, Some(&shared), &go_on, &|_| {});
+        let rendered = render_rows(scene, &plan, &method, &go_on, &|_| {});
         rendered.unwrap_or_else(|e| panic!("{e}")).0
     }
 

@@ -3,6 +3,7 @@
 pub mod cpu;
 pub mod first_hit;
 mod lanes;
+mod method;
 pub mod sampling;
 pub mod stepper;
 
@@ -21,7 +22,8 @@ use crate::{
     gpu::GpuError,
     prepare::{Needs, Prepared},
 };
-use cpu::{RowBatch, Selection, Work, Worker};
+use cpu::{RowBatch, Selection};
+use method::{Method, RowWorker};
 
 /// Most samples of a pixel between two updates of the film.
 const LARGEST_BATCH: u32 = 16;
@@ -185,8 +187,7 @@ pub fn render(
     cancel: &AtomicBool,
     observe: &(dyn Fn(&Progress) + Sync),
 ) -> Result<(Film, RenderStats), RenderError> {
-    let selection = select(scene, plan);
-    render_rows(scene, plan, selection, None, cancel, observe)
+    render_rows(scene, plan, &Method::native(scene, plan), cancel, observe)
 }
 
 /// Whether this processor has vector units that [`render_lanes`] has instructions for; without them it is slower than
@@ -207,38 +208,28 @@ pub fn render_lanes(
     observe: &(dyn Fn(&Progress) + Sync),
 ) -> Result<(Film, RenderStats), RenderError> {
     let setup = Instant::now();
-    let selection = Selection {
-        share_walks: 1,
-        ..select(scene, plan)
-    };
-    let shared = lanes::Shared::new(scene, &selection, Instructions::best())?;
+    let method = Method::lanes(scene, plan, Instructions::best())?;
     let setup_s = setup.elapsed().as_secs_f64();
-    let (film, mut stats) = render_rows(scene, plan, selection, Some(&shared), cancel, observe)?;
+    let (film, mut stats) = render_rows(scene, plan, &method, cancel, observe)?;
     stats.setup_s = setup_s;
     Ok((film, stats))
 }
 
-/// Renders row by row, by the native path tracer or by `lanes`.
+/// Renders row by row.
 fn render_rows(
     scene: &Prepared,
     plan: &Plan,
-    selection: Selection,
-    lanes: Option<&lanes::Shared<'_>>,
+    method: &Method<'_>,
     cancel: &AtomicBool,
     observe: &(dyn Fn(&Progress) + Sync),
 ) -> Result<(Film, RenderStats), RenderError> {
     let pool = thread_pool(plan.threads)?;
-    let share_walks = if selection.shares(scene) {
-        selection.share_walks
-    } else {
-        1
-    };
     let start = Instant::now();
     let cpu_start = ProcessTime::now();
     let job = Job {
         scene,
         plan,
-        selection,
+        method,
         start,
         cancel,
         observe,
@@ -246,7 +237,6 @@ fn render_rows(
         paths: AtomicU64::new(0),
         vertices: AtomicU64::new(0),
         cut_paths: AtomicU64::new(0),
-        lanes,
     };
     let mut film = Film::new(scene.camera.width, scene.camera.height, scene.lamps.len());
     pool.install(|| job.run(&mut film));
@@ -259,8 +249,8 @@ fn render_rows(
     }
     let stats = RenderStats {
         seed: plan.seed,
-        backend: if lanes.is_some() { "cpu-simd" } else { "cpu" },
-        adapter: lanes.map(|shared| shared.instructions.to_string()),
+        backend: method.backend(),
+        adapter: method.adapter(),
         threads: pool.current_num_threads(),
         samples_per_pixel: film.samples(),
         paths: job.paths.into_inner(),
@@ -271,7 +261,7 @@ fn render_rows(
         cpu_s: cpu_start.elapsed().as_secs_f64(),
         relative_error: film.relative_error(),
         interrupted: cancel.load(Ordering::Relaxed),
-        share_walks,
+        share_walks: method.share_walks(),
         needs: scene.needs,
         skipped: scene.needs.skipped(),
     };
@@ -299,7 +289,7 @@ pub(crate) fn select(scene: &Prepared, plan: &Plan) -> Selection {
 struct Job<'a> {
     scene: &'a Prepared,
     plan: &'a Plan,
-    selection: Selection,
+    method: &'a Method<'a>,
     start: Instant,
     cancel: &'a AtomicBool,
     observe: &'a (dyn Fn(&Progress) + Sync),
@@ -307,33 +297,6 @@ struct Job<'a> {
     paths: AtomicU64,
     vertices: AtomicU64,
     cut_paths: AtomicU64,
-    /// Where the rows are rendered, if not by the native path tracer.
-    lanes: Option<&'a lanes::Shared<'a>>,
-}
-
-/// What renders rows on one thread.
-enum RowWorker<'a> {
-    Native(Box<Worker<'a>>),
-    Lanes(lanes::Worker<'a>),
-}
-
-impl RowWorker<'_> {
-    /// Work done so far, and the number of paths that were cut.
-    fn work(&self) -> (Work, u64) {
-        match self {
-            Self::Native(worker) => (worker.work, 0),
-            Self::Lanes(worker) => (worker.work, worker.cut_paths),
-        }
-    }
-
-    fn add_row(&mut self, at: RowBatch, row: &mut Row) {
-        match self {
-            Self::Native(worker) => {
-                worker.add_row(at, row, &|| false);
-            }
-            Self::Lanes(worker) => worker.add_row(at, row),
-        }
-    }
 }
 
 impl Job<'_> {
@@ -342,7 +305,7 @@ impl Job<'_> {
         let mut done = 0;
         while let Some(samples) = self.plan.next_batch(batch, done) {
             film.rows.par_iter_mut().enumerate().for_each_init(
-                || self.worker(),
+                || self.method.worker(),
                 |worker, (index, row)| {
                     // The first batch is finished whatever the time, so that there is a picture.
                     if self.cancelled() || (batch > 0 && self.out_of_time()) {
@@ -356,13 +319,6 @@ impl Job<'_> {
             if self.cancelled() || self.out_of_time() || self.plan.is_met_by(film) {
                 return;
             }
-        }
-    }
-
-    fn worker(&self) -> RowWorker<'_> {
-        match self.lanes {
-            Some(shared) => RowWorker::Lanes(lanes::Worker::new(shared)),
-            None => RowWorker::Native(Box::new(Worker::new(self.scene, &self.selection))),
         }
     }
 
@@ -381,7 +337,7 @@ impl Job<'_> {
             batch,
             samples,
         };
-        worker.add_row(at, row);
+        worker.add_row(at, row, &|| false);
         let (after, cut) = worker.work();
         self.paths
             .fetch_add(after.paths - before.paths, Ordering::Relaxed);

@@ -4,13 +4,16 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
+use uw_lanes::Instructions;
+
 use super::{
     Plan,
-    cpu::{RowBatch, Selection, Worker},
-    select,
+    cpu::RowBatch,
+    method::{Method, RowWorker},
 };
 use crate::{
     film::{Film, Row},
+    gpu::GpuError,
     prepare::Prepared,
 };
 
@@ -20,7 +23,7 @@ use crate::{
 /// the rows that lack the batch, so that no row gets ahead by more than one.
 pub struct Stepper<'a> {
     scene: &'a Prepared,
-    selection: Selection,
+    method: Method<'a>,
     seed: u64,
     batch: u32,
     batch_samples: u32,
@@ -28,11 +31,25 @@ pub struct Stepper<'a> {
 }
 
 impl<'a> Stepper<'a> {
-    /// A render of `scene` that has not begun. Of `plan` count the seed, the bounces and the dark lamps.
+    /// A render of `scene` by the native path tracer that has not begun. Of `plan` count the seed, the bounces, the dark
+    /// lamps and the shared walks.
     pub fn new(scene: &'a Prepared, plan: &Plan) -> Self {
+        Self::by(Method::native(scene, plan), scene, plan)
+    }
+
+    /// The same on the processor's vector units, as [`super::render_lanes`]; shares no walks.
+    ///
+    /// # Errors
+    /// [`GpuError::Limit`] when the scene has more triangles than the kernels can name.
+    pub fn on_lanes(scene: &'a Prepared, plan: &Plan) -> Result<Self, GpuError> {
+        let method = Method::lanes(scene, plan, Instructions::best())?;
+        Ok(Self::by(method, scene, plan))
+    }
+
+    fn by(method: Method<'a>, scene: &'a Prepared, plan: &Plan) -> Self {
         Self {
             scene,
-            selection: select(scene, plan),
+            method,
             seed: plan.seed,
             batch: 0,
             batch_samples: 0,
@@ -52,7 +69,7 @@ impl<'a> Stepper<'a> {
     }
 
     /// Adds a batch of `samples` samples per pixel to `film`, or what is missing of the batch begun in an earlier
-    /// step, whose size then holds. `stop` is asked before every pixel. Returns whether the batch is complete.
+    /// step, whose size then holds. `stop` is asked before every pixel, or group of pixels. Returns whether the batch is complete.
     pub fn step(
         &mut self,
         film: &mut Film,
@@ -64,7 +81,7 @@ impl<'a> Stepper<'a> {
         }
         let this = &*self;
         film.rows.par_iter_mut().enumerate().for_each_init(
-            || Worker::new(this.scene, &this.selection),
+            || this.method.worker(),
             |worker, (index, row)| {
                 if row.batches == this.batch && !stop() {
                     this.add_row(worker, index as u32, row, stop);
@@ -81,12 +98,12 @@ impl<'a> Stepper<'a> {
     /// Adds the batch to a row, or leaves it as it was where it is stopped.
     fn add_row(
         &self,
-        worker: &mut Worker,
+        worker: &mut RowWorker<'_>,
         index: u32,
         row: &mut Row,
         stop: &(dyn Fn() -> bool + Sync),
     ) {
-        let paths = worker.work.paths;
+        let (before, _) = worker.work();
         let at = RowBatch {
             seed: self.seed,
             row: index,
@@ -95,7 +112,7 @@ impl<'a> Stepper<'a> {
         };
         worker.add_row(at, row, stop);
         self.paths
-            .fetch_add(worker.work.paths - paths, Ordering::Relaxed);
+            .fetch_add(worker.work().0.paths - before.paths, Ordering::Relaxed);
     }
 }
 
@@ -105,7 +122,7 @@ mod tests {
 
     use super::*;
     use crate::film::FilmLayer;
-    use crate::integrator::render;
+    use crate::integrator::{Progress, RenderError, RenderStats, render, render_lanes};
     use crate::scene::Scene;
 
     const SCENE: &str = r#"
@@ -138,48 +155,67 @@ mod tests {
         }
     }
 
+    type Render = fn(
+        &Prepared,
+        &Plan,
+        &AtomicBool,
+        &(dyn Fn(&Progress) + Sync),
+    ) -> Result<(Film, RenderStats), RenderError>;
+    type New = for<'a> fn(&'a Prepared, &Plan) -> Stepper<'a>;
+
+    /// Steppers, the renders they are the steps of, and after how many questions a step is stopped, within a batch of rows.
+    const METHODS: [(New, Render, u64); 2] = [
+        (|scene, plan| Stepper::new(scene, plan), render, 30),
+        (
+            |scene, plan| Stepper::on_lanes(scene, plan).expect("few triangles"),
+            render_lanes,
+            5,
+        ),
+    ];
+
     #[test]
     fn two_steps_are_a_render_of_two_batches() {
         let scene = prepared();
-        let mut stepper = Stepper::new(&scene, &plan(8));
-        let mut film = stepper.film();
-        for _ in 0..2 {
-            assert!(stepper.step(&mut film, 4, &|| false));
+        for (new, render, _) in METHODS {
+            let mut stepper = new(&scene, &plan(8));
+            let mut film = stepper.film();
+            for _ in 0..2 {
+                assert!(stepper.step(&mut film, 4, &|| false));
+            }
+            let (whole, stats) =
+                render(&scene, &plan(8), &AtomicBool::new(false), &|_| {}).expect("rendered");
+            assert_eq!(film.layer(FilmLayer::Total), whole.layer(FilmLayer::Total));
+            assert_eq!(film.relative_error(), whole.relative_error());
+            assert_eq!((film.samples(), stepper.paths()), (8, stats.paths));
         }
-        let (whole, stats) =
-            render(&scene, &plan(8), &AtomicBool::new(false), &|_| {}).expect("rendered");
-        assert_eq!(film.layer(FilmLayer::Total), whole.layer(FilmLayer::Total));
-        assert_eq!(film.relative_error(), whole.relative_error());
-        assert_eq!((film.samples(), stepper.paths()), (8, stats.paths));
     }
 
     #[test]
     fn a_stopped_step_leaves_whole_rows_and_goes_on_where_it_was() {
         let scene = prepared();
-        let mut stepper = Stepper::new(&scene, &plan(8));
-        let mut film = stepper.film();
-        let pixels = AtomicU64::new(0);
-        let mut rounds = 0;
-        loop {
-            // Another size of the batch must not count for the rows that are left.
-            let samples = if rounds == 0 { 4 } else { 1 };
-            pixels.store(0, Ordering::Relaxed);
-            let stop = || pixels.fetch_add(1, Ordering::Relaxed) > 30;
-            if stepper.step(&mut film, samples, &stop) {
-                break;
+        for (new, _, allowed) in METHODS {
+            let mut stepper = new(&scene, &plan(8));
+            let mut film = stepper.film();
+            let asked = AtomicU64::new(0);
+            let mut rounds = 0;
+            loop {
+                // Another size of the batch must not count for the rows that are left.
+                let samples = if rounds == 0 { 4 } else { 1 };
+                asked.store(0, Ordering::Relaxed);
+                let stop = || asked.fetch_add(1, Ordering::Relaxed) > allowed;
+                if stepper.step(&mut film, samples, &stop) {
+                    break;
+                }
+                let is_whole = |row: &Row| row.samples == 4 * u64::from(row.batches);
+                assert!(film.rows.iter().all(is_whole));
+                rounds += 1;
+                assert!(rounds < 100, "no progress");
             }
-            assert!(
-                film.rows
-                    .iter()
-                    .all(|row| row.samples == 4 * u64::from(row.batches))
-            );
-            rounds += 1;
-            assert!(rounds < 100, "no progress");
+            assert!(rounds > 1, "nothing was stopped");
+            let mut other = new(&scene, &plan(8));
+            let mut whole = other.film();
+            other.step(&mut whole, 4, &|| false);
+            assert_eq!(film.layer(FilmLayer::Total), whole.layer(FilmLayer::Total));
         }
-        assert!(rounds > 1, "nothing was stopped");
-        let mut other = Stepper::new(&scene, &plan(8));
-        let mut whole = other.film();
-        other.step(&mut whole, 4, &|| false);
-        assert_eq!(film.layer(FilmLayer::Total), whole.layer(FilmLayer::Total));
     }
 }

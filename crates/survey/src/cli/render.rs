@@ -1,12 +1,12 @@
 //! `uw render`: scene file -> picture, with layers, statistics and a way to stop early.
 
+use std::fmt;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use clap::{Args, ValueEnum, value_parser};
+use uw_render::backend::{self, Device};
 use uw_render::film::Film;
-use uw_render::gpu::{self, Gpu};
 use uw_render::image::{ImageFormat, write_frame};
 use uw_render::integrator::{self, Plan, Progress, RenderError, RenderStats};
 use uw_render::layers::{RenderLayer, exr_image, picture};
@@ -67,9 +67,9 @@ pub(super) struct RenderArguments {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Backend {
-    /// A GPU where there is one, else the processor.
+    /// A GPU where there is one, else the processor: cpu-simd where it has AVX2 or AVX-512.
     Auto,
-    /// All cores of the processor.
+    /// All cores of the processor, in double precision.
     Cpu,
     /// The same with the GPU's kernels on its vector units: faster, in single precision.
     CpuSimd,
@@ -77,11 +77,12 @@ enum Backend {
     Gpu,
 }
 
-impl From<Backend> for gpu::Backend {
+impl From<Backend> for backend::Backend {
     fn from(backend: Backend) -> Self {
         match backend {
             Backend::Auto => Self::Auto,
-            Backend::Cpu | Backend::CpuSimd => Self::Cpu,
+            Backend::Cpu => Self::Cpu,
+            Backend::CpuSimd => Self::CpuSimd,
             Backend::Gpu => Self::Gpu,
         }
     }
@@ -99,20 +100,27 @@ impl RenderArguments {
     /// error object.
     pub(super) fn run(&self, json: bool) -> Result<(), CliError> {
         let format = self.check()?;
-        let device = gpu::Backend::from(self.place())
+        let warn = |text: fmt::Arguments<'_>| {
+            if !json {
+                note(format_args!("uw: warning: {text}"));
+            }
+        };
+        let device = backend::Backend::from(self.place())
             .open(self.adapter.as_deref())
             .map_err(CliError::input)?;
+        if self.backend == Backend::CpuSimd && !integrator::has_fast_lanes() {
+            warn(format_args!(
+                "this processor has no AVX2, so that --backend cpu-simd is slower than --backend cpu"
+            ));
+        }
         let cancel = interrupt::cancel_flag()?;
         let start = Instant::now();
         let scene = Scene::read(&self.scene).map_err(CliError::input)?;
         let lamp_names: Vec<String> = scene.lamps.iter().map(|lamp| lamp.name.clone()).collect();
         let layers = RenderLayer::by_names(&self.layers, &lamp_names)
             .map_err(|error| CliError::input(format!("--layers: {error}")))?;
-        if !json {
-            scene
-                .warnings
-                .iter()
-                .for_each(|warning| note(format_args!("uw: warning: {warning}")));
+        for warning in &scene.warnings {
+            warn(format_args!("{warning}"));
         }
         let prepared = Prepared::build(&scene);
         let setup_s = start.elapsed().as_secs_f64();
@@ -122,20 +130,24 @@ impl RenderArguments {
             plan.samples_per_pixel.is_some() || plan.time_limit.is_some(),
         );
         let observe = |progress: &Progress| show(&display, &plan, scene.camera.height, progress);
-        let rendered = self.render(device.as_ref(), &prepared, &plan, &cancel, &observe);
+        let render = |device: &Device| device.render(&prepared, &plan, &cancel, &observe);
+        let mut rendered = render(&device);
+        if let Some(reason) = self.needs_native(&rendered) {
+            warn(format_args!("{reason}; rendering with --backend cpu"));
+            rendered = render(&Device::Cpu);
+        }
         display.finish();
         let (film, mut stats) = rendered.map_err(no_picture)?;
         stats.setup_s += setup_s;
-        if stats.cut_paths > 0 && !json {
-            let cut = stats.cut_paths;
-            note(format_args!(
-                "uw: warning: {cut} of {} paths were cut by limits of the kernels, the picture is too dark",
-                stats.paths
+        if stats.cut_paths > 0 {
+            warn(format_args!(
+                "{} of {} paths were cut by limits of the kernels, the picture is too dark; --backend cpu has no such limits",
+                stats.cut_paths, stats.paths
             ));
         }
-        if stats.share_walks < self.share_walks && !json {
-            note(format_args!(
-                "uw: warning: --share-walks had no effect: it needs daylight, water that holds nothing but lamps, and a camera in it"
+        if stats.share_walks < self.share_walks {
+            warn(format_args!(
+                "--share-walks had no effect: it needs daylight, water that holds nothing but lamps, and a camera in it"
             ));
         }
         let result = Rendered {
@@ -147,38 +159,23 @@ impl RenderArguments {
         self.write(format, &layers, &result)
     }
 
-    /// Renders on `device`, or on the processor: without one, or when it fails and nothing demands it.
-    fn render(
-        &self,
-        device: Option<&Gpu>,
-        prepared: &Prepared,
-        plan: &Plan,
-        cancel: &AtomicBool,
-        observe: &(dyn Fn(&Progress) + Sync),
-    ) -> Result<(Film, RenderStats), RenderError> {
-        if self.backend == Backend::CpuSimd {
-            if !integrator::has_fast_lanes() {
-                note(format_args!(
-                    "uw: warning: this processor has no AVX2, so that --backend cpu-simd is slower than --backend cpu"
-                ));
-            }
-            return integrator::render_lanes(prepared, plan, cancel, observe);
+    /// Why the native path tracer has to render, where no backend is demanded: the kernels refuse the scene, or their
+    /// limits made the picture too dark and there is no time limit.
+    fn needs_native(&self, rendered: &Result<(Film, RenderStats), RenderError>) -> Option<String> {
+        if self.backend != Backend::Auto {
+            return None;
         }
-        let Some(device) = device else {
-            return integrator::render(prepared, plan, cancel, observe);
-        };
-        match gpu::render(device, prepared, plan, cancel, observe) {
-            Err(RenderError::Gpu(error)) if self.backend == Backend::Auto => {
-                note(format_args!(
-                    "uw: warning: {error}; going on with the processor"
-                ));
-                integrator::render(prepared, plan, cancel, observe)
+        match rendered {
+            Err(RenderError::Gpu(error)) => Some(error.to_string()),
+            Ok((_, stats)) if stats.cut_paths > 0 => {
+                let goes_on = !stats.interrupted && self.time_limit_s.is_none();
+                goes_on.then(|| "limits of the kernels cut paths".to_owned())
             }
-            result => result,
+            _ => None,
         }
     }
 
-    /// Where to render: sharing walks is a thing of the processor.
+    /// Where to render: sharing walks is a thing of the native path tracer.
     fn place(&self) -> Backend {
         match self.backend {
             Backend::Auto if self.share_walks > 1 => Backend::Cpu,

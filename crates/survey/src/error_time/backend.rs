@@ -4,6 +4,8 @@ use std::fmt;
 
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
+use uw_render::backend::{self, Device};
+use uw_render::gpu::GpuError;
 
 /// Where a render runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
@@ -29,6 +31,19 @@ impl Backend {
             Self::CpuShared => SHARED_BY,
             Self::Cpu | Self::CpuSimd | Self::Gpu => 1,
         }
+    }
+
+    /// The device.
+    ///
+    /// # Errors
+    /// There is no graphics adapter, or it cannot be used.
+    pub fn open(self) -> Result<Device, GpuError> {
+        let wanted = match self {
+            Self::Cpu | Self::CpuShared => backend::Backend::Cpu,
+            Self::CpuSimd => backend::Backend::CpuSimd,
+            Self::Gpu => backend::Backend::Gpu,
+        };
+        wanted.open(None)
     }
 }
 

@@ -5,8 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
 use uw_render::film::FilmLayer;
-use uw_render::gpu::{self, AdapterChoice, Gpu};
-use uw_render::integrator::{self, Plan, Progress, RenderError};
+use uw_render::integrator::{Plan, Progress, RenderError};
 
 use super::backend::Backend;
 use super::curve::Curve;
@@ -323,18 +322,8 @@ fn render(
             .map(|total| progress.rows_done as f64 / total as f64);
         show(share.unwrap_or(0.0));
     };
-    let (film, stats) = match wanted.backend {
-        Backend::Cpu | Backend::CpuShared => {
-            integrator::render(scene.prepared(), &plan, observer.cancel, &observe)?
-        }
-        Backend::CpuSimd => {
-            integrator::render_lanes(scene.prepared(), &plan, observer.cancel, &observe)?
-        }
-        Backend::Gpu => {
-            let device = Gpu::open(AdapterChoice::Best).map_err(RenderError::from)?;
-            gpu::render(&device, scene.prepared(), &plan, observer.cancel, &observe)?
-        }
-    };
+    let device = wanted.backend.open().map_err(RenderError::from)?;
+    let (film, stats) = device.render(scene.prepared(), &plan, observer.cancel, &observe)?;
     if stats.interrupted {
         return Err(ErrorTimeError::Stopped);
     }

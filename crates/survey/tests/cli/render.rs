@@ -1,7 +1,9 @@
 //! `uw render` and `uw sensor`.
 
 use serde_json::Value;
+use uw_render::gpu::adapters;
 use uw_render::image::{ExrImage, LayerData, read_frame};
+use uw_render::integrator::has_fast_lanes;
 
 use super::support::{Folder, SCENE};
 
@@ -143,7 +145,9 @@ fn the_sensor_alone_gives_the_picture_that_a_render_gives() {
 #[test]
 fn statistics_tell_what_was_done() {
     let folder = Folder::with_scene();
-    folder.good("render scene.toml -o out.exr --spp 8 --seed 7 --threads 2 --stats out.json");
+    folder.good(
+        "render scene.toml -o out.exr --backend cpu --spp 8 --seed 7 --threads 2 --stats out.json",
+    );
     let stats = stats(&folder, "out.json");
     assert_eq!(stats["seed"], 7);
     assert_eq!(stats["backend"], "cpu");
@@ -186,6 +190,22 @@ fn vector_units_render_on_request() {
     assert_eq!(stats[1]["backend"], "cpu-simd");
     assert_eq!(stats[1]["cut_paths"], 0);
     assert_eq!(stats[0]["paths"], stats[1]["paths"]);
+}
+
+/// A hardware GPU where there is one, else vector units where the processor has fast ones.
+#[test]
+fn without_a_wish_the_fastest_of_the_processor_renders() {
+    let folder = Folder::with_scene();
+    folder.good("render scene.toml -o out.exr --spp 8 --stats stats.json");
+    let stats = stats(&folder, "stats.json");
+    let expected = if adapters().iter().any(|adapter| adapter.is_hardware()) {
+        "gpu"
+    } else if has_fast_lanes() {
+        "cpu-simd"
+    } else {
+        "cpu"
+    };
+    assert_eq!(stats["backend"], expected);
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! How soon a change of settings shows: time to the first picture of each change while a slider is dragged, and the time
 //! between frames of the real window meanwhile, where there is a screen. `cargo bench -p uw-viewer`; with a word after
-//! `--`, only that: `pictures`, `window`, or `window-gpu` for a window that shares its adapter with the renderer.
+//! `--`, only that: `pictures` (`pictures-simd`: on the processor's vector units), `window` (`window-simd`), or `window-gpu`
+//! for a window that shares its adapter with the renderer.
 
 mod window;
 
@@ -9,7 +10,10 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use uw_render::{gpu::Backend, prepare::Prepared};
+use uw_render::{
+    backend::{Backend, Device},
+    prepare::Prepared,
+};
 use uw_viewer::model::{Coefficients, Display, OpenScene};
 use uw_viewer::worker::{Goal, Job, Place, View, Worker};
 
@@ -26,11 +30,16 @@ fn main() {
     let is_wanted = |name: &str| wanted.is_empty() || wanted.iter().any(|w| w == name);
     let scenes = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/scenes"));
     if is_wanted("pictures") {
-        pictures(scenes);
+        pictures(scenes, &Device::Cpu);
+    }
+    if is_wanted("pictures-simd") {
+        pictures(scenes, &Device::CpuSimd);
     }
     // One window per process: the second loop of events would be refused.
     let backend = if wanted.iter().any(|w| w == "window-gpu") {
         Some(Backend::Gpu)
+    } else if wanted.iter().any(|w| w == "window-simd") {
+        Some(Backend::CpuSimd)
     } else {
         is_wanted("window").then_some(Backend::Cpu)
     };
@@ -48,7 +57,7 @@ fn say(line: &str) {
     let _ = writeln!(std::io::stdout().lock(), "{line}");
 }
 
-fn pictures(scenes: &Path) {
+fn pictures(scenes: &Path, device: &Device) {
     say(
         "scene: time to the restart, then to the first picture, median and longest, ms; its size; preparation, ms; \
          time to full size, s",
@@ -60,12 +69,12 @@ fn pictures(scenes: &Path) {
         "hull_inspection",
         "seabed_survey",
     ] {
-        let line = measure(&scenes.join(format!("{name}.toml")));
+        let line = measure(&scenes.join(format!("{name}.toml")), device);
         say(&format!("{name}: {line}"));
     }
 }
 
-fn measure(path: &Path) -> String {
+fn measure(path: &Path, device: &Device) -> String {
     let (open, mut settings) = OpenScene::read(path).expect("shipped");
     settings.camera = settings.camera.resized(SIZE.0, SIZE.1);
     let view = View {
@@ -77,7 +86,11 @@ fn measure(path: &Path) -> String {
         samples_per_pixel: 1,
         target_error: None,
     };
-    let worker = Worker::start(Place::default(), view, goal, || {}).expect("a thread");
+    let place = Place {
+        device: device.clone(),
+        threads: None,
+    };
+    let worker = Worker::start(place, view, goal, || {}).expect("a thread");
     let (mut restarts, mut times) = (Vec::new(), Vec::new());
     let mut size = (0, 0);
     for i in 1..=CHANGES {

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use uw_render::gpu::Backend;
+use uw_render::backend::Backend;
 use uw_viewer::app::{Options, Viewer};
 use uw_viewer::model::{Coefficients, OpenScene};
 use uw_viewer::window;
@@ -62,7 +62,7 @@ pub fn drag(scene: &Path, backend: Backend) -> Result<String, String> {
     let seconds = asked.and_then(|s| s.parse().ok()).unwrap_or(SECONDS);
     let options = eframe::NativeOptions {
         viewport: egui::ViewportBuilder::default().with_inner_size([1280.0, 720.0]),
-        wgpu_options: window::configuration(backend != Backend::Cpu, None),
+        wgpu_options: window::configuration(backend == Backend::Gpu, None),
         dithering: false,
         ..Default::default()
     };
@@ -73,7 +73,7 @@ pub fn drag(scene: &Path, backend: Backend) -> Result<String, String> {
             let state = creation.wgpu_render_state.as_ref();
             let options = Options {
                 place: Place {
-                    gpu: window::renderer(state, backend, None)?,
+                    device: window::renderer(state, backend, None)?,
                     threads: None,
                 },
                 canvas: state.cloned(),

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use uw_render::{
+    backend::Device,
     film::Film,
     gpu::{self, Gpu, GpuError, Statistics},
     integrator::{Plan, stepper::Stepper},
@@ -38,20 +39,22 @@ impl<'a> Engine<'a> {
     /// A render of `scene` that has not begun.
     ///
     /// # Errors
-    /// The graphics adapter refuses the scene.
+    /// The kernels or the graphics adapter refuse the scene.
     pub fn new(
         scene: &'a Prepared,
         plan: &'a Plan,
         pool: &'a rayon::ThreadPool,
-        gpu: Option<&'a Gpu>,
+        device: &'a Device,
     ) -> Result<Self, GpuError> {
-        Ok(match gpu {
-            None => Self::Cpu {
-                pool,
-                stepper: Stepper::new(scene, plan),
-                film: Film::new(scene.camera.width, scene.camera.height, scene.lamps.len()),
-            },
-            Some(gpu) => Self::Gpu {
+        let on_processor = |stepper: Stepper<'a>| Self::Cpu {
+            pool,
+            film: stepper.film(),
+            stepper,
+        };
+        Ok(match device {
+            Device::Cpu => on_processor(Stepper::new(scene, plan)),
+            Device::CpuSimd => on_processor(Stepper::on_lanes(scene, plan)?),
+            Device::Gpu(gpu) => Self::Gpu {
                 gpu,
                 stepper: Box::new(gpu::Stepper::new(gpu, scene, plan)?),
                 statistics: Statistics::default(),

@@ -18,7 +18,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
-use uw_render::{gpu::Gpu, layers::RenderLayer, prepare::Geometry, scene::Camera};
+use uw_render::{backend::Device, layers::RenderLayer, prepare::Geometry, scene::Camera};
 
 use crate::model::{Display, SensorSettings, Settings, display::Shown};
 
@@ -160,8 +160,8 @@ pub enum News {
 /// Where pictures are rendered.
 #[derive(Clone, Debug, Default)]
 pub struct Place {
-    /// The graphics adapter; `None` for the processor. Pictures stay on one that is shared with the window.
-    pub gpu: Option<Gpu>,
+    /// What renders. Pictures stay on a graphics adapter that is shared with the window.
+    pub device: Device,
     /// Threads on the processor; `None` for one per core.
     pub threads: Option<usize>,
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use uw_render::{gpu::GpuError, integrator::Plan, prepare::Prepared};
+use uw_render::{backend::Device, gpu::GpuError, integrator::Plan, prepare::Prepared};
 
 use super::{
     Activity, Frame, Goal, Job, View,
@@ -57,9 +57,13 @@ impl Thread<'_> {
     /// date by then.
     pub(super) fn coarse(&mut self, stage: &Stage, is_first: bool) -> Result<End, GpuError> {
         let plan = plan(stage.job);
-        let gpu = self.gpu.clone();
+        let device = match &self.device {
+            // The tables of the kernels take as long as a small picture.
+            Device::CpuSimd => Device::Cpu,
+            device => device.clone(),
+        };
         let pool = Arc::clone(&self.pool);
-        let mut engine = Engine::new(stage.scene, &plan, &pool, gpu.as_ref())?;
+        let mut engine = Engine::new(stage.scene, &plan, &pool, &device)?;
         let generation = stage.job.generation;
         let grace = self.grace.now();
         let leave = || self.is_left(generation) && !(is_first && stage.start.elapsed() < grace);
@@ -85,9 +89,9 @@ impl Thread<'_> {
     /// all the while.
     pub(super) fn full(&mut self, stage: &mut Stage) -> Result<End, GpuError> {
         let plan = plan(stage.job);
-        let gpu = self.gpu.clone();
+        let device = self.device.clone();
         let pool = Arc::clone(&self.pool);
-        let mut engine = Engine::new(stage.scene, &plan, &pool, gpu.as_ref())?;
+        let mut engine = Engine::new(stage.scene, &plan, &pool, &device)?;
         let generation = stage.job.generation;
         let (mut batch, mut published) = (0, None);
         while !self.is_left(generation) {

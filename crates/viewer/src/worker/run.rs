@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering;
 use std::sync::mpsc::Sender;
 use std::time::{Duration, Instant};
 
-use uw_render::{gpu::Gpu, prepare::Prepared, scene::Scene};
+use uw_render::{backend::Device, prepare::Prepared, scene::Scene};
 
 use crate::background::step_back;
 
@@ -42,7 +42,7 @@ pub(super) fn work(shared: &Shared, news: &Sender<News>, place: Place) {
         shared,
         mouth,
         pool,
-        gpu: place.gpu,
+        device: place.device,
         rate: stages::FIRST_RATE,
         grace: Grace::default(),
         known_daylight: None,
@@ -60,7 +60,7 @@ pub(super) struct Thread<'a> {
     pub(super) shared: &'a Shared,
     pub(super) mouth: Mouth<'a>,
     pub(super) pool: Arc<rayon::ThreadPool>,
-    pub(super) gpu: Option<Gpu>,
+    pub(super) device: Device,
     /// Samples per second of the last stage.
     pub(super) rate: f64,
     /// How long a first picture may go on although newer settings have come.
@@ -136,7 +136,7 @@ impl Thread<'_> {
             match end {
                 Ok(End::Complete) if coarseness > 1 => {
                     // Each stage costs a graphics adapter the tables of the scene, and it is fast.
-                    coarseness = if self.gpu.is_some() {
+                    coarseness = if self.device.gpu().is_some() {
                         1
                     } else {
                         coarseness / 2
@@ -144,8 +144,11 @@ impl Thread<'_> {
                 }
                 Ok(_) => return,
                 Err(error) => {
-                    // The same stage again, on the processor.
-                    self.gpu = None;
+                    // The same stage again, on the processor; the native path tracer refuses nothing.
+                    self.device = match self.device {
+                        Device::Gpu(_) => Device::fastest_of_processor(),
+                        Device::Cpu | Device::CpuSimd => Device::Cpu,
+                    };
                     let message = error.to_string();
                     self.mouth.say(News::FellBack { message });
                 }
@@ -172,9 +175,11 @@ impl Thread<'_> {
     }
 
     fn backend(&self) -> Arc<str> {
-        match &self.gpu {
-            Some(gpu) => gpu.info().name.as_str().into(),
-            None => format!("CPU, {} threads", self.pool.current_num_threads()).into(),
+        let threads = self.pool.current_num_threads();
+        match &self.device {
+            Device::Gpu(gpu) => gpu.info().name.as_str().into(),
+            Device::CpuSimd => format!("CPU, vector units, {threads} threads").into(),
+            Device::Cpu => format!("CPU, {threads} threads").into(),
         }
     }
 }

@@ -4,7 +4,8 @@ use eframe::egui_wgpu::{RenderState, RendererOptions};
 use egui_kittest::wgpu::{WgpuTestRenderer, create_render_state};
 use egui_kittest::{Harness, kittest::Queryable};
 use uw_render::{
-    gpu::{AdapterChoice, Backend, Gpu},
+    backend::Backend,
+    gpu::{AdapterChoice, Gpu},
     layers::RenderLayer,
 };
 use uw_viewer::app::{Options, Viewer};
@@ -24,11 +25,18 @@ fn shareable() -> RenderState {
     create_render_state(setup, RendererOptions::PREDICTABLE)
 }
 
+/// The window's device, as the renderer's.
+fn shared_device(window: &RenderState) -> Gpu {
+    let device = window::renderer(Some(window), Backend::Gpu, None).expect("an adapter");
+    let gpu = device.gpu().filter(|gpu| gpu.is_shared());
+    gpu.expect("the window's device").clone()
+}
+
 /// A viewer that renders on `gpu` until every pixel has one sample. Small: a software adapter is slow.
 fn finished(gpu: Gpu, window: RenderState) -> Harness<'static, Viewer> {
     let options = Options {
         place: Place {
-            gpu: Some(gpu),
+            device: gpu.into(),
             threads: Some(1),
         },
         goal: Goal {
@@ -75,9 +83,7 @@ fn the_picture_that_stays_on_the_adapter_is_the_one_that_is_read_back() {
         return;
     }
     let state = shareable();
-    let gpu = window::renderer(Some(&state), Backend::Gpu, None).expect("an adapter");
-    let gpu = gpu.filter(Gpu::is_shared).expect("the window's device");
-    let mut shared = finished(gpu, state);
+    let mut shared = finished(shared_device(&state), state);
     let own = Gpu::open(AdapterChoice::Best).expect("an adapter");
     let mut read_back = finished(own, shareable());
     assert!(is_on_adapter(shared.state()) && !is_on_adapter(read_back.state()));
@@ -125,8 +131,7 @@ fn when_the_shared_device_is_lost_the_processor_goes_on() {
     }
     let state = shareable();
     let device = state.device.clone();
-    let gpu = window::renderer(Some(&state), Backend::Gpu, None).expect("an adapter");
-    let mut harness = finished(gpu.expect("the window's device"), state);
+    let mut harness = finished(shared_device(&state), state);
     device.destroy();
     harness.state_mut().settings.sky_radiance = [0.2; 3];
     until(&mut harness, "a picture of the processor", |v| {

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use uw_render::{
+    backend::Device,
     film::FilmLayer,
     image::{LayerData, read_frame},
     integrator::{Plan, stepper::Stepper},
@@ -11,7 +12,7 @@ use uw_render::{
     prepare::Prepared,
 };
 use uw_viewer::model::{Coefficients, ShownLayer};
-use uw_viewer::worker::{Activity, Export, Goal, News};
+use uw_viewer::worker::{Activity, Export, Goal, News, Place, Worker};
 
 use crate::support::{PATIENCE, frame, job, small, view, worker};
 
@@ -22,8 +23,19 @@ const SHORT: Goal = Goal {
 
 #[test]
 fn the_finished_picture_is_the_renderers() {
+    for device in [Device::Cpu, Device::CpuSimd] {
+        is_what_its_steps_make(device);
+    }
+}
+
+fn is_what_its_steps_make(device: Device) {
+    let is_native = matches!(device, Device::Cpu);
     let (open, settings) = small();
-    let worker = worker(&settings, SHORT);
+    let place = Place {
+        device,
+        threads: None,
+    };
+    let worker = Worker::start(place, view(&settings), SHORT, || {}).expect("a thread");
     worker.submit(job(1, &open, &settings));
     let done = frame(&worker, |f| f.activity == Activity::Done);
     // Batches of 1, 1, 1, 1 and 4 samples go beyond the 6 that were asked for.
@@ -43,7 +55,11 @@ fn the_finished_picture_is_the_renderers() {
         dark_lamps: true,
         share_walks: 1,
     };
-    let mut stepper = Stepper::new(&prepared, &plan);
+    let mut stepper = if is_native {
+        Stepper::new(&prepared, &plan)
+    } else {
+        Stepper::on_lanes(&prepared, &plan).expect("few triangles")
+    };
     let mut film = stepper.film();
     for samples in [1, 1, 1, 1, 4] {
         assert!(stepper.step(&mut film, samples, &|| false));

@@ -1,0 +1,98 @@
+//! How rows of pixels are rendered: by the native path tracer or by the kernels on vector units.
+
+use uw_lanes::Instructions;
+
+use super::{
+    Plan,
+    cpu::{self, RowBatch, Selection, Work},
+    lanes, select,
+};
+use crate::{film::Row, gpu::GpuError, prepare::Prepared};
+
+/// What all workers of a render share.
+pub(super) enum Method<'a> {
+    Native {
+        scene: &'a Prepared,
+        selection: Selection,
+    },
+    Lanes(Box<lanes::Shared<'a>>),
+}
+
+impl<'a> Method<'a> {
+    pub(super) fn native(scene: &'a Prepared, plan: &Plan) -> Self {
+        let selection = select(scene, plan);
+        Self::Native { scene, selection }
+    }
+
+    /// The kernels, made with `instructions`; they share no walks.
+    ///
+    /// # Errors
+    /// [`GpuError::Limit`] when the scene has more triangles than indices can name.
+    pub(super) fn lanes(
+        scene: &'a Prepared,
+        plan: &Plan,
+        instructions: Instructions,
+    ) -> Result<Self, GpuError> {
+        let shared = lanes::Shared::new(scene, &select(scene, plan), instructions)?;
+        Ok(Self::Lanes(Box::new(shared)))
+    }
+
+    /// "cpu" or "cpu-simd".
+    pub(super) fn backend(&self) -> &'static str {
+        match self {
+            Self::Native { .. } => "cpu",
+            Self::Lanes(_) => "cpu-simd",
+        }
+    }
+
+    /// The instructions of the vector units.
+    pub(super) fn adapter(&self) -> Option<String> {
+        match self {
+            Self::Native { .. } => None,
+            Self::Lanes(shared) => Some(shared.instructions.to_string()),
+        }
+    }
+
+    /// Most neighbouring pixels that share walks.
+    pub(super) fn share_walks(&self) -> u32 {
+        match self {
+            Self::Native { scene, selection } if selection.shares(scene) => selection.share_walks,
+            _ => 1,
+        }
+    }
+
+    /// What renders rows on one thread.
+    pub(super) fn worker(&self) -> RowWorker<'_> {
+        match self {
+            Self::Native { scene, selection } => {
+                RowWorker::Native(Box::new(cpu::Worker::new(scene, selection)))
+            }
+            Self::Lanes(shared) => RowWorker::Lanes(lanes::Worker::new(shared)),
+        }
+    }
+}
+
+/// What renders rows on one thread.
+pub(super) enum RowWorker<'a> {
+    Native(Box<cpu::Worker<'a>>),
+    Lanes(lanes::Worker<'a>),
+}
+
+impl RowWorker<'_> {
+    /// Work done so far, and the number of paths that were cut.
+    pub(super) fn work(&self) -> (Work, u64) {
+        match self {
+            Self::Native(worker) => (worker.work, 0),
+            Self::Lanes(worker) => (worker.work, worker.cut_paths),
+        }
+    }
+
+    /// Adds a batch of samples to `row`. `stop` is asked every now and then; where it says so the row stays as it was.
+    /// Returns whether the batch was added.
+    pub(super) fn add_row(&mut self, at: RowBatch, row: &mut Row, stop: &dyn Fn() -> bool) -> bool {
+        match self {
+            Self::Native(worker) => worker.add_row(at, row, stop),
+            Self::Lanes(worker) => worker.add_row(at, row, stop),
+        }
+    }
+}
