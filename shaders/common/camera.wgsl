@@ -11,6 +11,8 @@ import package::common::tables::table_f32;
 /// Share of image points drawn around lamps, and how far around, pixels.
 const SPOT_SHARE: f32 = 0.5;
 const SPOT_REACH_PX: f32 = 1.5;
+/// The even disc about a lamp, in octaves (of e) of the distances around it that it weighs as much as.
+const SPOT_DISC: f32 = 0.5;
 /// Optical depth (scattering) of the camera ray below which unscattered light is sampled apart.
 const SPLIT_BELOW: f32 = 0.7;
 const UNDISTORT_STEPS: u32 = 12u;
@@ -156,11 +158,22 @@ fn is_near(s: vec3f) -> bool {
 fn spot_density(s: vec3f, point: vec2f) -> f32 {
     let d = point - s.xy;
     let r2 = dot(d, d);
-    let least = SPOT_REACH_PX * exp(-s.z);
-    if r2 > SPOT_REACH_PX * SPOT_REACH_PX || r2 < least * least {
+    let least = spot_least(s);
+    if r2 > SPOT_REACH_PX * SPOT_REACH_PX {
         return 0.0;
     }
-    return 1.0 / (6.2831853 * s.z * r2);
+    return 1.0 / (6.2831853 * (s.z + SPOT_DISC) * max(r2, least * least));
+}
+
+/// Distance below which image points about a lamp are even.
+fn spot_least(s: vec3f) -> f32 {
+    return SPOT_REACH_PX * exp(-s.z);
+}
+
+fn spot_sample(s: vec3f, u: f32, v: f32) -> vec2f {
+    let x = u * (s.z + SPOT_DISC);
+    let r = select(spot_least(s) * sqrt(max(x - s.z, 0.0) / SPOT_DISC), SPOT_REACH_PX * exp(-x), x < s.z);
+    return s.xy + r * circle(v);
 }
 
 /// An image point of a pixel from two numbers in (0, 1).
@@ -180,7 +193,7 @@ fn place(column: u32, row: u32, u: f32, v: f32) -> Placed {
             let s = spot(i, column, row);
             if is_near(s) {
                 if rest == 0u {
-                    point = s.xy + SPOT_REACH_PX * exp(-fract(pick) * s.z) * circle(v);
+                    point = spot_sample(s, fract(pick), v);
                     break;
                 }
                 rest -= 1u;

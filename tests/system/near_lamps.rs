@@ -9,7 +9,8 @@ use uw_render::{
     scene::{Camera, Scene},
 };
 use uw_tests::{
-    measure, plan, render,
+    gpu::PROCESSOR,
+    measure, plan,
     single_ray::{add_plate, camera, empty, point_lamp, water},
     tails::largest_share_of,
 };
@@ -106,13 +107,22 @@ fn light_scattered_once_around_a_lamp_in_view_is_its_integral() {
     scene.camera.centre_px -= DVec2::new(f64::from(LAMP_PIXEL.0), f64::from(LAMP_PIXEL.1));
     let mut once = plan(1 << 20, 5);
     once.max_bounces = 1;
-    let (film, _) = render(&scene, &once);
-    let total = film.layer(FilmLayer::Total)[0];
-    let error = film.layer(FilmLayer::Variance)[0].map(f64::sqrt);
-    for k in 0..3 {
-        let z = (total[k] - expected[k]) / error[k];
-        println!("channel {k}: {} ± {}, {}", total[k], error[k], expected[k]);
-        assert!(error[k] < 0.002 * expected[k] && z.abs() < 4.0, "z {z}");
+    for place in PROCESSOR {
+        let (film, _) = place.render(&scene, &once);
+        let total = film.layer(FilmLayer::Total)[0];
+        let error = film.layer(FilmLayer::Variance)[0].map(f64::sqrt);
+        for k in 0..3 {
+            let z = (total[k] - expected[k]) / error[k];
+            println!(
+                "{}, channel {k}: {} ± {}, {}",
+                place.name(),
+                total[k],
+                error[k],
+                expected[k]
+            );
+            // Where image points closest to the lamp come from whole pixels only, the vector units have twice the error.
+            assert!(error[k] < 0.002 * expected[k] && z.abs() < 4.0, "z {z}");
+        }
     }
 }
 

@@ -20,9 +20,10 @@ const LEAST_ORDER_SHARE: f64 = 1e-9;
 const FEWEST_ORDERS: usize = 32;
 /// Layers of the film before those of the lamps.
 const FIXED_LAYERS: usize = 3;
-/// How far around a lamp image points are drawn, pixels, and the smallest distance that directions in f32 tell apart.
+/// How far around a lamp image points are drawn, pixels.
 const SPOT_REACH_PX: f64 = 1.5;
-const LEAST_SPOT_PX: f64 = 1e-3;
+/// Smallest angle about a lamp that directions in f32 tell apart, rad.
+const LEAST_SPOT_RAD: f64 = 1e-6;
 
 /// Everything that the kernels read of a scene.
 #[derive(Clone, Debug)]
@@ -321,11 +322,13 @@ fn spots(scene: &Prepared, active: &[usize]) -> Vec<(DVec2, f64)> {
         let camera = &scene.camera;
         let centre = camera.project(position)?;
         let distance = position.distance(camera.position_m);
-        let radius_px = lamp.radius / distance * camera.focal_px.max_element();
+        let focal_px = camera.focal_px.max_element();
+        let radius_px = lamp.radius / distance * focal_px;
         let size = DVec2::new(f64::from(camera.width), f64::from(camera.height));
         let seen = centre.cmpge(DVec2::splat(-SPOT_REACH_PX)).all()
             && centre.cmplt(size + SPOT_REACH_PX).all();
-        let octaves = (SPOT_REACH_PX / radius_px.max(LEAST_SPOT_PX)).ln();
+        let least_px = radius_px.max(LEAST_SPOT_RAD * focal_px).min(0.5);
+        let octaves = (SPOT_REACH_PX / least_px).ln();
         (seen && radius_px < 0.5).then_some((centre, octaves))
     };
     let mut spots = Vec::new();

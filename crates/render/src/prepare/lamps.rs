@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::{Boundary, Medium};
+use crate::integrator::sampling::circle;
 use crate::scene::{Falloff, Lamp};
 
 /// Entries of a falloff table, spaced evenly in the sine of half the angle from the axis.
@@ -83,7 +84,7 @@ impl PreparedLamp {
             return self.position;
         }
         let r = self.radius * u.sqrt();
-        let (sin, cos) = (2.0 * PI * v).sin_cos();
+        let (sin, cos) = circle(v);
         self.position + r * (cos * self.tangent.0 + sin * self.tangent.1)
     }
 

@@ -13,7 +13,10 @@ use super::{
     sun_line::absorbed,
 };
 use crate::{
-    integrator::sampling::directions::{sin2_half, turn},
+    integrator::sampling::{
+        circle,
+        directions::{sin2_half, turn},
+    },
     prepare::{Medium, Prepared, Primitive, Strategies},
 };
 
@@ -345,6 +348,6 @@ fn lowest_sky(scene: &Prepared) -> f64 {
 fn towards_sky(lowest: f64, u: f64, v: f64) -> DVec3 {
     let up = lowest + (1.0 - lowest) * u;
     let across = (1.0 - up * up).max(0.0).sqrt();
-    let (sin, cos) = (TAU * v).sin_cos();
+    let (sin, cos) = circle(v);
     DVec3::new(across * cos, across * sin, up)
 }

@@ -10,7 +10,7 @@ use uw_media::phase::PhaseTable;
 
 use super::order::MAX_ORDER;
 use crate::integrator::sampling::{
-    Draws,
+    Draws, circle,
     directions::{frame, turn},
 };
 
@@ -154,7 +154,7 @@ impl Bridge {
     ) {
         let (from_u, from_v) = frame(reach);
         let (to_u, to_v) = frame(axis);
-        let (sin, cos) = (std::f64::consts::TAU * draws.uniform()).sin_cos();
+        let (sin, cos) = circle(draws.uniform());
         let (roll_u, roll_v) = (cos * to_u + sin * to_v, cos * to_v - sin * to_u);
         let map = |d: DVec3| d.dot(reach) * axis + d.dot(from_u) * roll_u + d.dot(from_v) * roll_v;
         self.first = map(DVec3::Z);

@@ -2,18 +2,23 @@
 //!
 //! Towards a point lamp the radiance grows like a power of the angle between 1/θ and 1/θ², in peaked phase functions
 //! almost the latter: integrable over a pixel, its square is not. In the pixels around such a lamp half of the image
-//! points are drawn with a density of 1/r² about it, r evenly in its logarithm.
+//! points are drawn with a density of 1/r² about it, r evenly in its logarithm, down to a smallest distance, and evenly within.
 
 use std::f64::consts::TAU;
 
 use glam::DVec2;
 
-use crate::prepare::{Prepared, PreparedLamp};
+use crate::{
+    integrator::sampling::circle,
+    prepare::{Prepared, PreparedLamp},
+};
 
 /// Share of image points drawn around lamps.
 const SHARE: f64 = 0.5;
 /// Largest distance from the lamp, pixels: a pixel whose centre is closer has a part in its peak.
 const REACH_PX: f64 = 1.5;
+/// Weight of what is within the smallest distance, in units of ln r: the density has no step there.
+const DISC: f64 = 0.5;
 /// Smallest distance, pixels. Single directions cannot tell smaller ones apart.
 const LEAST_PX: f64 = 1e-9;
 
@@ -96,17 +101,26 @@ fn spot(scene: &Prepared, lamp: &PreparedLamp, position: glam::DVec3) -> Option<
 
 impl Spot {
     fn sample(&self, u: f64, v: f64) -> DVec2 {
-        let r = REACH_PX * (-u * self.octaves).exp();
-        self.centre_px + r * DVec2::from_angle(TAU * v)
+        let x = u * (self.octaves + DISC);
+        let r = if x < self.octaves {
+            REACH_PX * (-x).exp()
+        } else {
+            self.least_px() * ((x - self.octaves) / DISC).sqrt()
+        };
+        let (sin, cos) = circle(v);
+        self.centre_px + r * DVec2::new(cos, sin)
+    }
+
+    fn least_px(&self) -> f64 {
+        REACH_PX * (-self.octaves).exp()
     }
 
     /// Density per square pixel.
     fn density(&self, point: DVec2) -> f64 {
         let r2 = point.distance_squared(self.centre_px);
-        let least = REACH_PX * (-self.octaves).exp();
-        if r2 > REACH_PX * REACH_PX || r2 < least * least {
+        if r2 > REACH_PX * REACH_PX {
             return 0.0;
         }
-        1.0 / (TAU * self.octaves * r2)
+        1.0 / (TAU * (self.octaves + DISC) * r2.max(self.least_px().powi(2)))
     }
 }

@@ -1,8 +1,8 @@
 //! Turning and drawing directions without losing small angles.
 
-use std::f64::consts::TAU;
-
 use glam::DVec3;
+
+use super::circle;
 
 /// sin²(θ/2) of the angle between two unit directions, exact also for tiny angles.
 #[inline]
@@ -26,7 +26,7 @@ pub fn frame(axis: DVec3) -> (DVec3, DVec3) {
 #[inline]
 pub fn turn(direction: DVec3, x: f64, u: f64) -> DVec3 {
     let sine = 2.0 * (x * (1.0 - x)).max(0.0).sqrt();
-    let (sin_azimuth, cos_azimuth) = (TAU * u).sin_cos();
+    let (sin_azimuth, cos_azimuth) = circle(u);
     let (t, s) = frame(direction);
     // The change is added as a whole, so that tiny angles survive.
     let turned =
@@ -39,7 +39,7 @@ pub fn turn(direction: DVec3, x: f64, u: f64) -> DVec3 {
 #[inline]
 pub fn cosine_hemisphere(normal: DVec3, u: f64, v: f64) -> DVec3 {
     let r = u.sqrt();
-    let (sin, cos) = (TAU * v).sin_cos();
+    let (sin, cos) = circle(v);
     let (t, s) = frame(normal);
     (r * cos * t + r * sin * s + (1.0 - u).sqrt() * normal).normalize()
 }
