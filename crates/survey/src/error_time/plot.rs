@@ -26,6 +26,8 @@ const COLOURS: [RGBColor; 8] = [
     RGBColor(200, 90, 170),
     RGBColor(20, 150, 160),
 ];
+/// Widths of lines and radii of marks, px, of a scene's backends in their order; the last for all others.
+const WEIGHTS: [(u32, i32); 3] = [(3, 5), (1, 4), (1, 2)];
 const GREY: RGBColor = RGBColor(110, 110, 110);
 
 /// Marks of other renderers, one after the other.
@@ -139,6 +141,13 @@ fn colour(curves: &[Curve], scene: &str) -> RGBColor {
     index.map_or(GREY, |index| COLOURS[index % COLOURS.len()])
 }
 
+/// Line width and mark radius of `curve`, which tell the backends of one scene apart.
+fn weight(curves: &[Curve], curve: &Curve) -> (u32, i32) {
+    let of_scene = curves.iter().filter(|c| c.scene == curve.scene);
+    let before = of_scene.take_while(|c| c.backend != curve.backend).count();
+    WEIGHTS[before.min(WEIGHTS.len() - 1)]
+}
+
 /// What of a curve a logarithmic plot can show.
 fn points(curve: &Curve) -> Vec<(f64, f64)> {
     curve
@@ -204,12 +213,13 @@ fn draw_chart<B: DrawingBackend>(
     }
     for curve in curves {
         let colour = colour(curves, &curve.scene);
+        let (width, radius) = weight(curves, curve);
         let points = points(curve);
-        let line = LineSeries::new(points.clone(), colour.stroke_width(2));
+        let line = LineSeries::new(points.clone(), colour.stroke_width(width));
         chart.draw_series(line).map_err(text)?;
         let marks = points
             .into_iter()
-            .map(|p| Circle::new(p, 4, colour.filled()));
+            .map(|p| Circle::new(p, radius, colour.filled()));
         chart.draw_series(marks).map_err(text)?;
     }
     for other in others {
@@ -242,9 +252,10 @@ fn draw_legend<B: DrawingBackend>(
     let mut y = 70;
     for curve in curves {
         let colour = colour(curves, &curve.scene);
-        let line = PathElement::new([(5, y), (31, y)], colour.stroke_width(2));
+        let (width, radius) = weight(curves, curve);
+        let line = PathElement::new([(5, y), (31, y)], colour.stroke_width(width));
         area.draw(&line).map_err(text)?;
-        area.draw(&Circle::new((18, y), 4, colour.filled()))
+        area.draw(&Circle::new((18, y), radius, colour.filled()))
             .map_err(text)?;
         write(&format!("{} ({})", curve.scene, curve.backend), y)?;
         y += LINE;
