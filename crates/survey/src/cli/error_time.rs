@@ -40,14 +40,9 @@ pub(super) struct ErrorTimeArguments {
     /// Samples per pixel of the rungs (default 4,16,64,256); with --make-references a single number.
     #[arg(long, value_delimiter = ',', value_name = "N,..", value_parser = value_parser!(u32).range(2..=1 << 30))]
     spp: Vec<u32>,
-    /// Where to render.
-    #[arg(
-        long,
-        value_delimiter = ',',
-        default_value = "cpu",
-        conflicts_with = "make_references"
-    )]
-    backends: Vec<Backend>,
+    /// Where to render. Default: cpu, and cpu-simd where the processor has AVX2 or AVX-512.
+    #[arg(long, value_delimiter = ',', conflicts_with = "make_references")]
+    backends: Option<Vec<Backend>>,
     /// Leave out the rungs of a scene above the first whose relative mean squared error is at most this.
     #[arg(long, value_name = "RELMSE", conflicts_with = "make_references", value_parser = positive)]
     until: Option<f64>,
@@ -120,7 +115,7 @@ impl ErrorTimeArguments {
             scenes: self.scenes.clone(),
             size: self.size(),
             output,
-            backends: self.backends.clone(),
+            backends: self.backends.clone().unwrap_or_else(Backend::of_processor),
             samples_per_pixel: if self.spp.is_empty() {
                 vec![4, 16, 64, 256]
             } else {

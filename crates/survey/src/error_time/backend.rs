@@ -6,6 +6,7 @@ use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 use uw_render::backend::{self, Device};
 use uw_render::gpu::GpuError;
+use uw_render::integrator;
 
 /// Where a render runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
@@ -25,6 +26,16 @@ pub enum Backend {
 const SHARED_BY: u32 = 8;
 
 impl Backend {
+    /// Those of this processor that `uw render` chooses between: the native path tracer and, where they pay, the vector
+    /// units.
+    pub fn of_processor() -> Vec<Self> {
+        let mut all = vec![Self::Cpu];
+        if integrator::has_fast_lanes() {
+            all.push(Self::CpuSimd);
+        }
+        all
+    }
+
     /// Most neighbouring pixels that share walks.
     pub fn share_walks(self) -> u32 {
         match self {

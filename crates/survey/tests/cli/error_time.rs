@@ -3,7 +3,7 @@
 use super::support::{Folder, SCENE};
 
 const MAKE: &str = "error-time --make-references scene.toml --references refs --spp 256 --width 8 --height 6 --quiet";
-const RUN: &str = "error-time scene.toml -o out --references refs --spp 4,16 --repeats 2 --threads 1 --width 8 --height 6 --quiet";
+const RUN: &str = "error-time scene.toml -o out --references refs --backends cpu --spp 4,16 --repeats 2 --threads 1 --width 8 --height 6 --quiet";
 
 /// Cells of a column of `out/error_time.csv`.
 fn column(folder: &Folder, name: &str) -> Vec<String> {
@@ -79,6 +79,21 @@ fn a_ladder_is_measured_once_and_goes_on() {
     }
     assert!(folder.read("out/error_time.png").starts_with(b"\x89PNG"));
     assert!(folder.text("out/error_time.svg").contains("scene (cpu)"));
+}
+
+#[test]
+fn without_a_wish_the_backends_of_the_processor_are_measured() {
+    let folder = Folder::with_scene();
+    folder.good(MAKE);
+    folder.good(&RUN.replace("--backends cpu ", ""));
+    let mut backends = column(&folder, "backend");
+    backends.dedup();
+    let expected: &[&str] = if uw_render::integrator::has_fast_lanes() {
+        &["cpu", "cpu-simd", "cpu", "cpu-simd"]
+    } else {
+        &["cpu"]
+    };
+    assert_eq!(backends, expected);
 }
 
 #[test]
