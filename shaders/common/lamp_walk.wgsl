@@ -19,9 +19,10 @@ const SURE_VERTICES: u32 = 12u;
 /// Roulette sets in where the estimate of what a walk can still bring falls below the reciprocals of these.
 const REACH_IN_WATER: f32 = 3.0;
 const REACH_FROM_SURFACE: f32 = 5.0;
-const EQUIANGULAR_SHARE: f32 = 0.25;
-/// Distance from a lamp, in optical depths, within which a ray passes close to it.
-const CLOSE_RAY: f32 = 0.1;
+/// Largest share of first scatterings that are drawn evenly over the angle under which a lamp sees them, and the density
+/// of the free flights by theirs from which none are.
+const EQUIANGULAR_SHARE: f32 = 0.75;
+const DENSE_ENOUGH: f32 = 0.3;
 /// Where a number is drawn that might have been given.
 const NO_NUMBER: f32 = -1.0;
 const SURE_EVENTS: u32 = 1000u;
@@ -54,7 +55,8 @@ struct Target {
 }
 
 struct Equiangular {
-    near: bool,
+    /// Share of the distances to draw from it.
+    share: f32,
     foot: f32,
     height: f32,
     start: f32,
@@ -165,22 +167,25 @@ fn choose_targets(ray: CameraRay, number: f32) {
     }
 }
 
-/// The distribution of distances along the ray that is even over the angle under which the target sees them.
-fn equiangular_near(aimed: Target, ray: CameraRay) -> Equiangular {
+/// The distribution of distances along the ray that is even over the angle under which the target sees them, with the
+/// share to draw from it where others fall with at most `density` (1/m).
+fn equiangular_beside(aimed: Target, ray: CameraRay, density: f32) -> Equiangular {
     let radius = lamp_radius(aimed.lamp);
     let offset = target_centre(aimed) - ray.origin;
     let foot = dot(offset, ray.direction);
     let across = length(offset - foot * ray.direction);
     let height = max(length(vec2f(across, radius)), 1e-6 * length(offset));
-    if !(height * scene.c_max < CLOSE_RAY && foot > 0.0 && foot < ray.length) {
-        return Equiangular(false, 0.0, 1.0, 0.0, 1.0, 0.0);
-    }
     var span = angle_of(height, -foot);
     if ray.length < INFINITE {
         // The angle between the vectors from the lamp to both ends.
         span = angle_of(height * ray.length, height * height + foot * (foot - ray.length));
     }
-    return Equiangular(true, foot, height, angle_of(-foot, height), span, ray.length);
+    var law = Equiangular(0.0, foot, height, angle_of(-foot, height), span, ray.length);
+    let enough = DENSE_ENOUGH * equiangular_density(law, clamp(foot, 0.0, ray.length));
+    if density < enough {
+        law.share = EQUIANGULAR_SHARE * (1.0 - density / enough);
+    }
+    return law;
 }
 
 fn equiangular_sample(law: Equiangular, u: f32) -> f32 {
@@ -193,45 +198,36 @@ fn equiangular_density(law: Equiangular, t: f32) -> f32 {
     return law.height / (law.span * (law.height * law.height + along * along));
 }
 
-/// Distance to a scattering on the first segment, as a free flight falls or close to a lamp; multiplies the densities
-/// by what they differ from those of the free flight.
+/// Distance to a scattering on the first segment, as a free flight falls or evenly over the angle under which a lamp sees
+/// it; multiplies the densities by what they differ from those of the free flight.
 fn scattered_at(ray: CameraRay, within: vec3f, u: f32) -> f32 {
-    var count = 0u;
+    let sigma = scene.lamp_sigma;
+    let used = vec3u(0u, 1u, 2u) < vec3u(walk.spectral.count);
+    let density = dot(select(vec3f(0.0), sigma / within, used), vec3f(1.0)) / f32(walk.spectral.count);
+    var t = -1.0;
+    var left = u;
+    var others = 1.0;
     for (var i = 0u; i < target_count; i++) {
-        count += select(0u, 1u, equiangular_near(targets[i], ray).near);
-    }
-    let share = select(0.0, EQUIANGULAR_SHARE, count > 0u);
-    var t: f32;
-    if u < share {
-        let place = u / share * f32(count);
-        var rest = u32(place);
-        for (var i = 0u; i < target_count; i++) {
-            let law = equiangular_near(targets[i], ray);
-            if law.near {
-                if rest == 0u {
-                    t = equiangular_sample(law, fract(place));
-                    break;
-                }
-                rest -= 1u;
-            }
+        let law = equiangular_beside(targets[i], ray, density);
+        let share = law.share / f32(target_count);
+        if t < 0.0 && left < share {
+            t = equiangular_sample(law, left / share);
         }
-    } else {
+        left -= share;
+        others -= share;
+    }
+    if t < 0.0 {
         let chosen = walk.spectral.chosen;
-        let v = (u - share) / (1.0 - share);
-        t = min(-ln_1p(-v * within[chosen]) / scene.lamp_sigma[chosen], ray.length);
+        t = min(-ln_1p(-clamp(left / others, 0.0, 1.0) * within[chosen]) / sigma[chosen], ray.length);
     }
-    if count > 0u {
-        var sum = 0.0;
+    if others < 1.0 {
+        var even = 0.0;
         for (var i = 0u; i < target_count; i++) {
-            let law = equiangular_near(targets[i], ray);
-            if law.near {
-                sum += equiangular_density(law, t);
-            }
+            let law = equiangular_beside(targets[i], ray, density);
+            even += law.share / f32(target_count) * equiangular_density(law, t);
         }
-        let even = share * sum / f32(count);
-        let sigma = scene.lamp_sigma;
         let relative = even * within / sigma * exp(min(sigma * t, vec3f(80.0)));
-        add_ln_density(log(vec3f(1.0 - share) + relative));
+        add_ln_density(log(vec3f(others) + relative));
     }
     return t;
 }

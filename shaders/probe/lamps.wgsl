@@ -6,7 +6,7 @@ import package::common::bvh::SurfacePoint;
 import package::common::camera::{CameraRay, End, NOTHING};
 import package::common::film::lane;
 import package::common::lamp_landing::worth_of;
-import package::common::lamp_walk::{Target, equiangular_density, equiangular_near, equiangular_sample, survival_of_walk, target_count, targets, walk, walk_start};
+import package::common::lamp_walk::{Target, equiangular_density, equiangular_beside, equiangular_sample, survival_of_walk, target_count, targets, walk, walk_start};
 import package::common::layout::{NONE, dispatch, film, scene, scratch};
 import package::common::medium::{spectral_after, spectral_scatter, spectral_start};
 import package::common::rng::{start_draws, uniform_number};
@@ -42,11 +42,8 @@ fn evaluate(a: vec4f) -> vec4f {
         case 2u: {
             let offset = 0.1 * vec3f(a.x - 0.5, a.y - 0.5, 0.0);
             let ray = ray_along(normalize(lamp_position(1) + offset), 0.5 + 3.0 * a.z);
-            let law = equiangular_near(Target(1u, false, 1.0), ray);
-            if !law.near {
-                return vec4f(0.0);
-            }
-            return vec4f(1.0, equiangular_sample(law, a.w), equiangular_density(law, a.w * ray.length), 0.0);
+            let law = equiangular_beside(Target(1u, false, 1.0), ray, 0.5);
+            return vec4f(law.share, equiangular_sample(law, a.w), equiangular_density(law, a.w * ray.length), 0.0);
         }
         case 3u: {
             walk_start(ray_along(vec3f(1.0, 0.0, 0.0), 1.0));

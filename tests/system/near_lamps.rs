@@ -49,6 +49,7 @@ fn peaked() -> Phase {
 /// from the lamp in pixels, which makes it smooth: with dt = r²/h dθ along the ray it is an integral over angles.
 fn once_scattered(scene: &Scene, point: DVec2, distance_px: f64) -> [f64; 3] {
     const STEPS: u32 = 300;
+    let iops = &scene.water.as_ref().expect("it is in water").iops;
     let lamp = scene.lamps[0].position_m;
     let direction = scene.camera.direction(point.x, point.y);
     let foot = lamp.dot(direction);
@@ -60,10 +61,10 @@ fn once_scattered(scene: &Scene, point: DVec2, distance_px: f64) -> [f64; 3] {
         let angle = start + (f64::from(i) + 0.5) * step;
         let way = foot + height * angle.tan() + height / angle.cos();
         for k in 0..3 {
-            sum[k] += (-(A[k] + B[k]) * way).exp() * step;
+            sum[k] += (-iops.c()[k] * way).exp() * step;
         }
     }
-    std::array::from_fn(|k| sum[k] * B[k] / (4.0 * PI) * distance_px / height)
+    std::array::from_fn(|k| sum[k] * iops.b[k] / (4.0 * PI) * distance_px / height)
 }
 
 /// Mean over the lamp's pixel, in polar coordinates about the lamp.
@@ -96,6 +97,45 @@ fn pixel_mean(scene: &Scene) -> [f64; 3] {
         }
     }
     sum
+}
+
+/// Free paths are hundreds of metres long here and the light is within one of the lamp: drawn by free paths alone, a
+/// sample in a thousand finds it.
+#[test]
+fn the_veil_of_clear_water_before_nothing_needs_few_samples() {
+    let mut scene = empty(wide_camera());
+    let b = [1e-3, 2e-3, 4e-3];
+    scene.water = Some(water([0.37, 0.09, 0.02], b, Phase::Isotropic));
+    scene
+        .lamps
+        .push(point_lamp(DVec3::new(0.0, -0.3, 0.0), 1.0));
+    let mut once = plan(1024, 7);
+    once.max_bounces = 1;
+    for place in PROCESSOR {
+        let (film, _) = place.render(&scene, &once);
+        let (total, variance) = (
+            film.layer(FilmLayer::Total),
+            film.layer(FilmLayer::Variance),
+        );
+        for (i, (total, variance)) in total.iter().zip(variance).enumerate() {
+            let (x, y) = (i % 8, i / 8);
+            let middle = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+            // Radiance in the middle for the pixel's mean: 1 % for its curvature.
+            let expected = once_scattered(&scene, middle, 1.0);
+            for k in 0..3 {
+                let error = variance[k].sqrt();
+                assert!(error < 0.08 * total[k], "{x} {y}: {} ± {error}", total[k]);
+                let off = (total[k] - expected[k]).abs();
+                assert!(
+                    off < 5.0 * error + 0.01 * expected[k],
+                    "{}, {x} {y}, channel {k}: {} ± {error}, expected {}",
+                    place.name(),
+                    total[k],
+                    expected[k]
+                );
+            }
+        }
+    }
 }
 
 #[test]

@@ -102,7 +102,8 @@ fn finished_rungs_are_kept_and_not_rendered_again() {
     folder.good(&format!(
         "error-time --make-references scene.toml --spp 16 {size} --quiet"
     ));
-    let ladder = format!("error-time scene.toml -o out --backends cpu --threads 1 --repeats 1 {size}");
+    let ladder =
+        format!("error-time scene.toml -o out --backends cpu --threads 1 --repeats 1 {size}");
     let child = start(&folder, &format!("{ladder} --spp 4,100000000"));
     wait_for(&folder, "out/error_time.csv");
     let run = stop(child, "-INT");

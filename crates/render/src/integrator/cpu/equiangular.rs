@@ -7,8 +7,10 @@ use crate::prepare::Prepared;
 
 use super::{camera_ray::Segment, lamp_target::Target};
 
-/// Distance from a lamp, in optical depths, within which a ray passes close to it.
-const CLOSE: f64 = 0.1;
+/// Largest share of distances that are drawn so.
+const SHARE: f64 = 0.75;
+/// Density of other draws, by that of this distribution where it is largest, from which none are drawn so.
+const DENSE_ENOUGH: f64 = 0.3;
 
 /// The distribution for one ray and one lamp.
 #[derive(Clone, Copy, Debug)]
@@ -45,22 +47,18 @@ impl Equiangular {
         }
     }
 
-    /// The distribution for `target` where the ray passes close to it, in free paths of attenuation `c`.
-    pub fn near(scene: &Prepared, target: Target, ray: &Segment, c: f64) -> Option<Self> {
-        let radius = scene.lamps[target.lamp].radius;
-        let centre = target.centre(scene);
-        let foot = (centre - ray.origin).dot(ray.direction);
-        let height = (centre - ray.origin - foot * ray.direction).length();
-        if !(height.hypot(radius) * c < CLOSE && foot > 0.0 && foot < ray.length) {
-            return None;
-        }
-        Some(Self::new(
-            ray.origin,
-            ray.direction,
-            ray.length,
-            centre,
-            radius,
-        ))
+    /// The distribution for `target` and the share of distances to draw from it, 0 to 0.75, on a ray where others fall with
+    /// at most `density` (1/m). Where those are nearly as dense next to the lamp, as in turbid water, they will do.
+    pub fn beside(scene: &Prepared, target: Target, ray: &Segment, density: f64) -> (Self, f64) {
+        let (centre, radius) = (target.centre(scene), scene.lamps[target.lamp].radius);
+        let law = Self::new(ray.origin, ray.direction, ray.length, centre, radius);
+        let enough = DENSE_ENOUGH * law.density(law.foot.clamp(0.0, law.length));
+        let share = if density < enough {
+            SHARE * (1.0 - density / enough)
+        } else {
+            0.0
+        };
+        (law, share)
     }
 
     /// Distance for `u` in (0, 1), m.

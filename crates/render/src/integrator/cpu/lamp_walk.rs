@@ -23,9 +23,6 @@ pub(super) const SURE_VERTICES: usize = 12;
 const REACH_IN_WATER: f64 = 3.0;
 const REACH_FROM_SURFACE: f64 = 5.0;
 
-/// Share of first scatterings that are drawn evenly over the angle under which a lamp sees them.
-const EQUIANGULAR_SHARE: f64 = 0.25;
-
 /// How the first segment of a walk ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FirstSegment {
@@ -168,31 +165,33 @@ fn scattered_at(
     walk: &mut Walk,
 ) -> f64 {
     let strategies = &medium.by_scattering;
-    let chosen = walk.spectral.chosen;
-    let near = |target: &Target| Equiangular::near(scene, *target, &start, medium.c_max);
-    let count = targets.iter().filter_map(near).count();
-    let share = if count > 0 { EQUIANGULAR_SHARE } else { 0.0 };
-    let pick = (u / share.max(f64::MIN_POSITIVE) * count as f64) as usize;
-    let t = match targets.iter().filter_map(near).nth(pick) {
-        Some(law) if u < share => law.sample(u / share * count as f64 - pick as f64),
-        _ => {
-            let u = (u - share) / (1.0 - share);
-            let t = -(-u * within[chosen]).ln_1p() / strategies.sigma[chosen];
-            t.min(start.length)
-        }
+    let (count, chosen) = (walk.spectral.count, walk.spectral.chosen);
+    let density = (0..count).map(|j| strategies.sigma[j] / within[j]);
+    let density = density.sum::<f64>() / count as f64;
+    let beside = |target: &Target| {
+        let (law, share) = Equiangular::beside(scene, *target, &start, density);
+        (law, share / targets.len() as f64)
     };
-    if count > 0 {
-        let sum: f64 = targets
-            .iter()
-            .filter_map(near)
-            .map(|law| law.density(t))
-            .sum();
-        let even = share * sum / count as f64;
-        for j in 0..walk.spectral.count {
+    let (mut left, mut others, mut even) = (u, 1.0, None);
+    for (law, share) in targets.iter().map(beside) {
+        if even.is_none() && left < share {
+            even = Some(law.sample(left / share));
+        }
+        left -= share;
+        others -= share;
+    }
+    let t = even.unwrap_or_else(|| {
+        let u = (left / others).clamp(0.0, 1.0);
+        (-(-u * within[chosen]).ln_1p() / strategies.sigma[chosen]).min(start.length)
+    });
+    if others < 1.0 {
+        let laws = targets.iter().map(beside);
+        let even: f64 = laws.map(|(law, share)| share * law.density(t)).sum();
+        for j in 0..count {
             let sigma = strategies.sigma[j];
             // Where the exponential would overflow no light is left.
             let relative = even * within[j] / sigma * (sigma * t).min(600.0).exp();
-            walk.spectral.density[j] *= 1.0 - share + relative;
+            walk.spectral.density[j] *= others + relative;
         }
     }
     t
