@@ -14,11 +14,13 @@ import package::common::tables::{lamp_intensity, lamp_mirror_share, lamp_positio
 
 const MOST_LAMPS: u32 = 4u;
 const EVEN_SHARE: f32 = 0.1;
-/// Volume vertices before which a walk that has met no surface is never ended by roulette.
+/// Volume vertices before which a walk that has met no surface is ended only far from where it has been.
 const SURE_VERTICES: u32 = 12u;
-/// Roulette sets in where the estimate of what a walk can still bring falls below the reciprocals of these.
+/// Roulette sets in where the prospects of a walk fall below the reciprocals of these.
 const REACH_IN_WATER: f32 = 3.0;
 const REACH_FROM_SURFACE: f32 = 5.0;
+/// Roulette of a walk that has met no surface sets in where its prospects fall by this factor below their best.
+const FALL: f32 = 10.0;
 /// Largest share of first scatterings that are drawn evenly over the angle under which a lamp sees them, and the density
 /// of the free flights by theirs from which none are.
 const EQUIANGULAR_SHARE: f32 = 0.75;
@@ -45,6 +47,8 @@ struct Walk {
     met_surface: bool,
     unscattered: bool,
     spectral: Spectral,
+    /// Largest prospects so far, before a surface is met.
+    best: f32,
 }
 
 /// A lamp or its mirror image, as paths are joined to it; `weight` is the reciprocal of its probability.
@@ -69,7 +73,7 @@ var<private> targets: array<Target, 4>;
 var<private> target_count: u32;
 
 fn walk_start(ray: CameraRay) {
-    walk = Walk(ray.origin, ray.direction, NONE, false, 0.0, 1.0, 0u, 0u, false, true, spectral_start(1u, 0.5));
+    walk = Walk(ray.origin, ray.direction, NONE, false, 0.0, 1.0, 0u, 0u, false, true, spectral_start(1u, 0.5), 0.0);
 }
 
 fn unfolded(point: vec3f) -> vec3f {
@@ -326,11 +330,8 @@ fn reflect_at_boundary(t: f32) -> bool {
     return true;
 }
 
-/// Russian roulette by what the walk can still bring: after a surface or many scatterings.
+/// Russian roulette by what the walk can still bring.
 fn survives() -> bool {
-    if !walk.met_surface && walk.scatterings <= SURE_VERTICES {
-        return true;
-    }
     let survival = survival_of_walk(largest(spectral_weight(walk.spectral)));
     if survival >= 1.0 {
         return true;
@@ -342,14 +343,36 @@ fn survives() -> bool {
     return true;
 }
 
-/// Probability with which a walk of this weight goes on where roulette has set in; 1 or more: for certain.
+/// Probability with which a walk of this weight goes on; 1 or more: for certain. Where free flights are long a walk
+/// that has met no surface leaves the lamps behind, and what it brings from there is little beside what it has brought.
 fn survival_of_walk(weight: f32) -> f32 {
+    let prospects = prospects_of_walk(weight);
+    if walk.met_surface {
+        return at_most_patience(REACH_FROM_SURFACE * prospects);
+    }
+    walk.best = max(walk.best, prospects);
+    let beside_best = FALL * prospects / walk.best;
+    if walk.scatterings <= SURE_VERTICES {
+        return beside_best;
+    }
+    return min(beside_best, at_most_patience(REACH_IN_WATER * prospects));
+}
+
+/// The same for a walk before its first surface after many scatterings, whatever it has brought.
+fn survival_in_water(weight: f32) -> f32 {
+    return at_most_patience(REACH_IN_WATER * prospects_of_walk(weight));
+}
+
+fn at_most_patience(importance: f32) -> f32 {
+    return min(importance, select(1.0, LATE_SURVIVAL, walk.events > SURE_EVENTS));
+}
+
+/// Estimate of what a walk of this weight can still bring, up to a constant.
+fn prospects_of_walk(weight: f32) -> f32 {
     var nearest2 = INFINITE;
     for (var i = 0u; i < lamp_count(); i++) {
         let offset = lamp_position(i) - walk.origin;
         nearest2 = min(nearest2, dot(offset, offset));
     }
-    let reach = select(REACH_IN_WATER, REACH_FROM_SURFACE, walk.met_surface);
-    let importance = reach * weight * exp(-min(0.5 * scene.c_min * sqrt(nearest2), 80.0)) / (1.0 + nearest2);
-    return min(importance, select(1.0, LATE_SURVIVAL, walk.events > SURE_EVENTS));
+    return weight * exp(-min(0.5 * scene.c_min * sqrt(nearest2), 80.0)) / (1.0 + nearest2);
 }

@@ -6,7 +6,7 @@ import package::common::bvh::SurfacePoint;
 import package::common::camera::{CameraRay, End, NOTHING};
 import package::common::film::lane;
 import package::common::lamp_landing::worth_of;
-import package::common::lamp_walk::{Target, equiangular_density, equiangular_beside, equiangular_sample, survival_of_walk, target_count, targets, walk, walk_start};
+import package::common::lamp_walk::{Target, equiangular_density, equiangular_beside, equiangular_sample, survival_in_water, survival_of_walk, target_count, targets, walk, walk_start};
 import package::common::layout::{NONE, dispatch, film, scene, scratch};
 import package::common::medium::{spectral_after, spectral_scatter, spectral_start};
 import package::common::rng::{start_draws, uniform_number};
@@ -48,9 +48,11 @@ fn evaluate(a: vec4f) -> vec4f {
         case 3u: {
             walk_start(ray_along(vec3f(1.0, 0.0, 0.0), 1.0));
             walk.origin = in_box(a.xyz);
-            let in_water = survival_of_walk(a.w);
+            let in_water = survival_in_water(a.w);
+            walk.best = 10.0 * a.x;
+            let in_veil = survival_of_walk(a.w);
             walk.met_surface = true;
-            return vec4f(in_water, survival_of_walk(a.w), 0.0, 0.0);
+            return vec4f(in_water, survival_of_walk(a.w), in_veil, walk.best);
         }
         default: {
             return worth_of_row(a);

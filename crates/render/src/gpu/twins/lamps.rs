@@ -14,7 +14,7 @@ use crate::{
             equiangular::Equiangular,
             lamp_landing::{Landing, Scouts},
             lamp_target::{LampWorkspace, Target},
-            lamp_walk::{FirstSegment, Walk, survival},
+            lamp_walk::{FirstSegment, Walk, survival, survival_in_veil},
             order::OrderLaw,
             spectral::Spectral,
             ways::{Junction, Vertex, contribution},
@@ -347,17 +347,15 @@ fn roulette_of_walks_agrees() {
     let Some(gpu) = adapter() else { return };
     let scene = scene();
     let inputs = uniform_rows(15);
-    let within = [relative(1e-5), relative(1e-5), absolute(0.0), absolute(0.0)];
-    compare(gpu, &scene, LAMPS, 3, &inputs, within, |r| {
+    compare(gpu, &scene, LAMPS, 3, &inputs, [relative(1e-5); 4], |r| {
         let mut walk = walk_in_box(&scene, [r[0], r[1], r[2]]);
-        let in_water = survival(&scene, &[0, 1], &walk, f64::from(r[3]));
+        let weight = f64::from(r[3]);
+        let in_water = survival(&scene, &[0, 1], &walk, weight);
+        walk.best = 10.0 * f64::from(r[0]);
+        let in_veil = survival_in_veil(&scene, &[0, 1], &mut walk, weight);
         walk.met_surface = true;
-        [
-            in_water,
-            survival(&scene, &[0, 1], &walk, f64::from(r[3])),
-            0.0,
-            0.0,
-        ]
+        let from_surface = survival(&scene, &[0, 1], &walk, weight);
+        [in_water, from_surface, in_veil, walk.best]
     });
 }
 

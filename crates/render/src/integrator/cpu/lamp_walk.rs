@@ -16,12 +16,14 @@ use crate::{
     prepare::{Medium, Prepared, Primitive, Strategies},
 };
 
-/// Volume vertices before which a walk that has met no surface is never ended by roulette.
+/// Volume vertices before which a walk that has met no surface is ended only far from where it has been.
 pub(super) const SURE_VERTICES: usize = 12;
 
-/// Roulette sets in where the estimate of what a walk can still bring falls below the reciprocals of these.
+/// Roulette sets in where the prospects of a walk fall below the reciprocals of these.
 const REACH_IN_WATER: f64 = 3.0;
 const REACH_FROM_SURFACE: f64 = 5.0;
+/// Roulette of a walk that has met no surface sets in where its prospects fall by this factor below their best.
+const FALL: f64 = 10.0;
 
 /// How the first segment of a walk ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,6 +53,8 @@ pub(crate) struct Walk {
     /// Whether nothing has happened since the camera but that the first surface was met.
     pub(crate) unscattered: bool,
     pub(crate) spectral: Spectral,
+    /// Largest prospects so far, before a surface is met.
+    pub(crate) best: f64,
 }
 
 impl Walk {
@@ -68,6 +72,7 @@ impl Walk {
             met_surface: false,
             unscattered: true,
             spectral: Spectral::start(&Strategies::default(), 0.5),
+            best: 0.0,
         }
     }
 
@@ -264,17 +269,19 @@ pub(super) fn reflect_at_boundary(
     true
 }
 
-/// Russian roulette by what the walk can still bring: after a surface or many scatterings.
+/// Russian roulette by what the walk can still bring.
 pub(super) fn survives(
     scene: &Prepared,
     active: &[usize],
     walk: &mut Walk,
     draws: &mut Draws,
 ) -> bool {
-    if !walk.met_surface && walk.scatterings <= SURE_VERTICES {
-        return true;
-    }
-    let survival = survival(scene, active, walk, walk.spectral.largest_weight());
+    let weight = walk.spectral.largest_weight();
+    let survival = if walk.met_surface {
+        survival(scene, active, walk, weight)
+    } else {
+        survival_in_veil(scene, active, walk, weight)
+    };
     if survival >= 1.0 {
         return true;
     }
@@ -285,23 +292,46 @@ pub(super) fn survives(
     true
 }
 
-/// Probability with which a walk of this weight goes on where roulette has set in; 1 or more: for certain.
+/// Probability with which a walk of this weight that has met no surface goes on; 1 or more: for certain. Where free
+/// flights are long it leaves the lamps behind, and what it brings from there is little beside what it has brought:
+/// weights 1 / survival raise the second moment by at most 1 / `FALL` of that.
+pub(crate) fn survival_in_veil(
+    scene: &Prepared,
+    active: &[usize],
+    walk: &mut Walk,
+    weight: f64,
+) -> f64 {
+    let prospects = prospects(scene, active, walk, weight);
+    walk.best = walk.best.max(prospects);
+    let beside_best = FALL * prospects / walk.best;
+    if walk.scatterings <= SURE_VERTICES {
+        beside_best
+    } else {
+        beside_best.min(survival(scene, active, walk, weight))
+    }
+}
+
+/// Probability with which a walk of this weight goes on after a surface or many scatterings; 1 or more: for certain.
 pub(crate) fn survival(scene: &Prepared, active: &[usize], walk: &Walk, weight: f64) -> f64 {
-    let nearest2 = active
-        .iter()
-        .map(|&i| scene.lamps[i].position.distance_squared(walk.origin))
-        .fold(f64::INFINITY, f64::min);
-    let c_min = scene.medium.as_ref().map_or(0.0, |m| m.c_min);
     let reach = if walk.met_surface {
         REACH_FROM_SURFACE
     } else {
         REACH_IN_WATER
     };
-    let importance = reach * weight * (-0.5 * c_min * nearest2.sqrt()).exp() / (1.0 + nearest2);
     let patience = if walk.events > SURE_EVENTS {
         LATE_SURVIVAL
     } else {
         1.0
     };
-    importance.min(patience)
+    (reach * prospects(scene, active, walk, weight)).min(patience)
+}
+
+/// Estimate of what a walk of this weight can still bring, up to a constant.
+fn prospects(scene: &Prepared, active: &[usize], walk: &Walk, weight: f64) -> f64 {
+    let nearest2 = active
+        .iter()
+        .map(|&i| scene.lamps[i].position.distance_squared(walk.origin))
+        .fold(f64::INFINITY, f64::min);
+    let c_min = scene.medium.as_ref().map_or(0.0, |m| m.c_min);
+    weight * (-0.5 * c_min * nearest2.sqrt()).exp() / (1.0 + nearest2)
 }
