@@ -83,8 +83,8 @@ fn draw_flight(w: AmbientWalk, end: End, sigma: vec3f, u: f32) -> Flight {
     } else {
         flight.t = minus_ln(v) / sigma[chosen];
     }
-    flight.spectral = spectral_scatter(w.spectral, sigma, log(max(sigma, vec3f(1e-30))), flight.t);
-    flight.spectral = add_ambient_ln(flight.spectral, -log(staying));
+    // The density of the flight given that it stays.
+    flight.spectral = spectral_scatter(w.spectral, sigma, log(max(sigma, vec3f(1e-30)) / staying), flight.t);
     return flight;
 }
 

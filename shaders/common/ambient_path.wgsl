@@ -52,6 +52,7 @@ fn ambient_step() {
     segments += 1u;
     let is_wet = !HAS_AIR || !has(w, IN_AIR);
     var end = End(NOTHING, INFINITE, NONE, vec2f(0.0));
+    var weight = vec3f(0.0);
     var volume = vec3f(0.0);
     var landing: AmbientLanding;
     if is_wet {
@@ -60,9 +61,10 @@ fn ambient_step() {
         if end.kind == SURFACE {
             point = end_point(end, w.direction);
         }
-        let light = water_segment(w, end, point);
+        weight = spectral_weight(w.spectral);
+        let light = water_segment(w, weight, end, point);
         volume = light.volume;
-        landing = to_surface(w, end, point, light.surface);
+        landing = to_surface(w, weight, end, point, light.surface);
     } else {
         landing = air_segment(w);
     }
@@ -70,7 +72,7 @@ fn ambient_step() {
         meet_surface_ambient(landing.walk, landing.point);
     }
     if is_wet && (may_scatter(w) || end.kind != SURFACE) {
-        follow(w, end, volume);
+        follow(w, weight, end, volume);
     }
 }
 
@@ -85,14 +87,14 @@ struct Ahead {
 }
 
 /// Scores a segment in the water (or in space without water).
-fn water_segment(w: AmbientWalk, end: End, point: SurfacePoint) -> Ahead {
+fn water_segment(w: AmbientWalk, weight: vec3f, end: End, point: SurfacePoint) -> Ahead {
     var line = vec3f(0.0);
     if HAS_MEDIUM && w.events < max_events() {
         line = scattered_sunlight(w.origin, w.direction, end.t, sin2_half_to_sun(w));
-        score(w, true, line);
+        score(w, weight, true, line);
     }
     let sky = sky_at_end(end, w.direction.z);
-    score(w, has(w, SCATTERED_BEFORE), sky);
+    score(w, weight, has(w, SCATTERED_BEFORE), sky);
     var ahead = Ahead(vec3f(0.0), vec3f(0.0));
     if may_scatter(w) || end.kind != SURFACE {
         ahead.volume = light_ahead(w, end, line);
@@ -100,7 +102,7 @@ fn water_segment(w: AmbientWalk, end: End, point: SurfacePoint) -> Ahead {
     if end.kind == SURFACE {
         ahead.surface = light_on_surface(w, end, point);
     }
-    set_reference(spectral_weight(w.spectral), line + sky + ahead.volume + ahead.surface);
+    set_reference(weight, line + sky + ahead.volume + ahead.surface);
     return ahead;
 }
 
@@ -120,12 +122,12 @@ fn sky_at_end(end: End, up: f32) -> vec3f {
 }
 
 /// Unscattered to the surface at the end of the segment, if there is one, by roulette.
-fn to_surface(walk: AmbientWalk, end: End, point: SurfacePoint, light: vec3f) -> AmbientLanding {
+fn to_surface(walk: AmbientWalk, weight: vec3f, end: End, point: SurfacePoint, light: vec3f) -> AmbientLanding {
     var w = walk;
     if end.kind != SURFACE {
         return AmbientLanding(false, w, point);
     }
-    let survival = survival_of(relative_light(spectral_weight(w.spectral), light));
+    let survival = survival_of(relative_light(weight, light));
     if survival < 1.0 {
         if uniform_number() >= survival {
             return AmbientLanding(false, w, point);
@@ -138,9 +140,9 @@ fn to_surface(walk: AmbientWalk, end: End, point: SurfacePoint, light: vec3f) ->
 }
 
 /// As many copies of the walk as `light` is worth, each sent on: scattered before a surface, or as the water has it.
-fn follow(walk: AmbientWalk, end: End, light: vec3f) {
+fn follow(walk: AmbientWalk, weight: vec3f, end: End, light: vec3f) {
     var w = walk;
-    let copies = copies_of(w, light);
+    let copies = copies_of(w, weight, light);
     w.spectral.value *= copies.factor;
     // Flights are stretched towards the light.
     let sigma = scene.ambient_sigma * max(1.0 - scene.stretch * w.direction.z, vec3f(0.05));
@@ -216,7 +218,7 @@ fn air_segment(walk: AmbientWalk) -> AmbientLanding {
         return AmbientLanding(true, w, surface_point(hit, w.direction));
     }
     if down <= 0.0 {
-        score(w, has(w, SCATTERED_BEFORE), scene.sky);
+        score(w, spectral_weight(w.spectral), has(w, SCATTERED_BEFORE), scene.sky);
         return AmbientLanding(false, w, no_point());
     }
     w.origin = vec3f((w.origin + to_water * w.direction).xy, scene.surface_height_m);
@@ -238,18 +240,19 @@ fn meet_surface_ambient(walk: AmbientWalk, point: SurfacePoint) {
     w.flags |= MET_SURFACE;
     let scattered = has(w, SCATTERED_BEFORE);
     if any(point.emission != vec3f(0.0)) {
-        score(w, scattered, point.emission);
+        score(w, spectral_weight(w.spectral), scattered, point.emission);
     }
     if w.events >= max_events() || all(point.reflectance == vec3f(0.0)) {
         return;
     }
     w.events += 1u;
     w.spectral.value *= point.reflectance;
+    let weight = spectral_weight(w.spectral);
     let sun = sunlight_on(w, point);
-    score(w, scattered, sun);
+    score(w, weight, scattered, sun);
     let diffuse = diffuse_irradiance(has(w, IN_AIR), depth_of(w.origin), point) / PI;
-    set_reference(spectral_weight(w.spectral), point.emission + sun + diffuse);
-    let copies = copies_of(w, diffuse);
+    set_reference(weight, point.emission + sun + diffuse);
+    let copies = copies_of(w, weight, diffuse);
     w.spectral.value *= copies.factor;
     if copies.count == 0u {
         return;

@@ -135,8 +135,9 @@ fn has(w: AmbientWalk, flag: u32) -> bool {
     return (w.flags & flag) != 0u;
 }
 
-fn score(w: AmbientWalk, scattered: bool, light: vec3f) {
-    add_light(AMBIENT, 1.0, has(w, MET_SURFACE), scattered, spectral_weight(w.spectral) * light);
+/// Adds the light that a walk of this weight brings.
+fn score(w: AmbientWalk, weight: vec3f, scattered: bool, light: vec3f) {
+    add_light(AMBIENT, 1.0, has(w, MET_SURFACE), scattered, weight * light);
 }
 
 /// Random bits and a number in (0, 1) for a direction.
@@ -180,8 +181,8 @@ struct Copies {
     factor: f32,
 }
 
-fn copies_of(w: AmbientWalk, light: vec3f) -> Copies {
-    let value = relative_light(spectral_weight(w.spectral), light);
+fn copies_of(w: AmbientWalk, weight: vec3f, light: vec3f) -> Copies {
+    let value = relative_light(weight, light);
     if value > HIGHEST && copies_made < COPIES_PER_SAMPLE && w.events <= SURE_EVENTS {
         // Never more than the stack has room for: fewer copies weigh more each. A first scattering splits each copy.
         let room = (f32(stack_size()) - f32(pending + FORKS)) / select(1.0, 3.0, w.events == 0u);

@@ -122,20 +122,14 @@ fn field_irradiance(depth_m: f32, up: f32) -> vec3f {
     return mix(exponential(place, upward), exponential(place, down), 0.5 * (1.0 + up));
 }
 
-/// Integral over a segment of e^(−start − rate·t), m.
-fn attenuation_integral(start: f32, rate: f32, length: f32) -> f32 {
-    if length >= INFINITE {
-        return exp(-min(start, 87.0)) / rate;
-    }
+/// Integral over a segment of e^(−start − rate·t), m; per channel, from the denser end, so that no exponent is above 0.
+fn attenuation_integral(start: vec3f, rate: vec3f, length: f32) -> vec3f {
     let x = rate * length;
-    if abs(x) < 1e-4 {
-        return length * exp(-min(start, 87.0)) * (1.0 - 0.5 * x + x * x / 6.0);
-    }
-    // Both exponents are <= 0, so neither form can overflow.
-    if x > 0.0 {
-        return exp(-min(start, 87.0)) * -expm1(-x) / rate;
-    }
-    return exp(-min(start + x, 87.0)) * -expm1(x) / -rate;
+    let dense = start + min(x, vec3f(0.0));
+    let depth = abs(x);
+    let thin = length * (1.0 - 0.5 * depth + depth * depth / 6.0);
+    let thick = vec3f(-expm1(-depth.x), -expm1(-depth.y), -expm1(-depth.z)) / abs(rate);
+    return exp(-min(dense, vec3f(87.0))) * select(thick, thin, depth < vec3f(1e-4));
 }
 
 /// A point of the segment with density proportional to the attenuation.
@@ -208,13 +202,9 @@ fn scattered_sunlight(origin: vec3f, direction: vec3f, length: f32, x: f32) -> v
     }
     let start = scene.c * (depth_of(origin) / scene.sun_towards.z);
     let rate = scene.c * (1.0 - direction.z / scene.sun_towards.z);
-    var integral: vec3f;
-    var lit = 0u;
-    for (var k = 0u; k < 3u; k++) {
-        let attenuated = attenuation_integral(start[k], rate[k], length);
-        integral[k] = select(0.0, attenuated, scene.b[k] > 0.0);
-        lit += select(0u, 1u, integral[k] > 0.0);
-    }
+    let integral = select(vec3f(0.0), attenuation_integral(start, rate, length), scene.b > vec3f(0.0));
+    let channels = select(vec3u(0u), vec3u(1u), integral > vec3f(0.0));
+    let lit = channels.x + channels.y + channels.z;
     let factor = scene.b * scene.sun_irradiance * phase_value(x);
     if lit == 0u {
         return vec3f(0.0);

@@ -3,12 +3,10 @@
 // Checked by: crates/render/src/gpu/twins/numbers.rs.
 import package::common::layout::PI;
 
-/// e^x − 1, relative error 1e-6.
+/// e^x − 1, relative error 1e-6. Below −20 the exponential is nothing beside 1.
 fn expm1(x: f32) -> f32 {
-    if abs(x) > 0.5 {
-        return exp(max(x, -88.0)) - 1.0;
-    }
-    return x * (1.0 + x * (0.5 + x * (1.6666667e-1 + x * (4.1666668e-2 + x * (8.3333338e-3 + x * (1.3888889e-3 + x * 1.984127e-4))))));
+    let near = x * (1.0 + x * (0.5 + x * (1.6666667e-1 + x * (4.1666668e-2 + x * (8.3333338e-3 + x * (1.3888889e-3 + x * 1.984127e-4))))));
+    return select(near, exp(max(x, -20.0)) - 1.0, abs(x) > 0.5);
 }
 
 /// ln(1 + x) for x > −1, relative error 1e-6.

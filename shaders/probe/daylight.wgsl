@@ -43,7 +43,7 @@ fn evaluate(a: vec4f) -> vec4f {
             let rate = 4.0 * a.y - 1.5;
             // Upwards a segment is no longer than to the surface, where the sun's light is not attenuated.
             let start = 3.0 * a.x + max(-rate, 0.0) * 3.0 * a.z;
-            return vec4f(attenuation_integral(start, rate, 3.0 * a.z), attenuation_sample(rate, 3.0 * a.z, a.w), 0.0, 0.0);
+            return vec4f(attenuation_integral(vec3f(start), vec3f(rate), 3.0 * a.z).x, attenuation_sample(rate, 3.0 * a.z, a.w), 0.0, 0.0);
         }
         case 4u: {
             let u = three_numbers();
