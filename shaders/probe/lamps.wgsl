@@ -6,7 +6,7 @@ import package::common::bvh::SurfacePoint;
 import package::common::camera::{CameraRay, End, NOTHING};
 import package::common::film::lane;
 import package::common::lamp_landing::worth_of;
-import package::common::lamp_walk::{Target, equiangular_density, equiangular_beside, equiangular_sample, survival_in_water, survival_of_walk, target_count, targets, walk, walk_start};
+import package::common::lamp_walk::{Target, equiangular_beside, equiangular_density, equiangular_sample, survival_in_water, survival_of_walk, target_count, targets, walk, walk_start};
 import package::common::layout::{NONE, dispatch, film, scene, scratch};
 import package::common::medium::{spectral_after, spectral_scatter, spectral_start};
 import package::common::rng::{start_draws, uniform_number};

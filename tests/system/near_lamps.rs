@@ -124,7 +124,12 @@ fn the_veil_of_clear_water_before_nothing_needs_few_samples() {
             let expected = once_scattered(&scene, middle, 1.0);
             for k in 0..3 {
                 let error = variance[k].sqrt();
-                assert!(error < 0.08 * total[k], "{x} {y}: {} ± {error}", total[k]);
+                assert!(
+                    error < 0.08 * total[k],
+                    "{}, {x} {y}: {} ± {error}",
+                    place.name(),
+                    total[k]
+                );
                 let off = (total[k] - expected[k]).abs();
                 assert!(
                     off < 5.0 * error + 0.01 * expected[k],

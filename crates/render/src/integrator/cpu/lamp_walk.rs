@@ -293,8 +293,8 @@ pub(super) fn survives(
 }
 
 /// Probability with which a walk of this weight that has met no surface goes on; 1 or more: for certain. Where free
-/// flights are long it leaves the lamps behind, and what it brings from there is little beside what it has brought:
-/// weights 1 / survival raise the second moment by at most 1 / `FALL` of that.
+/// flights are long it leaves the lamps behind, and what it brings from there is little beside what it has brought: as
+/// far as its prospects tell, its square with the weight 1 / survival is at most 1 / `FALL`² of that.
 pub(crate) fn survival_in_veil(
     scene: &Prepared,
     active: &[usize],
@@ -307,7 +307,7 @@ pub(crate) fn survival_in_veil(
     if walk.scatterings <= SURE_VERTICES {
         beside_best
     } else {
-        beside_best.min(survival(scene, active, walk, weight))
+        beside_best.min(at_most_patience(walk, REACH_IN_WATER * prospects))
     }
 }
 
@@ -318,12 +318,16 @@ pub(crate) fn survival(scene: &Prepared, active: &[usize], walk: &Walk, weight: 
     } else {
         REACH_IN_WATER
     };
+    at_most_patience(walk, reach * prospects(scene, active, walk, weight))
+}
+
+fn at_most_patience(walk: &Walk, importance: f64) -> f64 {
     let patience = if walk.events > SURE_EVENTS {
         LATE_SURVIVAL
     } else {
         1.0
     };
-    (reach * prospects(scene, active, walk, weight)).min(patience)
+    importance.min(patience)
 }
 
 /// Estimate of what a walk of this weight can still bring, up to a constant.
