@@ -10,6 +10,11 @@ mod model;
 #[cfg(unix)]
 mod operations;
 mod optimum;
+#[cfg(unix)]
+mod program;
 mod protocol;
 mod rugged;
+#[cfg(unix)]
+mod safety;
+mod strangers;
 mod support;
