@@ -98,8 +98,7 @@ where
             },
             Event::Idle => {
                 service.metrics().closed_slow.count();
-                let seconds = conversation.patience(&context).as_secs_f64();
-                let message = format!("no complete line came for {seconds} s; closing");
+                let message = conversation.farewell_of_idle(&context);
                 conversation
                     .write(farewell(Code::Idle, message), &context)
                     .await;
@@ -154,6 +153,15 @@ impl<R: AsyncRead + Unpin, W: AsyncWrite + Unpin> Conversation<R, W> {
             (true, _) => idle_time,
             (false, true) => first_line_time.min(idle_time),
             (false, false) => AUTH_TIME.min(first_line_time).min(idle_time),
+        }
+    }
+
+    fn farewell_of_idle(&self, context: &Context) -> String {
+        let seconds = self.patience(context).as_secs_f64();
+        match (self.has_asked, self.session.is_authorised()) {
+            (true, _) => format!("no complete line came for {seconds} s; closing"),
+            (false, true) => format!("no request came within {seconds} s; closing"),
+            (false, false) => format!("no token came within {seconds} s; closing"),
         }
     }
 

@@ -5,6 +5,8 @@ mod binary;
 mod client;
 mod daemon;
 mod faults;
+#[cfg(unix)]
+mod files;
 mod links;
 mod model;
 #[cfg(unix)]
