@@ -191,9 +191,11 @@ impl Daemon {
     {
         let (stop, stopping) = watch::channel(false);
         let session = Session::trusted(Arc::clone(&self.server.service));
-        let context = self
+        let mut context = self
             .server
             .context(stopping, Peer::unknown("standard streams"));
+        // There is no place here that somebody else could want.
+        context.limits.first_line_time = context.limits.idle_time;
         let served = serve(reader, writer, session, context);
         tokio::pin!(served);
         tokio::select! {

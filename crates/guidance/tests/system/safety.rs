@@ -247,6 +247,25 @@ fn descriptors_that_run_out_are_logged_once() {
 }
 
 #[test]
+fn a_program_that_starts_the_daemon_may_take_its_time() {
+    let program = Program::folder().config("[limits]\nfirst_line_time_s = 0.2\n");
+    let mut child = program
+        .command(&["--stdio"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(Duration::from_secs(1));
+    let mut stdin = child.stdin.take().unwrap();
+    // Standard streams hold no place that somebody else could want.
+    let asked = stdin.write_all(b"{\"op\": \"health\"}\n");
+    drop(stdin);
+    let output = child.wait_with_output().unwrap();
+    let said = text(&output.stdout);
+    assert!(asked.is_ok() && said.contains("\"ok\":true"), "{said}");
+}
+
+#[test]
 fn the_unit_file_leaves_little_to_take() {
     let unit = concat!(env!("CARGO_MANIFEST_DIR"), "/../../deploy/uwguide.service");
     let text_of_unit = std::fs::read_to_string(unit).unwrap();
