@@ -5,11 +5,18 @@ mod binary;
 mod client;
 mod daemon;
 mod faults;
+#[cfg(unix)]
+mod files;
 mod links;
 mod model;
 #[cfg(unix)]
 mod operations;
 mod optimum;
+#[cfg(unix)]
+mod program;
 mod protocol;
 mod rugged;
+#[cfg(unix)]
+mod safety;
+mod strangers;
 mod support;
