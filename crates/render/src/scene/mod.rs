@@ -11,18 +11,22 @@ mod gltf_light;
 mod gltf_material;
 mod gltf_mesh;
 mod gltf_resource;
+mod kind;
 mod light;
 mod object;
 mod phase;
 mod range;
 mod reader;
 mod sections;
+mod setting;
 mod texels;
 mod texture;
 mod value;
 
+pub use camera::SizeError;
 pub use error::SceneError;
 pub use gltf_resource::GltfError;
+pub use setting::Setting;
 pub use texels::Texels;
 
 use glam::{DVec2, DVec3};

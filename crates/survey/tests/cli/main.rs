@@ -7,5 +7,7 @@ mod irradiance;
 mod pictures;
 mod predict;
 mod render;
+mod render_limits;
+mod render_options;
 mod support;
 mod water;
