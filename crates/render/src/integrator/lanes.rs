@@ -77,7 +77,7 @@ impl<'a> Worker<'a> {
             scene: bytemuck::cast_slice(std::slice::from_ref(&shared.tables.scene)),
             near_rows: shared.tables.near_rows.as_flattened(),
             far_rows: far_words,
-            texels: bytemuck::cast_slice(&shared.tables.texels),
+            texels: &shared.tables.texels,
             tree: Tree {
                 nodes: &shared.tables.wide_nodes,
                 triangles: &far_words[4 * shared.tables.scene.triangle_rows as usize..],

@@ -8,6 +8,10 @@ use super::{Camera, SceneError};
 
 /// Largest image side, pixels.
 pub(super) const MAX_SIDE_PX: u32 = 16_384;
+/// Smallest field of view, degrees.
+const LEAST_FIELD_DEG: f64 = 1e-6;
+/// Smallest focal length, pixels.
+const LEAST_FOCAL_PX: f64 = 1e-3;
 /// Most pixels of an image; about 1.5 GiB for one RGB picture and its variance in float32 and float64.
 const MAX_PIXELS: u64 = 1 << 26;
 /// Sine of the smallest angle between forward and up.
@@ -137,13 +141,13 @@ fn read_intrinsics(
         for field in ["fx", "fy", "cx", "cy"] {
             table.refuse(field, "where camera.hfov_deg is given")?;
         }
-        let hfov_deg = hfov.as_number(Range::open(0.0, 180.0, "degrees"))?;
+        let hfov_deg = hfov.as_number(Range::below(LEAST_FIELD_DEG, 180.0, "degrees"))?;
         return Ok((DVec2::splat(focal_length_px(hfov_deg, width)), centre));
     }
     if table.optional("fx").is_none() {
         return Err(table.missing("hfov_deg", "or fx, with fy, cx, cy, in pixels"));
     }
-    let positive = Range::positive("pixels");
+    let positive = Range::at_least(LEAST_FOCAL_PX, "pixels");
     let fx = table.number("fx", positive)?;
     let fy = table.number_or("fy", positive, fx)?;
     let cx = table.number_or("cx", Range::finite("pixels"), centre.x)?;
