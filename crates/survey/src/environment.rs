@@ -167,6 +167,14 @@ pub enum EnvironmentError {
 }
 
 impl WaterBody {
+    /// Whether the water can be: a backscatter fraction that its phase function has.
+    ///
+    /// # Errors
+    /// The fraction or the type's coefficients cannot be used.
+    pub fn check(&self) -> Result<(), EnvironmentError> {
+        self.water().map(|_| ())
+    }
+
     fn water(&self) -> Result<Water, EnvironmentError> {
         Ok(Water {
             iops: self.jerlov.iops()?,
