@@ -1,22 +1,9 @@
-//! How daylight falls with depth where no picture looks up.
+//! How daylight falls with depth where no picture looks up: the diffuse attenuation K_d of pictures of the target.
 //!
-//! K_z is the mean of a picture that looks up, in counts, against the shallowest. Two other ways lead to it, both by the
-//! diffuse attenuation K_d, with which all light from above falls: e^(-K_d z), in every direction alike some metres below
-//! the surface. K_d is given, or fitted to pictures of the target with the lamps off from several depths. A camera that looks up
-//! is then assumed to see one brightness, with the routine's mean at its shallowest depth: near the surface, where the sun's
-//! disk dazzles, that is an approximation.
+//! Some metres below the surface all light from above falls like e^(-K_d z), whatever way it goes, so with the lamps off the
+//! target and the water before it get darker together. K_d is not K_z, which is the mean of a picture that looks up,
+//! as the camera stores it, the clipped disk of the sun included.
 
-use crate::encoding::Encoding;
-use crate::profile::DepthSample;
-
-/// Mean linear signal of the routine's shallowest picture that looks up.
-const UP_LIGHT: f64 = 0.4;
-/// Depth of that picture in the routine from which the shipped models learnt, m.
-const REFERENCE_M: f64 = 0.5;
-/// Distance of samples of K_z along the depth, m; at most.
-const STEP_M: f64 = 0.5;
-/// Most samples of K_z.
-const MOST_SAMPLES: usize = 40;
 /// Least range of depths of a fit, m.
 pub(crate) const LEAST_RANGE_M: f64 = 1.0;
 
@@ -86,28 +73,6 @@ pub(crate) fn fit(pictures: &[Dark]) -> Result<([f64; 3], [f64; 3]), String> {
     Ok((k_d, errors))
 }
 
-/// Samples of K_z from `shallowest_m` to `deepest_m` in water of `k_d` per channel, 1/m, against the routine's shallowest
-/// depth.
-pub(crate) fn samples(
-    k_d: [f64; 3],
-    [shallowest_m, deepest_m]: [f64; 2],
-    encoding: Encoding,
-) -> Vec<DepthSample> {
-    let steps = ((deepest_m - shallowest_m) / STEP_M).ceil().max(1.0) as usize;
-    let steps = steps.min(MOST_SAMPLES - 1);
-    (0..=steps)
-        .map(|i| {
-            let share = i as f64 / steps as f64;
-            let depth_m = (1.0 - share) * shallowest_m + share * deepest_m;
-            let k_z = k_d.map(|k| {
-                let light = UP_LIGHT * (-k * (depth_m - REFERENCE_M)).exp();
-                encoding.counts(light) / encoding.counts(UP_LIGHT)
-            });
-            DepthSample { depth_m, k_z }
-        })
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -151,17 +116,6 @@ mod tests {
         for (pictures, expected) in cases {
             let error = fit(&pictures).unwrap_err();
             assert!(error.contains(expected), "{error}");
-        }
-    }
-
-    #[test]
-    fn k_z_is_that_of_the_light_as_the_camera_stores_it() {
-        let samples = samples([0.0, 0.2, 2.0], [0.5, 5.0], Encoding::Linear);
-        assert_eq!((samples[0].depth_m, samples[0].k_z), (0.5, [1.0; 3]));
-        let last = samples[samples.len() - 1];
-        assert_eq!(last.depth_m, 5.0);
-        for (got, k_d) in last.k_z.into_iter().zip([0.0, 0.2, 2.0_f64]) {
-            assert!((got - (-4.5 * k_d).exp()).abs() < 1e-12, "{got}");
         }
     }
 }

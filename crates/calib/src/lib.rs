@@ -32,6 +32,7 @@ pub use encoding::Encoding;
 pub use manifest::{Manifest, ManifestError, Row, RowKind};
 pub use profile::{ContrastSample, DepthSample, Profile, ProfileError, Source};
 pub use routine::{
-    Calibration, Daylight, RoutineOptions, calibrate_manifest, check_manifest, from_manifest,
+    Calibration, Daylight, DaylightFit, RoutineOptions, calibrate_manifest, check_manifest,
+    fit_daylight, from_manifest,
 };
 pub use stats::{ImageStats, PatchGrid, PatchStats, StatsError, patch_statistics};

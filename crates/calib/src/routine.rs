@@ -16,20 +16,13 @@ use crate::stats::{ImageStats, PatchGrid, StatsError};
 /// Lamp level of the data from which the shipped models learnt, percent: preferred among equally covered levels.
 const USUAL_LIGHT_PCT: f64 = 67.0;
 
-/// Where K_z comes from when no picture looks up.
+/// Where K_z comes from.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Daylight {
-    /// From pictures of the target with the lamps off at several depths.
+    /// From the manifest's pictures that look up.
     #[default]
     Pictures,
-    /// From a diffuse attenuation K_d.
-    Attenuation {
-        /// K_d per channel, 1/m, finite and >= 0.
-        k_d_per_m: [f64; 3],
-        /// Shallowest and deepest depth of the profile, m.
-        depths_m: [f64; 2],
-    },
-    /// From measurements made elsewhere.
+    /// From measurements made elsewhere, where the manifest has no such pictures.
     Measured {
         /// Means of pictures that look up.
         depth: Vec<DepthMeasurement>,
@@ -38,14 +31,27 @@ pub enum Daylight {
     },
 }
 
+/// How daylight falls with depth in pictures of the target.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DaylightFit {
+    /// K_d per channel, 1/m.
+    pub k_d_per_m: [f64; 3],
+    /// Its standard errors, 1/m; 0 where there are no more pictures than unknowns.
+    pub errors_per_m: [f64; 3],
+    /// Shallowest and deepest depth, m.
+    pub depths_m: [f64; 2],
+    /// Number of pictures.
+    pub pictures: usize,
+}
+
 /// How a manifest is made into a profile.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RoutineOptions {
     /// Lamp level of K_c on, percent; `None` for the level with pictures from the most distances.
     pub light_pct: Option<f64>,
-    /// How counts stand for light: needed where contrast is derived from other levels, or K_z from pictures of the target.
+    /// How counts stand for light: needed where contrast is derived from other levels.
     pub encoding: Encoding,
-    /// Where K_z comes from when no picture looks up.
+    /// Where K_z comes from.
     pub daylight: Daylight,
 }
 
@@ -89,6 +95,58 @@ pub fn from_manifest(
     Ok(Calibration {
         profile: Profile::new(depth, on, off, source)?,
         warnings: work.warnings,
+    })
+}
+
+/// K_d of a manifest without pictures that look up, from its pictures of the target with the lamps off; `None` where there are
+/// pictures that look up.
+pub fn fit_daylight(
+    path: &Path,
+    encoding: Encoding,
+) -> Result<Option<DaylightFit>, CalibrateError> {
+    let (manifest, coverage) = examine(path, false)?;
+    if coverage.looks_up() {
+        return Ok(None);
+    }
+    let mut dark = Vec::new();
+    for t in manifest.rows.iter().filter_map(target) {
+        if let (0.0, Some(depth_m)) = (t.light_pct, t.depth_m) {
+            let light = measured(&manifest, t.row, |path| linear(path, encoding))?;
+            dark.push(Dark {
+                depth_m,
+                distance_m: t.distance_m,
+                light: light.stats.mean,
+            });
+        }
+    }
+    let (k_d_per_m, errors_per_m) =
+        daylight::fit(&dark).map_err(|reason| CalibrateError::Daylight {
+            manifest: path.display().to_string(),
+            reason,
+        })?;
+    let depths: Vec<f64> = dark.iter().map(|d| d.depth_m).collect();
+    let (least, most) = range(&depths);
+    Ok(Some(DaylightFit {
+        k_d_per_m,
+        errors_per_m,
+        depths_m: [least, most],
+        pictures: dark.len(),
+    }))
+}
+
+fn linear(path: &Path, encoding: Encoding) -> Result<PatchGrid, StatsError> {
+    PatchGrid::from_file_as(path, |counts| encoding.light(counts))
+}
+
+fn measured<T>(
+    manifest: &Manifest,
+    row: &Row,
+    measure: impl FnOnce(&Path) -> Result<T, StatsError>,
+) -> Result<T, CalibrateError> {
+    measure(&row.image).map_err(|source| CalibrateError::Image {
+        manifest: manifest.path.display().to_string(),
+        line: row.line,
+        source,
     })
 }
 
@@ -151,25 +209,6 @@ struct Work<'a> {
 }
 
 impl<'a> Work<'a> {
-    fn measured<T>(
-        &self,
-        row: &Row,
-        measure: impl FnOnce(&Path) -> Result<T, StatsError>,
-    ) -> Result<T, CalibrateError> {
-        measure(&row.image).map_err(|source| CalibrateError::Image {
-            manifest: self.manifest.path.display().to_string(),
-            line: row.line,
-            source,
-        })
-    }
-
-    fn linear(&self, row: &Row) -> Result<PatchGrid, CalibrateError> {
-        let encoding = self.options.encoding;
-        self.measured(row, |path| {
-            PatchGrid::from_file_as(path, |counts| encoding.light(counts))
-        })
-    }
-
     fn approximately(&mut self, what: String) {
         self.warnings.push(what.clone());
         self.approximate.push(what);
@@ -179,68 +218,18 @@ impl<'a> Work<'a> {
     fn daylight(&mut self) -> Result<(Vec<DepthSample>, Vec<Target<'a>>), CalibrateError> {
         let manifest = self.manifest;
         let target: Vec<Target<'a>> = manifest.rows.iter().filter_map(target).collect();
-        let failed = |reason: String| CalibrateError::Daylight {
-            manifest: manifest.path.display().to_string(),
-            reason,
-        };
-        if self.coverage.looks_up() {
-            let mut depth = Vec::new();
-            for row in &manifest.rows {
-                if let RowKind::Depth { depth_m } = row.kind {
-                    let mean = self.measured(row, ImageStats::from_file)?.mean;
-                    depth.push(DepthMeasurement { depth_m, mean });
-                }
-            }
-            return Ok((relative_to_shallowest(&depth)?, target));
+        if let Daylight::Measured { depth, what } = &self.options.daylight {
+            self.approximately(format!("K_z {what}"));
+            return Ok((relative_to_shallowest(depth)?, self.of_one_depth(target)));
         }
-        let encoding = self.options.encoding;
-        match self.options.daylight.clone() {
-            Daylight::Measured { depth, what } => {
-                self.approximately(format!("K_z {what}"));
-                Ok((relative_to_shallowest(&depth)?, target))
-            }
-            Daylight::Attenuation {
-                k_d_per_m,
-                depths_m,
-            } => {
-                let [r, g, b] = k_d_per_m;
-                self.approximately(format!("K_z from a given K_d of {r}, {g}, {b} per m"));
-                Ok((daylight::samples(k_d_per_m, depths_m, encoding), target))
-            }
-            Daylight::Pictures => {
-                let (k_d, depths_m) = self.fitted(&target).map_err(|error| match error {
-                    Fit::Reason(reason) => failed(reason),
-                    Fit::Image(error) => error,
-                })?;
-                let target = self.of_one_depth(target);
-                Ok((daylight::samples(k_d, depths_m, encoding), target))
+        let mut depth = Vec::new();
+        for row in &manifest.rows {
+            if let RowKind::Depth { depth_m } = row.kind {
+                let mean = measured(manifest, row, ImageStats::from_file)?.mean;
+                depth.push(DepthMeasurement { depth_m, mean });
             }
         }
-    }
-
-    /// K_d from the pictures with the lamps off, and the range of their depths.
-    fn fitted(&mut self, target: &[Target]) -> Result<([f64; 3], [f64; 2]), Fit> {
-        let mut dark = Vec::new();
-        for t in target.iter().filter(|t| t.light_pct == 0.0) {
-            if let Some(depth_m) = t.depth_m {
-                dark.push(Dark {
-                    depth_m,
-                    distance_m: t.distance_m,
-                    light: self.linear(t.row).map_err(Fit::Image)?.stats.mean,
-                });
-            }
-        }
-        let (k_d, errors) = daylight::fit(&dark).map_err(Fit::Reason)?;
-        let depths: Vec<f64> = dark.iter().map(|d| d.depth_m).collect();
-        let (least, most) = range(&depths);
-        let triple = |v: [f64; 3]| v.map(|v| format!("{v:.3}")).join(", ");
-        self.approximately(format!(
-            "K_z from {} pictures of the target with the lamps off, {least} to {most} m deep: K_d {} per m (± {})",
-            dark.len(),
-            triple(k_d),
-            triple(errors)
-        ));
-        Ok((k_d, [least, most]))
+        Ok((relative_to_shallowest(&depth)?, target))
     }
 
     /// The pictures of the depth from which most distances were seen: K_c must not mix depths.
@@ -275,17 +264,17 @@ impl<'a> Work<'a> {
     /// K_c at the common lamp level and with the lamps off.
     fn contrast(&mut self, target: &[Target]) -> Result<Contrasts, CalibrateError> {
         let level = self.level();
-        let mut measured = Vec::new();
+        let mut contrasts = Vec::new();
         for t in target {
-            let contrast = self.measured(t.row, ImageStats::from_file)?.contrast;
-            measured.push(ContrastMeasurement {
+            let contrast = measured(self.manifest, t.row, ImageStats::from_file)?.contrast;
+            contrasts.push(ContrastMeasurement {
                 distance_m: t.distance_m,
                 light_pct: t.light_pct,
                 contrast,
             });
         }
         let at = |level: f64| -> Vec<(f64, [f64; 3])> {
-            let of = measured.iter().filter(|m| m.light_pct == level);
+            let of = contrasts.iter().filter(|m| m.light_pct == level);
             average(of.map(|m| (m.distance_m, m.contrast)))
         };
         let mut on = at(level);
@@ -355,8 +344,10 @@ impl<'a> Work<'a> {
         let lit = |t: &Target| -> Result<Lit, CalibrateError> {
             Ok(Lit {
                 light_pct: t.light_pct,
-                counts: self.measured(t.row, PatchGrid::from_file)?,
-                linear: self.linear(t.row)?,
+                counts: measured(self.manifest, t.row, PatchGrid::from_file)?,
+                linear: measured(self.manifest, t.row, |path| {
+                    linear(path, self.options.encoding)
+                })?,
             })
         };
         let contrast = contrast_at(level, &lit(one)?, &lit(other)?, self.options.encoding);
@@ -390,12 +381,6 @@ impl<'a> Work<'a> {
             ));
         }
     }
-}
-
-/// Why there is no fit.
-enum Fit {
-    Reason(String),
-    Image(CalibrateError),
 }
 
 fn target(row: &Row) -> Option<Target<'_>> {
