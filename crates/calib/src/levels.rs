@@ -81,7 +81,7 @@ mod tests {
                 let right = picture(level, encoding).counts.stats.contrast;
                 for k in 0..3 {
                     // The lamps' fall-off inside a patch is no pattern of the target.
-                    assert!((got[k] / right[k] - 1.0).abs() < 0.02, "{got:?} {right:?}");
+                    assert!((got[k] / right[k] - 1.0).abs() < 0.03, "{got:?} {right:?}");
                 }
             }
         }
