@@ -33,7 +33,7 @@ use error::CliError;
 
 /// Renders underwater scenes, shows water as numbers, measures pictures, calibrates and predicts.
 #[derive(Debug, Parser)]
-#[command(name = "uw", version)]
+#[command(name = "uw", version, after_help = ENVIRONMENT)]
 struct Arguments {
     /// JSON instead of text: results of `adapters`, `error-time`, `render`, `stats` and `water` on standard output, and errors
     /// as one object on standard error.
@@ -42,6 +42,11 @@ struct Arguments {
     #[command(subcommand)]
     command: Command,
 }
+
+const ENVIRONMENT: &str = "\
+Environment:
+  UW_ASSETS  Folder of the shipped textures, models and profiles; needed where `assets` is neither in the working directory nor
+             beside the program's build folder";
 
 #[derive(Debug, Subcommand)]
 enum Command {

@@ -305,12 +305,19 @@ fn pictures_and_manifests_are_refused_by_name() {
     folder.refused("sensor text.exr none.toml -o out.png", &["none.toml"]);
     folder.refused("calibrate none.csv -o out.json", &["none.csv"]);
     let header = "file,kind,depth_m,distance_m,light_pct\n";
-    folder.write("manifest.csv", format!("{header}none.png,depth,1,,0\n"));
+    let rest = "text.png,contrast,,1,0\ntext.png,contrast,,1,67\n";
+    folder.write(
+        "manifest.csv",
+        format!("{header}none.png,depth,1,,0\n{rest}"),
+    );
     folder.refused(
         "calibrate manifest.csv -o out.json",
         &["manifest.csv:2:", "none.png"],
     );
-    folder.write("manifest.csv", format!("{header}text.png,depth,1,,0\n"));
+    folder.write(
+        "manifest.csv",
+        format!("{header}text.png,depth,1,,0\n{rest}"),
+    );
     folder.refused(
         "calibrate manifest.csv -o out.json",
         &["manifest.csv:2:", "text.png"],

@@ -1,6 +1,7 @@
 //! The command line as a user meets it: the real binary on small inputs.
 
 mod bad_input;
+mod calibrate;
 mod error_time;
 mod interruption;
 mod irradiance;
