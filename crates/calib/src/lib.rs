@@ -4,6 +4,7 @@
 //! 2. [`manifest`]: the list of images of a calibration routine, with depth, distance and lamp level.
 //! 3. [`calibrate`]: measurements become a profile.
 //! 4. [`profile`]: the profile, its file and its interpolation inside the calibrated range.
+//! 5. [`rig`]: the camera, sensor and lamps that profiles and models are made for.
 //!
 //! [`json`] reads JSON field by field with errors that name the field; the guidance crate uses it too.
 //!
@@ -19,6 +20,7 @@ pub mod calibrate;
 pub mod json;
 pub mod manifest;
 pub mod profile;
+pub mod rig;
 pub mod stats;
 
 pub use calibrate::{
@@ -26,4 +28,5 @@ pub use calibrate::{
 };
 pub use manifest::{Manifest, ManifestError, Row, RowKind};
 pub use profile::{ContrastSample, DepthSample, Profile, ProfileError, Source};
+pub use rig::Rig;
 pub use stats::{ImageStats, PatchGrid, PatchStats, StatsError, patch_statistics};

@@ -124,7 +124,13 @@ impl From<Reason> for WireError {
             Reason::NoCandidates { .. } => {
                 Self::new(Code::OutOfRange, message).at("objective.distance_m")
             }
-            Reason::NotFinite | Reason::Clamped { .. } => Self::new(Code::Internal, message),
+            Reason::OutsideTraining { input, .. } => Self::new(Code::OutOfRange, message).at(input),
+            Reason::ModelMisfit { .. } | Reason::OtherCamera(_) => {
+                Self::new(Code::InvalidValue, message)
+            }
+            Reason::NotFinite | Reason::Clamped { .. } | Reason::SmallGain { .. } => {
+                Self::new(Code::Internal, message)
+            }
         };
         Self {
             reason: Some(name),

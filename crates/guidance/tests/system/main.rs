@@ -2,6 +2,7 @@
 
 mod answers;
 mod binary;
+mod checks;
 mod client;
 mod daemon;
 mod faults;
