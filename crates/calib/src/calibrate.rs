@@ -9,7 +9,8 @@ use thiserror::Error;
 
 use crate::manifest::{Manifest, ManifestError, RowKind};
 use crate::profile::{ContrastSample, DepthSample, Profile, ProfileError, Source};
-use crate::stats::{ImageStats, StatsError};
+use crate::rig::Rig;
+use crate::stats::{PatchGrid, StatsError};
 
 /// Why measurements give no profile.
 #[derive(Debug, Error)]
@@ -54,6 +55,20 @@ pub enum CalibrateError {
         first: f64,
         /// Another level, percent.
         second: f64,
+    },
+    /// Pictures of the target have different sizes; contrast depends on it.
+    #[error(
+        "{manifest}:{line}: all contrast images must have the same size, got {} x {} and {} x {} pixels", first[0], first[1], second[0], second[1]
+    )]
+    MixedSizes {
+        /// Manifest.
+        manifest: String,
+        /// Line, from 1.
+        line: u64,
+        /// Width and height of those before, pixels.
+        first: [u32; 2],
+        /// Of this one, pixels.
+        second: [u32; 2],
     },
     /// The measurements make no valid profile.
     #[error(transparent)]
@@ -118,26 +133,43 @@ impl Profile {
 /// Measures the images of a manifest and makes their profile; `made_by` names the program and its version.
 pub fn calibrate_manifest(path: &Path, made_by: &str) -> Result<Profile, CalibrateError> {
     let manifest = Manifest::read(path)?;
-    let (depth, contrast) = measure_manifest(&manifest)?;
+    let (depth, contrast, size_px) = measure(&manifest)?;
     let source = Source {
         made_by: made_by.to_owned(),
         images: manifest.rows.len() as u64,
         note: None,
     };
-    Profile::from_measurements(&depth, &contrast, source)
+    let profile = Profile::from_measurements(&depth, &contrast, source)?;
+    Ok(profile.with_rig(size_px.map(Rig::of_size).unwrap_or_default()))
 }
 
 /// Measures every image of a manifest, in file order.
 pub fn measure_manifest(
     manifest: &Manifest,
 ) -> Result<(Vec<DepthMeasurement>, Vec<ContrastMeasurement>), CalibrateError> {
-    let (mut depth, mut contrast) = (Vec::new(), Vec::new());
+    let (depth, contrast, _) = measure(manifest)?;
+    Ok((depth, contrast))
+}
+
+/// Measurements of depth and of contrast, and the size of the pictures of the latter, pixels.
+type Measured = (
+    Vec<DepthMeasurement>,
+    Vec<ContrastMeasurement>,
+    Option<[u32; 2]>,
+);
+
+fn measure(manifest: &Manifest) -> Result<Measured, CalibrateError> {
+    let (mut depth, mut contrast, mut size_px) = (Vec::new(), Vec::new(), None);
     for row in &manifest.rows {
-        let stats = ImageStats::from_file(&row.image).map_err(|source| CalibrateError::Image {
-            manifest: manifest.path.display().to_string(),
+        let name = || manifest.path.display().to_string();
+        let grid = PatchGrid::from_file(&row.image).map_err(|source| CalibrateError::Image {
+            manifest: name(),
             line: row.line,
             source,
         })?;
+        let stats = grid.stats;
+        // A picture that is decoded has far fewer pixels a side than this could hold.
+        let size = [grid.width, grid.height].map(|side| u32::try_from(side).unwrap_or(u32::MAX));
         match row.kind {
             RowKind::Depth { depth_m } => {
                 depth.push(DepthMeasurement {
@@ -149,16 +181,24 @@ pub fn measure_manifest(
                 distance_m,
                 light_pct,
             } => {
-                let contrast_counts = stats.contrast;
+                let first = *size_px.get_or_insert(size);
+                if first != size {
+                    return Err(CalibrateError::MixedSizes {
+                        manifest: name(),
+                        line: row.line,
+                        first,
+                        second: size,
+                    });
+                }
                 contrast.push(ContrastMeasurement {
                     distance_m,
                     light_pct,
-                    contrast: contrast_counts,
+                    contrast: stats.contrast,
                 });
             }
         }
     }
-    Ok((depth, contrast))
+    Ok((depth, contrast, size_px))
 }
 
 fn relative_to_shallowest(depth: &[DepthMeasurement]) -> Result<Vec<DepthSample>, CalibrateError> {

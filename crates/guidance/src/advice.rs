@@ -2,7 +2,7 @@
 
 use uw_calib::Profile;
 
-use crate::checks::{Checks, Residual};
+use crate::checks::{Checks, Residual, Strictness};
 use crate::features::Candidate;
 use crate::mlp::Model;
 use crate::objective::{Objective, Terms};
@@ -61,7 +61,7 @@ impl Advice {
     }
 
     /// Advice to stay without any number but the observation's own.
-    fn hold(observation: &Observation, reason: Reason) -> Self {
+    pub(crate) fn hold(observation: &Observation, reason: Reason) -> Self {
         let (predicted_here, residual_here) = match &reason {
             Reason::ModelMisfit {
                 residual,
@@ -102,7 +102,7 @@ pub fn trace(
 ) -> Result<Vec<(Candidate, f64)>, Reason> {
     let mut steps = Vec::new();
     let mut question = Question::new(observation, profile, model, objective, &Checks::none())?;
-    let (here, ..) = question.here()?;
+    let (here, _) = question.here()?;
     question.best(here, &mut |candidate, score| {
         steps.push((*candidate, score))
     })?;
@@ -139,17 +139,18 @@ pub fn advise_checked(
 ) -> Advice {
     let answer = || {
         let mut question = Question::new(observation, profile, model, objective, checks)?;
-        let (here, residual, warning) = question.here()?;
-        Ok((question.best(here, &mut |_, _| {})?, residual, warning))
+        let (here, residual) = question.here()?;
+        let found = question.best(here, &mut |_, _| {})?;
+        Ok((found, residual, question.warnings))
     };
-    let (found, residual, warning) = match answer() {
+    let (found, residual, warnings) = match answer() {
         Ok(found) => found,
         Err(reason) => return Advice::hold(observation, reason),
     };
     let (advised, here) = (found.advised, found.here);
     Advice {
         reason: found.reason,
-        warnings: warning.into_iter().collect(),
+        warnings,
         distance_m: advised.candidate.distance_m,
         light_pct: advised.candidate.light_pct,
         delta_distance_m: advised.candidate.distance_m - observation.distance_m,
@@ -210,5 +211,10 @@ pub fn doubt(
         distance_m: observation.distance_m,
         light_pct: observation.light_pct,
     };
-    model.knows_candidates(&current, candidates, checks.training_margin)
+    match checks.training {
+        Strictness::Refuse => {
+            model.outside_candidates(&current, candidates, checks.training_margin)
+        }
+        Strictness::Warn | Strictness::Ignore => None,
+    }
 }

@@ -28,7 +28,9 @@ pub enum Strictness {
 /// Limits of advice.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Checks {
-    /// How far an input may lie outside its trained range, as a share of that range, >= 0; infinite: not checked.
+    /// What is done about inputs outside the range that the model was trained on; "refuse" also keeps suggestions inside.
+    pub training: Strictness,
+    /// How far an input may lie outside its trained range, as a share of that range, >= 0.
     pub training_margin: f64,
     /// Largest [`Residual::misfit`] at the present place, > 0.
     pub max_misfit: f64,
@@ -47,6 +49,7 @@ impl Default for Checks {
     /// See `docs/daemon.md` for the reasons.
     fn default() -> Self {
         Self {
+            training: Strictness::Refuse,
             training_margin: 0.05,
             max_misfit: 1.0,
             misfit: Strictness::Refuse,
@@ -61,7 +64,8 @@ impl Checks {
     /// No checks: the bare search.
     pub fn none() -> Self {
         Self {
-            training_margin: f64::INFINITY,
+            training: Strictness::Ignore,
+            training_margin: 0.0,
             max_misfit: f64::INFINITY,
             misfit: Strictness::Ignore,
             min_gain: f64::NEG_INFINITY,
@@ -73,6 +77,7 @@ impl Checks {
     /// These checks with the fields of `overrides` over them.
     pub fn with(&self, overrides: &Object) -> Result<Self, FieldError> {
         overrides.only(&[
+            "training",
             "training_margin",
             "max_misfit",
             "misfit",
@@ -100,6 +105,7 @@ impl Checks {
         number("max_misfit", false, &mut checks.max_misfit)?;
         number("min_gain", true, &mut checks.min_gain)?;
         for (name, value) in [
+            ("training", &mut checks.training),
             ("misfit", &mut checks.misfit),
             ("other_camera", &mut checks.other_camera),
         ] {

@@ -33,6 +33,7 @@ pub mod config;
 pub mod daemon;
 pub mod features;
 pub mod feed;
+pub mod gauges;
 pub mod links;
 pub mod metrics;
 pub mod mlp;

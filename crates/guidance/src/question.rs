@@ -24,6 +24,8 @@ pub(crate) struct Question<'a> {
     model: &'a Model,
     objective: &'a Objective,
     situation: Situation,
+    /// What was found wanting and is allowed by the checks.
+    pub warnings: Vec<Reason>,
     checks: Checks,
     current: Candidate,
 }
@@ -57,8 +59,14 @@ impl<'a> Question<'a> {
     ) -> Result<Self, Reason> {
         observation.check().map_err(Reason::BadObservation)?;
         let situation = Situation::new(observation, profile)?;
-        if checks.training_margin.is_finite() {
-            model.knows(&situation, checks.training_margin)?;
+        let mut warnings = Vec::new();
+        if checks.training != Strictness::Ignore
+            && let Some(reason) = model.outside(&situation, checks.training_margin)
+        {
+            match checks.training {
+                Strictness::Refuse => return Err(reason),
+                Strictness::Warn | Strictness::Ignore => warnings.push(reason),
+            }
         }
         Ok(Self {
             query: model.query(&situation),
@@ -67,6 +75,7 @@ impl<'a> Question<'a> {
             model,
             objective,
             situation,
+            warnings,
             checks: *checks,
             current: Candidate {
                 distance_m: observation.distance_m,
@@ -77,14 +86,14 @@ impl<'a> Question<'a> {
 
     /// What is predicted for staying, and how far that is from the picture. A residual beyond the limit is an error or a
     /// warning, as the checks say.
-    pub fn here(&mut self) -> Result<(Judged, Residual, Option<Reason>), Reason> {
+    pub fn here(&mut self) -> Result<(Judged, Residual), Reason> {
         let current = self.current;
         let here = self.exact(&current);
         let measured = self.situation.observation.std;
         let residual = Residual::new(here.contrast, measured);
         let strictness = self.checks.misfit_of(self.model);
         if strictness == Strictness::Ignore || residual.misfit <= self.checks.max_misfit {
-            return Ok((here, residual, None));
+            return Ok((here, residual));
         }
         if !residual.misfit.is_finite() {
             return Err(Reason::NotFinite);
@@ -97,7 +106,10 @@ impl<'a> Question<'a> {
         };
         match strictness {
             Strictness::Refuse => Err(reason),
-            Strictness::Warn | Strictness::Ignore => Ok((here, residual, Some(reason))),
+            Strictness::Warn | Strictness::Ignore => {
+                self.warnings.push(reason);
+                Ok((here, residual))
+            }
         }
     }
 
@@ -186,7 +198,7 @@ impl<'a> Question<'a> {
 
     /// Of these bounds what the model was trained on.
     fn trained(&self, allowed: Bounds) -> Result<Bounds, Reason> {
-        if !self.checks.training_margin.is_finite() {
+        if self.checks.training != Strictness::Refuse {
             return Ok(allowed);
         }
         let common = |name, unit, [low, high]: [f64; 2], trained: Option<[f64; 2]>| {
@@ -215,7 +227,7 @@ impl<'a> Question<'a> {
     /// Inputs that follow the calibration to the candidate's distance and leave the trained range somewhere between the
     /// bounds. Between samples the curves are straight, so that their ends tell.
     fn curve_limits(&self, bounds: &Bounds) -> Vec<CurveLimit> {
-        if !self.checks.training_margin.is_finite() {
+        if self.checks.training != Strictness::Refuse {
             return Vec::new();
         }
         let [near, far] = bounds.distance_m;

@@ -166,7 +166,7 @@ impl std::fmt::Display for Reason {
                 min_gain,
             } => write!(
                 f,
-                "staying is as good: the best place, {distance_m:.2} m with lamps at {light_pct:.1} %, has a score {gain:.4} higher, and {min_gain} is worth a move"
+                "staying is as good: going to the best place, {distance_m:.2} m with lamps at {light_pct:.1} %, gains {gain:.4} in score, and a move takes more than {min_gain}"
             ),
         }
     }

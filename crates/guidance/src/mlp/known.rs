@@ -18,20 +18,17 @@ impl Model {
         Some([min - beyond, max + beyond])
     }
 
-    /// Refuses a situation of which an input is further outside the trained range than a share of it.
-    pub(crate) fn knows(&self, situation: &Situation, margin: f64) -> Result<(), Reason> {
+    /// The first input of a situation that is further outside the trained range than a share of it.
+    pub(crate) fn outside(&self, situation: &Situation, margin: f64) -> Option<Reason> {
         for (k, input) in self.inputs.iter().enumerate() {
             let FeatureValue::Fixed(of) = input.value else {
                 continue;
             };
-            let (Some(trained), Some([low, high])) =
-                (self.trained_range(input.name), self.widened(k, margin))
-            else {
-                return Ok(());
-            };
+            let (trained, [low, high]) =
+                (self.trained_range(input.name)?, self.widened(k, margin)?);
             let value = of(situation);
             if !(low..=high).contains(&value) {
-                return Err(Reason::OutsideTraining {
+                return Some(Reason::OutsideTraining {
                     input: input.name.to_owned(),
                     unit: input.unit,
                     value,
@@ -40,7 +37,7 @@ impl Model {
                 });
             }
         }
-        Ok(())
+        None
     }
 
     /// Distances in m and lamp levels in percent that the network has seen as candidates, from a place; `None` where
@@ -68,15 +65,12 @@ impl Model {
     }
 
     /// The first of the candidates that lies further outside the trained ones than a share of their range.
-    pub(crate) fn knows_candidates(
+    pub(crate) fn outside_candidates(
         &self,
         current: &Candidate,
         candidates: &[Candidate],
         margin: f64,
     ) -> Option<Reason> {
-        if !margin.is_finite() {
-            return None;
-        }
         let (distances, lights) = self.trained_candidates(current);
         let outside = |k: usize, of: usize, value: f64, unit, trained: Option<[f64; 2]>| {
             let trained = trained?;

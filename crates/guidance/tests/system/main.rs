@@ -12,5 +12,6 @@ mod model;
 mod operations;
 mod optimum;
 mod protocol;
+mod refusals;
 mod rugged;
 mod support;
