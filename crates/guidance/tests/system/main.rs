@@ -5,6 +5,7 @@ mod binary;
 mod checks;
 mod client;
 mod daemon;
+mod dvl_stream;
 mod faults;
 mod links;
 mod model;
