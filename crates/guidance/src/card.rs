@@ -23,7 +23,7 @@ pub struct Card {
 /// What the pictures showed that a network learnt from.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Training {
-    /// Rows of the table.
+    /// Rows of the table that ranges and residuals are of.
     pub rows: Option<u64>,
     /// Names of the targets' textures.
     pub textures: Vec<String>,

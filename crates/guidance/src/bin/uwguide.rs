@@ -186,6 +186,9 @@ fn start(serve: Serve) -> Result<(), Failure> {
         config.close_files();
     }
     if serve.check_config {
+        for warning in loaded.warnings(None) {
+            tell(&format!("uwguide: warning: {warning}"));
+        }
         return print("the configuration is usable\n");
     }
     let log_file = config.log.file.clone().unwrap_or_default();

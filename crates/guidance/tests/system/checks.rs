@@ -145,3 +145,73 @@ fn the_terms_make_the_score_and_suggestions_lie_on_centimetres() {
     );
     assert_eq!(advice.light_pct, (advice.light_pct * 10.0).round() / 10.0);
 }
+
+#[test]
+fn the_shipped_models_state_all_that_is_checked() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/models");
+    for (name, width) in [
+        ("default", 1280.0),
+        ("textures", 1280.0),
+        ("small_camera", 240.0),
+    ] {
+        let model = Model::read(format!("{folder}/{name}.json").as_ref()).unwrap();
+        let card = model.card();
+        assert_eq!(card.warnings(), Vec::<String>::new(), "{name}");
+        assert_eq!(card.rig.width_px, Some(width));
+        assert_eq!(card.training.sun.unwrap().azimuth_deg, 0.0);
+        assert!(card.training.textures.len() >= 2);
+        // The limit is about twice what 99 of 100 of their own pictures have.
+        let normal = card.training.residual_here.unwrap();
+        let limit = Checks::default().max_misfit;
+        assert!(
+            (1.9..2.5).contains(&(limit / normal.p99)),
+            "{name} {normal:?}"
+        );
+    }
+}
+
+#[test]
+fn the_shipped_model_advises_on_what_it_knows_and_refuses_what_it_does_not() {
+    let model = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../assets/models/default.json"
+    );
+    let model = Model::read(model.as_ref()).unwrap();
+    let data = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/hull_red");
+    let water = Profile::read(format!("{data}.json").as_ref()).unwrap();
+    let mut table = csv::Reader::from_path(format!("{data}.csv")).unwrap();
+    let (mut pictures, mut moves) = (0, 0);
+    for row in table.records() {
+        let n: Vec<f64> = row.unwrap().iter().map(|v| v.parse().unwrap()).collect();
+        let now = Observation {
+            depth_m: n[0],
+            distance_m: n[1],
+            light_pct: n[2],
+            mean: [n[3], n[4], n[5]],
+            std: [n[6], n[7], n[8]],
+        };
+        let ask = |now: &Observation| {
+            advise_checked(
+                now,
+                &water,
+                &model,
+                &Objective::default(),
+                &Checks::default(),
+            )
+        };
+        let advice = ask(&now);
+        assert!(advice.valid(), "{advice:?}");
+        pictures += 1;
+        moves += usize::from(advice.moves());
+        // More contrast than water and distance leave: another target, another sun.
+        let other = Observation {
+            std: now.std.map(|s| 1.5 * s + 1.0),
+            ..now
+        };
+        assert!(!ask(&other).valid(), "{other:?}");
+    }
+    assert!(
+        pictures > 20 && moves * 10 > pictures * 9,
+        "{moves} of {pictures}"
+    );
+}
