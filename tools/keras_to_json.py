@@ -23,6 +23,7 @@ import io
 import json
 import math
 import os
+import re
 import sys
 import tempfile
 import zipfile
@@ -52,18 +53,42 @@ def read_keras(path):
             weights = io.BytesIO(archive.read("model.weights.h5"))
     except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
         raise Unusable(f"{path}: not a Keras 3 model (.keras): {error}") from error
-    variables = {}
-
-    def collect(name, node):
-        if isinstance(node, h5py.Group) and name.endswith("/vars") and "name" in node.attrs:
-            keys = sorted(node, key=int)
-            variables[str(node.attrs["name"])] = [node[key][()] for key in keys]
-
-    with h5py.File(weights) as file:
-        file.visititems(collect)
     if config.get("class_name") not in ("Sequential", "Functional"):
         raise Unusable(f"{path}: must be Sequential or Functional, got {config.get('class_name')}")
-    return config["config"]["layers"], variables
+    layers = config["config"]["layers"]
+    with h5py.File(weights) as file:
+        return layers, variables_by_layer(layers, file)
+
+
+def group_names(layers):
+    """The groups that Keras gives to layers in a file of weights: by class and order, whatever the layers' names."""
+    taken = {}
+    for layer in layers:
+        kind = re.sub(r"(.)([A-Z][a-z]+)", r"\1_\2", layer["class_name"])
+        kind = re.sub(r"([a-z])([A-Z])", r"\1_\2", kind).lower()
+        number = taken.setdefault(kind, 0)
+        taken[kind] += 1
+        yield f"{kind}_{number}" if number else kind
+
+
+def variables_by_layer(layers, file):
+    """Variables by the layers' names: of groups that tell them, else (Keras 3.4 and before) by the order of the layers."""
+    groups = {}
+
+    def collect(name, node):
+        parts = name.split("/")
+        if isinstance(node, h5py.Group) and len(parts) == 3 and parts[-1] == "vars":
+            groups[parts[1]] = (node.attrs.get("name"), [node[key][()] for key in sorted(node, key=int)])
+
+    file.visititems(collect)
+    told = {str(name): values for name, values in groups.values() if name is not None}
+    if told:
+        return told
+    return {
+        layer["config"]["name"]: groups[group][1]
+        for layer, group in zip(layers, group_names(layers), strict=True)
+        if group in groups
+    }
 
 
 def activation_of(value, where):

@@ -1,17 +1,35 @@
 """The converter against a model that Keras wrote: python3 -m unittest (in this folder; needs h5py)."""
 
 import json
+import math
 import pathlib
 import tempfile
 import unittest
 
 import keras_to_json
 
+SAVED = pathlib.Path(__file__).parent / "testdata"
 DATA = pathlib.Path(__file__).parent.parent / "crates/guidance/tests/data"
 
 
 def flat(layer):
     return [value for row in layer["kernel"] for value in row] + layer["bias"]
+
+
+def predict(model, values):
+    """What a model file predicts for one row of inputs."""
+    curves = {"tanh": math.tanh, "linear": lambda x: x}
+    values = [
+        (x - m) / s for x, m, s in zip(values, *(model["normalisation"][k] for k in ("mean", "std")), strict=True)
+    ]
+    for layer in model["layers"]:
+        slope = layer.get("negative_slope")
+        act = curves.get(layer["activation"], lambda x, slope=slope: x if x > 0 else slope * x)
+        values = [
+            act(b + sum(x * row[k] for x, row in zip(values, layer["kernel"], strict=True)))
+            for k, b in enumerate(layer["bias"])
+        ]
+    return values
 
 
 class Conversion(unittest.TestCase):
@@ -36,6 +54,15 @@ class Conversion(unittest.TestCase):
             self.assertEqual((a["activation"], a["units"]), (b["activation"], b["units"]))
             for x, y in zip(flat(a), flat(b), strict=True):
                 self.assertAlmostEqual(x, y, delta=1e-6)
+
+    def test_models_of_old_and_new_keras_predict_what_keras_does(self):
+        for version in ("keras_3_4", "keras_3_15"):
+            told = json.loads((SAVED / f"{version}_io.json").read_text())
+            names = {"inputs": [{"name": f"x{k}", "unit": "1"} for k in range(4)]}
+            model = self.convert(names, model=SAVED / f"{version}.keras")
+            for given, wanted in zip(told["inputs"], told["outputs"], strict=True):
+                for x, y in zip(predict(model, given), wanted, strict=True):
+                    self.assertAlmostEqual(x, y, delta=2e-5, msg=version)
 
     def test_wrong_names_are_told(self):
         for names, wrong in [

@@ -35,7 +35,8 @@ class Client:
         timeout_s: float = 5.0,
         ssl: Optional[_ssl.SSLContext] = None,
     ):
-        """Connects to HOST:PORT or unix:PATH; `timeout_s` bounds every wait for the daemon."""
+        """Connects to HOST:PORT or unix:PATH; `timeout_s` bounds every wait for the daemon, which closes a
+        connection that asks nothing within 10 s."""
         if address.startswith("unix:"):
             self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
             self._socket.settimeout(timeout_s)
@@ -95,7 +96,8 @@ class Client:
         return self.request("suggest", **state)
 
     def suggest_image(self, path: str, **state: Any) -> Dict[str, Any]:
-        """The same with the statistics measured from an image file on the daemon's machine."""
+        """The same with the statistics measured from an image file on the daemon's machine, under the
+        directory that its configuration names (`images.directory`)."""
         return self.request("suggest_image", image={"path": path}, **state)
 
     def predict(self, candidates: Sequence[Tuple[float, float]], **state: Any) -> Dict[str, Any]:

@@ -5,12 +5,16 @@ use libfuzzer_sys::fuzz_target;
 use tokio::io::BufReader;
 use uw_guidance::wire::frame::{Frame, Lines};
 
-fn lines(bytes: &[u8], piece: usize) -> Vec<Frame> {
+fn lines(bytes: &[u8], piece: usize, of_client: bool) -> Vec<Frame> {
     let runtime = tokio::runtime::Builder::new_current_thread()
         .build()
         .expect("a runtime");
     runtime.block_on(async {
-        let mut lines = Lines::new(BufReader::with_capacity(piece, bytes));
+        let reader = BufReader::with_capacity(piece, bytes);
+        let mut lines = match of_client {
+            true => Lines::of_client(reader),
+            false => Lines::new(reader),
+        };
         let mut frames = Vec::new();
         loop {
             match lines.next().await.expect("memory does not fail") {
@@ -25,5 +29,8 @@ fuzz_target!(|bytes: &[u8]| {
     let Some((&piece, bytes)) = bytes.split_first() else {
         return;
     };
-    assert_eq!(lines(bytes, usize::from(piece).max(1)), lines(bytes, 8192));
+    for of_client in [false, true] {
+        let pieces = lines(bytes, usize::from(piece).max(1), of_client);
+        assert_eq!(pieces, lines(bytes, 8192, of_client));
+    }
 });

@@ -77,6 +77,10 @@ pub struct Metrics {
     pub refused: Counter,
     /// Connections closed because the client was idle or did not read.
     pub closed_slow: Counter,
+    /// Connections closed because the peer spoke another protocol, or no JSON too often.
+    pub closed_foreign: Counter,
+    /// Wrong tokens.
+    pub wrong_tokens: Counter,
     /// Records that could not be written.
     pub record_failures: Counter,
     /// Reloads that were refused.
@@ -161,6 +165,12 @@ impl Metrics {
                 "Connections closed as idle or not reading.",
                 &self.closed_slow,
             ),
+            (
+                "closed_foreign_total",
+                "Connections closed as of another protocol.",
+                &self.closed_foreign,
+            ),
+            ("wrong_tokens_total", "Wrong tokens.", &self.wrong_tokens),
             (
                 "record_failures_total",
                 "Records not written.",

@@ -51,6 +51,8 @@ pub struct Outcome {
     pub skipped: usize,
     /// Replies that differ: line of the recording, the recorded and the new reply.
     pub different: Vec<(usize, String, String)>,
+    /// Lines, from 1, that a full disk or a lost process has cut, and why they are no records.
+    pub torn: Vec<(usize, String)>,
 }
 
 /// A line of a recording.
@@ -85,36 +87,67 @@ pub fn replay(
         ..settings.clone()
     };
     let mut outcome = Outcome::default();
-    for run in runs(text)? {
+    for run in runs(text, &mut outcome)? {
         replay_run(run, model, digest, &settings, &mut outcome)?;
     }
     Ok(outcome)
 }
 
-/// Numbered records of each start of the daemon, in the order in which they used the shared state.
-fn runs(text: &str) -> Result<Vec<Run>, ReplayError> {
+/// Numbered records of each start of the daemon, in the order in which they used the shared state. Torn
+/// lines are left out, and with a torn start all that was answered after it.
+fn runs(text: &str, outcome: &mut Outcome) -> Result<Vec<Run>, ReplayError> {
     let mut runs: Vec<Run> = Vec::new();
+    let mut started = false;
     for (index, line) in text.lines().enumerate() {
         let number = index + 1;
         let problem = |problem: String| ReplayError::Line {
             line: number,
             problem,
         };
-        let value: Value =
-            serde_json::from_str(line).map_err(|error| problem(error.to_string()))?;
+        let value: Value = match serde_json::from_str(line) {
+            Ok(value) => value,
+            Err(error) if is_torn(line) => {
+                outcome.torn.push((number, error.to_string()));
+                started &= !may_be_start(line);
+                continue;
+            }
+            Err(error) => return Err(problem(error.to_string())),
+        };
         let (kind, sequence, record) = read(&value).map_err(|error| problem(error.to_string()))?;
         if kind == "start" {
             runs.push(Vec::new());
+            started = true;
         }
-        match runs.last_mut() {
+        match runs.last_mut().filter(|_| started) {
             Some(run) => run.push((number, sequence, record)),
-            None => return Err(problem("a recording must begin with its start".to_owned())),
+            None if outcome.torn.is_empty() => {
+                return Err(problem("a recording must begin with its start".to_owned()));
+            }
+            None => outcome.skipped += 1,
         }
+    }
+    if runs.is_empty() && !outcome.torn.is_empty() {
+        let (line, problem) = outcome.torn.swap_remove(0);
+        return Err(ReplayError::Line { line, problem });
     }
     for run in &mut runs {
         run.sort_by_key(|&(_, sequence, _)| sequence);
     }
     Ok(runs)
+}
+
+/// Whether a line that is no JSON was a record once: cut, cut with another glued to it, or the zeros that a
+/// file system leaves where it lost power.
+fn is_torn(line: &str) -> bool {
+    let rest = line.trim_start_matches('\0');
+    rest.starts_with('{') || (rest.is_empty() && !line.is_empty())
+}
+
+/// Whether a torn line may have been a start: its fields are in the order of the alphabet.
+fn may_be_start(line: &str) -> bool {
+    let line = line.trim_start_matches('\0');
+    let start = format!("{{\"format\":\"{RECORD_FORMAT}\",\"kind\":\"start\"");
+    line.starts_with(&start) || start.starts_with(line)
 }
 
 fn read(value: &Value) -> Result<(String, u64, Record), FieldError> {

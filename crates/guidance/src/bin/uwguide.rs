@@ -12,15 +12,15 @@ use tokio::task::JoinSet;
 use uw_guidance::config::DEFAULT_CONFIG;
 use uw_guidance::daemon::{Address, Limits, ListenError, acceptor};
 use uw_guidance::links::{Feeder, dvl, mavlink, rosbridge};
-use uw_guidance::operations::http::HealthPort;
+use uw_guidance::operations::http::{Answers, HealthPort};
 use uw_guidance::operations::log;
 use uw_guidance::record::Recorder;
 use uw_guidance::replay::replay;
 use uw_guidance::service::{LoadError, Loaded};
-use uw_guidance::{Config, Daemon, Model, Service};
+use uw_guidance::{Config, Daemon, Service};
 
 #[cfg(unix)]
-use uw_guidance::operations::supervisor;
+use uw_guidance::operations::{reload::Reloader, supervisor};
 
 /// Suggests distance and lamp level to a vehicle, over newline-delimited JSON.
 #[derive(Debug, Parser)]
@@ -141,18 +141,33 @@ fn read_config(path: Option<&PathBuf>) -> Result<Config, Failure> {
 
 fn answer_again(arguments: &Replay) -> Result<(), Failure> {
     let config = read_config(arguments.config.as_ref())?;
-    let (model, digest) = Model::read_with_digest(&arguments.model).map_err(bad_input)?;
+    let Loaded {
+        model,
+        model_digest: digest,
+        ..
+    } = Loaded::read(&arguments.model, None).map_err(bad_input)?;
     let name = arguments.log.display();
-    let text = std::fs::read_to_string(&arguments.log)
+    let bytes = std::fs::read(&arguments.log)
         .map_err(|error| bad_input(format!("{name}: cannot be read: {error}")))?;
+    // A line may have been cut within a character.
+    let text = String::from_utf8_lossy(&bytes);
     let outcome = replay(&text, &model, &digest, &config.settings)
         .map_err(|error| bad_input(format!("{name}: {error}")))?;
+    for (line, problem) in &outcome.torn {
+        tell(&format!(
+            "{name}: line {line} is torn and left out: {problem}"
+        ));
+    }
     for (line, recorded, new) in &outcome.different {
         print(&format!("line {line}\n- {recorded}\n+ {new}\n"))?;
     }
     let different = outcome.different.len();
+    let torn = match outcome.torn.len() {
+        0 => String::new(),
+        count => format!(", {count} torn"),
+    };
     print(&format!(
-        "{} replies the same, {different} different, {} not compared\n",
+        "{} replies the same, {different} different, {} not compared{torn}\n",
         outcome.same, outcome.skipped
     ))?;
     match different {
@@ -171,7 +186,7 @@ struct Ready {
 }
 
 fn start(serve: Serve) -> Result<(), Failure> {
-    let mut config = read_config(serve.config.as_ref())?;
+    let config = read_config(serve.config.as_ref())?;
     let model = serve.model.clone();
     let files = Files {
         model: model.ok_or_else(|| bad_input("--model is needed"))?,
@@ -182,25 +197,31 @@ fn start(serve: Serve) -> Result<(), Failure> {
         Some(files) => Some(acceptor(files).map_err(bad_input)?),
         None => None,
     };
-    if config.is_guarded() {
-        config.close_files();
-    }
     if serve.check_config {
-        for warning in loaded.warnings(None) {
+        for warning in config.exposures().into_iter().chain(loaded.warnings(None)) {
             tell(&format!("uwguide: warning: {warning}"));
         }
         return print("the configuration is usable\n");
     }
     let log_file = config.log.file.clone().unwrap_or_default();
-    let _logs = log::begin(&config.log)
+    let _logs = log::begin(&config.log, config.group_may_read)
         .map_err(|error| bad_input(format!("{}: {error}", log_file.display())))?;
-    run(Ready {
+    for warning in config.exposures() {
+        tracing::warn!("{warning}");
+    }
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .enable_all()
+        .build()?;
+    let done = runtime.block_on(run(Ready {
         serve,
         files,
         config,
         loaded,
         tls,
-    })
+    }));
+    // Files and streams that never answer keep nobody waiting.
+    runtime.shutdown_background();
+    done
 }
 
 /// Model and profile, as they are read and read again.
@@ -215,7 +236,6 @@ impl Files {
     }
 }
 
-#[tokio::main]
 async fn run(ready: Ready) -> Result<(), Failure> {
     let Ready {
         serve,
@@ -233,7 +253,7 @@ async fn run(ready: Ready) -> Result<(), Failure> {
     let mut recorder = None;
     let mut _recording = None;
     if let Some(path) = &config.record {
-        let (begun, recording) = Recorder::begin(path, Arc::clone(&service))
+        let (begun, recording) = Recorder::begin(path, config.group_may_read, Arc::clone(&service))
             .map_err(|error| bad_input(format!("{}: {error}", path.display())))?;
         daemon = daemon.with_recorder(begun.clone());
         (recorder, _recording) = (Some(begun), Some(recording));
@@ -241,14 +261,23 @@ async fn run(ready: Ready) -> Result<(), Failure> {
     if !serve.stdio {
         listen(&mut daemon, &serve.listen).await?;
     }
+    if config.settings.token.is_some() {
+        for address in daemon.unencrypted() {
+            tracing::warn!(
+                "token and requests travel without TLS on {address}, where others can hear them; \
+                 configure [tls]"
+            );
+        }
+    }
     let (stop, stopping) = watch::channel(false);
     let mut tasks = JoinSet::new();
     if let Some(address) = &config.metrics {
-        let port = HealthPort::bind(address, Arc::clone(&service))
-            .await
-            .map_err(|error| format!("cannot serve metrics on {address}: {error}"))?;
+        let port = HealthPort::bind(address).await.map_err(|error| {
+            format!("cannot serve metrics (operations.metrics) on {address}: {error}")
+        })?;
         tell(&format!("uwguide metrics on {}", port.local_addr()?));
-        tasks.spawn(port.run(stopping));
+        let answers = Answers::new(Arc::clone(&service), &config.metrics_hosts, stopping);
+        tasks.spawn(port.run(answers));
     }
     start_links(&config, &service, recorder.as_ref(), &mut tasks);
     let interrupted = interruption()?;
@@ -323,7 +352,7 @@ fn listen_failure(error: ListenError) -> Failure {
     }
 }
 
-/// Reads model and profile again on SIGHUP; what cannot be used is refused and the old ones stay.
+/// Reads model and profile again on SIGHUP.
 #[cfg(unix)]
 fn reload_on_hangup(
     files: Files,
@@ -332,30 +361,11 @@ fn reload_on_hangup(
 ) -> std::io::Result<impl Future<Output = ()>> {
     use tokio::signal::unix::{SignalKind, signal};
     let mut hangup = signal(SignalKind::hangup())?;
-    let files = Arc::new(files);
+    let reloader = Reloader::new(move || files.load().map_err(|error| error.to_string()));
     Ok(async move {
         while hangup.recv().await.is_some() {
             supervisor::reloading();
-            let files = Arc::clone(&files);
-            // Reading a large file would keep a thread from its sockets.
-            let read = tokio::task::spawn_blocking(move || {
-                files.load().map_err(|error| error.to_string())
-            })
-            .await
-            .unwrap_or_else(|error| Err(error.to_string()));
-            match read {
-                Ok(loaded) => {
-                    let (sequence, loaded) = service.replace(loaded);
-                    tracing::info!(model = loaded.model_name, "reloaded");
-                    if let Some(recorder) = &recorder {
-                        recorder.reloaded(sequence, &loaded);
-                    }
-                }
-                Err(message) => {
-                    tracing::error!(message, "reload refused; the old model and profile stay");
-                    service.reload_failed(message);
-                }
-            }
+            reloader.reload(&service, recorder.as_ref()).await;
             supervisor::ready("answering");
         }
     })

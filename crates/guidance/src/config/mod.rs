@@ -11,8 +11,9 @@ use crate::daemon::{Limits, TlsFiles};
 use crate::links::dvl::DvlConfig;
 use crate::links::mavlink::MavlinkConfig;
 use crate::links::rosbridge::RosbridgeConfig;
+use crate::operations::files::exposure;
 use crate::operations::log::LogConfig;
-use crate::service::{ImagePolicy, Settings};
+use crate::service::Settings;
 
 mod links;
 mod sections;
@@ -68,10 +69,14 @@ pub struct Config {
     pub tls: Option<TlsFiles>,
     /// Loopback address of metrics and health checks.
     pub metrics: Option<String>,
+    /// Names for which metrics are served, beside those of this machine.
+    pub metrics_hosts: Vec<String>,
     /// Logs.
     pub log: LogConfig,
     /// File that requests and replies are recorded in.
     pub record: Option<PathBuf>,
+    /// Whether new logs and recordings may be read by their group.
+    pub group_may_read: bool,
     /// A Doppler log.
     pub dvl: Option<DvlConfig>,
     /// An autopilot.
@@ -101,8 +106,7 @@ impl Config {
         sections::config(&value).map_err(|source| ConfigError::Field { file, source })
     }
 
-    /// Puts the token of the token file into the settings, and forbids image files to clients that may be
-    /// elsewhere where no directory is configured.
+    /// Puts the token of the token file into the settings.
     pub fn read_token(&mut self) -> Result<(), ConfigError> {
         let Some(path) = &self.token_file else {
             return Ok(());
@@ -123,17 +127,20 @@ impl Config {
         Ok(())
     }
 
-    /// Whether clients on other machines are told from strangers.
-    pub fn is_guarded(&self) -> bool {
-        let certificates = self.tls.as_ref().is_some_and(|tls| tls.client_ca.is_some());
-        certificates || self.token_file.is_some()
-    }
-
-    /// For clients that may be on other machines: image files only where a directory is configured.
-    pub fn close_files(&mut self) {
-        if self.settings.images == ImagePolicy::AnyFile {
-            self.settings.images = ImagePolicy::NoFile;
-        }
+    /// Files of this configuration that others than their owner can read although they should not.
+    pub fn exposures(&self) -> Vec<String> {
+        let key = self.tls.as_ref().map(|tls| tls.key.as_path());
+        let secrets = self.token_file.as_deref().into_iter().chain(key);
+        let written = self
+            .record
+            .as_deref()
+            .into_iter()
+            .chain(self.log.file.as_deref());
+        secrets
+            .map(|file| exposure(file, false))
+            .chain(written.map(|file| exposure(file, self.group_may_read)))
+            .flatten()
+            .collect()
     }
 }
 

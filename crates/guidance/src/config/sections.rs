@@ -1,5 +1,6 @@
 //! The sections of the configuration file.
 
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -18,6 +19,8 @@ use crate::service::{ImagePolicy, steering_with};
 const MAX_TIME_S: f64 = 365.0 * 86_400.0;
 /// Most connections: what a process can have open.
 const MAX_CONNECTIONS: usize = 65_536;
+/// Most lines that are no JSON object which can be asked for.
+const MAX_BAD_LINES: u32 = 1_000_000;
 /// Highest rate of requests that can be given, 1/s.
 const MAX_RATE_PER_S: f64 = 1e9;
 
@@ -98,32 +101,62 @@ pub(super) fn config(value: &Value) -> Result<Config, FieldError> {
 fn limits(object: &Object) -> Result<Limits, FieldError> {
     object.only(&[
         "max_connections",
+        "max_connections_per_address",
+        "first_line_time_s",
         "idle_time_s",
+        "max_bad_lines",
         "max_requests_per_s",
         "write_time_s",
     ])?;
     let mut limits = Limits::default();
-    if let Some(value) = object.get("max_connections") {
-        let expected = format!("a whole number from 1 to {MAX_CONNECTIONS}");
-        limits.max_connections = value
-            .as_u64()
-            .and_then(|count| usize::try_from(count).ok())
-            .filter(|count| (1..=MAX_CONNECTIONS).contains(count))
-            .ok_or_else(|| {
-                FieldError::wrong_type(object.path_of("max_connections"), expected, value)
-            })?;
-    }
-    let mut seconds = [limits.idle_time, limits.write_time].map(|time| time.as_secs_f64());
-    positive(object, "idle_time_s", MAX_TIME_S, &mut seconds[0])?;
-    positive(object, "write_time_s", MAX_TIME_S, &mut seconds[1])?;
-    [limits.idle_time, limits.write_time] = seconds.map(Duration::from_secs_f64);
-    positive(
+    let connections = 1..=MAX_CONNECTIONS;
+    whole(
         object,
-        "max_requests_per_s",
-        MAX_RATE_PER_S,
-        &mut limits.max_requests_per_s,
+        "max_connections",
+        connections.clone(),
+        &mut limits.max_connections,
     )?;
+    let share = &mut limits.max_connections_per_address;
+    whole(object, "max_connections_per_address", connections, share)?;
+    whole(
+        object,
+        "max_bad_lines",
+        0..=MAX_BAD_LINES,
+        &mut limits.max_bad_lines,
+    )?;
+    for (name, time) in [
+        ("first_line_time_s", &mut limits.first_line_time),
+        ("idle_time_s", &mut limits.idle_time),
+        ("write_time_s", &mut limits.write_time),
+    ] {
+        let mut seconds = time.as_secs_f64();
+        positive(object, name, MAX_TIME_S, &mut seconds)?;
+        *time = Duration::from_secs_f64(seconds);
+    }
+    let rate = &mut limits.max_requests_per_s;
+    positive(object, "max_requests_per_s", MAX_RATE_PER_S, rate)?;
     Ok(limits)
+}
+
+/// A whole number in a range, where there is one.
+fn whole<T: TryFrom<u64> + PartialOrd + std::fmt::Display>(
+    object: &Object,
+    name: &str,
+    range: RangeInclusive<T>,
+    value: &mut T,
+) -> Result<(), FieldError> {
+    let Some(given) = object.get(name) else {
+        return Ok(());
+    };
+    *value = given
+        .as_u64()
+        .and_then(|number| T::try_from(number).ok())
+        .filter(|number| range.contains(number))
+        .ok_or_else(|| {
+            let expected = format!("a whole number from {} to {}", range.start(), range.end());
+            FieldError::wrong_type(object.path_of(name), expected, given)
+        })?;
+    Ok(())
 }
 
 fn max_age(object: &Object) -> Result<MaxAge, FieldError> {
@@ -171,9 +204,25 @@ fn tls(object: &Object) -> Result<Option<TlsFiles>, FieldError> {
 }
 
 fn operations(object: &Object, config: &mut Config) -> Result<(), FieldError> {
-    object.only(&["metrics", "log_level", "log_format", "log_file", "record"])?;
+    object.only(&[
+        "metrics",
+        "metrics_hosts",
+        "log_level",
+        "log_format",
+        "log_file",
+        "record",
+        "group_may_read",
+    ])?;
     if object.get("metrics").is_some() {
         config.metrics = Some(object.text("metrics")?.to_owned());
+    }
+    if object.get("metrics_hosts").is_some() {
+        config.metrics_hosts = names(object, "metrics_hosts")?;
+    }
+    if let Some(value) = object.get("group_may_read") {
+        config.group_may_read = value.as_bool().ok_or_else(|| {
+            FieldError::wrong_type(object.path_of("group_may_read"), "true or false", value)
+        })?;
     }
     config.record = path(object, "record")?;
     config.log = log(object)?;
@@ -206,6 +255,28 @@ fn log(object: &Object) -> Result<LogConfig, FieldError> {
         };
     }
     Ok(log)
+}
+
+fn names(object: &Object, name: &str) -> Result<Vec<String>, FieldError> {
+    let wrong = |path: &str, value: &Value| FieldError::wrong_type(path, "a host name", value);
+    object
+        .array(name)?
+        .iter()
+        .enumerate()
+        .map(|(k, item)| {
+            let path = format!("{}[{k}]", object.path_of(name));
+            let text = item.as_str().ok_or_else(|| wrong(&path, item))?;
+            let is_name = !text.is_empty() && !text.contains(['/', ' ']);
+            match is_name {
+                true => Ok(text.to_owned()),
+                false => Err(FieldError::invalid(
+                    path,
+                    "a host name",
+                    format!("{text:?}"),
+                )),
+            }
+        })
+        .collect()
 }
 
 /// A number > 0, where there is one.

@@ -8,9 +8,17 @@ use std::time::{Duration, Instant};
 pub struct Limits {
     /// Connections at one time; a vehicle has a handful of clients, each may hold a line of 1 MiB.
     pub max_connections: usize,
+    /// Connections at one time from one address: what is left is for others. All clients on this machine are
+    /// one address over TCP, and one per user over a Unix socket, so a vehicle's own may have most places.
+    pub max_connections_per_address: usize,
+    /// A connection that sends no request for this long from its beginning is closed, > 0: a place is for
+    /// those who ask.
+    pub first_line_time: Duration,
     /// A connection that sends no complete line for this long is closed; guidance is asked once a second
     /// or more often, and a dead link should not hold its place for hours. Subscribers are exempt.
     pub idle_time: Duration,
+    /// Lines in a row that are no JSON object and are answered all the same; one more closes the connection.
+    pub max_bad_lines: u32,
     /// Lines of one connection that are answered per second on the long run, > 0; beyond that its lines
     /// wait, and with them the client.
     pub max_requests_per_s: f64,
@@ -22,6 +30,9 @@ impl Default for Limits {
     fn default() -> Self {
         Self {
             max_connections: 128,
+            max_connections_per_address: 96,
+            first_line_time: Duration::from_secs(10),
+            max_bad_lines: 8,
             idle_time: Duration::from_secs(300),
             max_requests_per_s: 20_000.0,
             write_time: Duration::from_secs(10),

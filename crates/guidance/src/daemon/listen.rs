@@ -10,6 +10,8 @@ use tokio::net::{TcpListener, TcpStream};
 #[cfg(unix)]
 use tokio::net::{UnixListener, UnixStream};
 
+use super::peers::Peer;
+
 /// An address to listen on.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Address {
@@ -23,17 +25,31 @@ impl FromStr for Address {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        match text.strip_prefix("unix:") {
-            Some("") => Err("the address must be unix:PATH, got unix: without a path".to_owned()),
-            Some(path) => Ok(Self::Unix(path.into())),
-            None => match text.rsplit_once(':') {
-                Some((host, port)) if !host.is_empty() && port.parse::<u16>().is_ok() => {
-                    Ok(Self::Tcp(text.to_owned()))
-                }
-                _ => Err(format!(
-                    "the address must be HOST:PORT or unix:PATH, got {text:?}"
+        if let Some(path) = text.strip_prefix("unix:") {
+            return match path {
+                "" => Err("the address must be unix:PATH, got unix: without a path".to_owned()),
+                path => Ok(Self::Unix(path.into())),
+            };
+        }
+        let expected = "the address must be HOST:PORT or unix:PATH";
+        match text.rsplit_once(':') {
+            Some((host, port)) if port.parse::<u16>().is_ok() => match host {
+                "" => Err(format!(
+                    "{expected}, got {text:?}; for this machine 127.0.0.1{text}"
                 )),
+                _ => Ok(Self::Tcp(text.to_owned())),
             },
+            Some((_, port))
+                if !port.is_empty() && port.bytes().all(|byte| byte.is_ascii_digit()) =>
+            {
+                Err(format!(
+                    "the port must be a whole number from 0 to 65535, got {port}"
+                ))
+            }
+            None if text.parse::<u16>().is_ok() => Err(format!(
+                "{expected}, got {text:?}; for this machine 127.0.0.1:{text}"
+            )),
+            _ => Err(format!("{expected}, such as 127.0.0.1:7475, got {text:?}")),
         }
     }
 }
@@ -51,7 +67,7 @@ impl std::fmt::Display for Address {
 #[derive(Debug, Error)]
 pub enum ListenError {
     /// The address cannot be had.
-    #[error("cannot listen on {address}: {source}")]
+    #[error("cannot listen on {address}: {}", refusal(source))]
     Bind {
         /// The address.
         address: String,
@@ -66,6 +82,24 @@ pub enum ListenError {
         /// The address bound.
         address: SocketAddr,
     },
+}
+
+/// The system's answer, and what to do about it.
+fn refusal(error: &io::Error) -> String {
+    let advice = match error.kind() {
+        io::ErrorKind::AddrInUse => {
+            "it is in use, very likely by another uwguide; end that one, or choose another address with \
+             --listen (port 0 takes a free port)"
+        }
+        io::ErrorKind::PermissionDenied => {
+            "not allowed; ports below 1024 are for the administrator, and a socket's folder must be writable"
+        }
+        io::ErrorKind::AddrNotAvailable => {
+            "this machine has no such address; 127.0.0.1 is for this machine only, 0.0.0.0 for all networks"
+        }
+        _ => return error.to_string(),
+    };
+    format!("{advice} ({error})")
 }
 
 /// A bound socket.
@@ -152,16 +186,20 @@ impl Listener {
         Ok(listeners)
     }
 
-    pub async fn accept(&self) -> io::Result<Stream> {
+    pub async fn accept(&self) -> io::Result<(Stream, Peer)> {
         match self {
             Self::Tcp(listener) => {
-                let (stream, _) = listener.accept().await?;
+                let (stream, address) = listener.accept().await?;
                 // Without this a small reply may wait for the acknowledgement of the one before.
                 let _ = stream.set_nodelay(true);
-                Ok(Stream::Tcp(stream))
+                Ok((Stream::Tcp(stream), Peer::tcp(address)))
             }
             #[cfg(unix)]
-            Self::Unix(listener, _) => Ok(Stream::Unix(listener.accept().await?.0)),
+            Self::Unix(listener, _) => {
+                let (stream, _) = listener.accept().await?;
+                let peer = Peer::unix(&stream);
+                Ok((Stream::Unix(stream), peer))
+            }
         }
     }
 
@@ -220,5 +258,9 @@ mod tests {
         for text in ["7475", "localhost", ":7475", "host:99999", "unix:"] {
             assert!(text.parse::<Address>().is_err(), "{text}");
         }
+        let message = |text: &str| text.parse::<Address>().unwrap_err();
+        assert!(message("127.0.0.1:99999").contains("0 to 65535, got 99999"));
+        assert!(message("7475").contains("for this machine 127.0.0.1:7475"));
+        assert!(message(":7475").contains("for this machine 127.0.0.1:7475"));
     }
 }

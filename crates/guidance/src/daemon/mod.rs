@@ -4,11 +4,10 @@ use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::thread::JoinHandle;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use tokio::io::{AsyncRead, AsyncWrite, AsyncWriteExt};
-use tokio::sync::{OwnedSemaphorePermit, Semaphore, oneshot, watch};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
 use tokio::task::JoinSet;
 use tokio::time::{sleep, timeout};
 use tokio_rustls::TlsAcceptor;
@@ -16,8 +15,12 @@ use tokio_rustls::TlsAcceptor;
 mod connection;
 mod limits;
 mod listen;
+mod peers;
+mod running;
 mod tls;
+mod tokens;
 
+use crate::operations::throttle::Throttle;
 use crate::record::Recorder;
 use crate::service::{Service, Session};
 use crate::wire::reply::Code;
@@ -25,7 +28,10 @@ use connection::{Context, farewell, serve};
 pub use limits::Limits;
 pub use listen::{Address, ListenError};
 use listen::{Listener, Stream};
+use peers::{Peer, Share, Shares};
+pub use running::{Running, spawn};
 pub use tls::{TlsError, TlsFiles, acceptor};
+use tokens::Tokens;
 
 /// How long requests under way may take to end after a shutdown was asked for.
 const GRACE: Duration = Duration::from_secs(5);
@@ -56,6 +62,11 @@ struct Server {
     client_certificates: bool,
     recorder: Option<Recorder>,
     places: Arc<Semaphore>,
+    shares: Arc<Shares>,
+    tokens: Arc<Tokens>,
+    /// Warnings of peers that speak other protocols, and of failed accepts.
+    foreign_log: Arc<Throttle>,
+    accept_log: Arc<Throttle>,
     refusals: Arc<Semaphore>,
     slow: Arc<Semaphore>,
     numbers: Arc<AtomicU64>,
@@ -93,6 +104,10 @@ impl Daemon {
             tls: None,
             client_certificates: false,
             recorder: None,
+            shares: Arc::default(),
+            tokens: Arc::default(),
+            foreign_log: Arc::default(),
+            accept_log: Arc::default(),
             refusals: Arc::new(Semaphore::new(MAX_REFUSALS)),
             slow: Arc::new(Semaphore::new(MAX_IMAGES)),
             numbers: Arc::new(AtomicU64::new(0)),
@@ -143,6 +158,14 @@ impl Daemon {
             .ok_or_else(|| io::Error::from(io::ErrorKind::AddrNotAvailable))
     }
 
+    /// TCP addresses bound that other machines reach and at which nothing is encrypted.
+    pub fn unencrypted(&self) -> Vec<SocketAddr> {
+        let bound = self.listeners.iter().filter_map(Listener::local_addr);
+        bound
+            .filter(|address| self.server.tls.is_none() && !address.ip().is_loopback())
+            .collect()
+    }
+
     /// Where it listens, for people.
     pub fn addresses(&self) -> Vec<String> {
         self.listeners.iter().map(Listener::to_string).collect()
@@ -168,7 +191,11 @@ impl Daemon {
     {
         let (stop, stopping) = watch::channel(false);
         let session = Session::trusted(Arc::clone(&self.server.service));
-        let context = self.server.context(stopping);
+        let mut context = self
+            .server
+            .context(stopping, Peer::unknown("standard streams"));
+        // There is no place here that somebody else could want.
+        context.limits.first_line_time = context.limits.idle_time;
         let served = serve(reader, writer, session, context);
         tokio::pin!(served);
         tokio::select! {
@@ -183,10 +210,13 @@ impl Daemon {
 }
 
 impl Server {
-    fn context(&self, stopping: watch::Receiver<bool>) -> Context {
+    fn context(&self, stopping: watch::Receiver<bool>, peer: Peer) -> Context {
         Context {
             limits: self.limits,
             stopping,
+            peer,
+            tokens: Arc::clone(&self.tokens),
+            foreign_log: Arc::clone(&self.foreign_log),
             slow: Arc::clone(&self.slow),
             recorder: self.recorder.clone(),
             number: self.numbers.fetch_add(1, Ordering::Relaxed) + 1,
@@ -201,15 +231,17 @@ impl Server {
                 () = stopped(&mut stopping) => break,
                 Some(_) = connections.join_next() => {}
                 accepted = listener.accept() => match accepted {
-                    Ok(stream) => match Arc::clone(&self.places).try_acquire_owned() {
+                    Ok((stream, peer)) => match self.place(&peer) {
                         Ok(place) => {
-                            let context = self.context(for_connections.clone());
+                            let context = self.context(for_connections.clone(), peer);
                             connections.spawn(self.clone().connection(stream, place, context));
                         }
-                        Err(_) => self.turn_away(stream),
+                        Err(message) => self.turn_away(stream, message),
                     },
                     Err(error) => {
-                        tracing::warn!(%error, "accepting failed");
+                        if let Some(more) = self.accept_log.take(Instant::now()) {
+                            tracing::warn!(%error, not_logged = more, "accepting failed");
+                        }
                         sleep(ACCEPT_PAUSE).await;
                     }
                 },
@@ -223,7 +255,28 @@ impl Server {
         }
     }
 
-    async fn connection(self, stream: Stream, _place: OwnedSemaphorePermit, context: Context) {
+    /// A place for a peer, or why there is none.
+    fn place(&self, peer: &Peer) -> Result<Place, String> {
+        let Limits {
+            max_connections,
+            max_connections_per_address: most,
+            ..
+        } = self.limits;
+        let share = self.shares.take(peer.origin, most).ok_or_else(|| {
+            format!(
+                "all {most} connections of {} are taken; closing",
+                peer.origin
+            )
+        })?;
+        match Arc::clone(&self.places).try_acquire_owned() {
+            Ok(permit) => Ok(Place(permit, share)),
+            Err(_) => Err(format!(
+                "all {max_connections} connections are taken; closing"
+            )),
+        }
+    }
+
+    async fn connection(self, stream: Stream, _place: Place, context: Context) {
         tracing::debug!(connection = context.number, "accepted");
         let service = Arc::clone(&self.service);
         match (stream, &self.tls) {
@@ -249,12 +302,11 @@ impl Server {
         }
     }
 
-    fn turn_away(&self, stream: Stream) {
+    fn turn_away(&self, stream: Stream, message: String) {
         self.service.metrics().refused.count();
         let Ok(place) = Arc::clone(&self.refusals).try_acquire_owned() else {
             return;
         };
-        let max_connections = self.limits.max_connections;
         // Whoever speaks TLS would not understand a plain line.
         if self.tls.is_some() {
             return;
@@ -264,17 +316,23 @@ impl Server {
             match stream {
                 Stream::Tcp(stream) => {
                     let (reader, writer) = stream.into_split();
-                    refuse(reader, writer, max_connections).await;
+                    refuse(reader, writer, message).await;
                 }
                 #[cfg(unix)]
                 Stream::Unix(stream) => {
                     let (reader, writer) = stream.into_split();
-                    refuse(reader, writer, max_connections).await;
+                    refuse(reader, writer, message).await;
                 }
             }
         });
     }
 }
+
+/// A place among all connections and among those of one address, until it is dropped.
+struct Place(
+    #[expect(dead_code, reason = "held to be dropped")] OwnedSemaphorePermit,
+    #[expect(dead_code, reason = "held to be dropped")] Share,
+);
 
 /// Done when the daemon is to stop.
 async fn stopped(stopping: &mut watch::Receiver<bool>) {
@@ -282,12 +340,11 @@ async fn stopped(stopping: &mut watch::Receiver<bool>) {
     let _ = stopping.wait_for(|stop| *stop).await;
 }
 
-async fn refuse<R, W>(mut reader: R, mut writer: W, max_connections: usize)
+async fn refuse<R, W>(mut reader: R, mut writer: W, message: String)
 where
     R: AsyncRead + Unpin,
     W: AsyncWrite + Unpin,
 {
-    let message = format!("all {max_connections} connections are taken; closing");
     let mut line = farewell(Code::Busy, message);
     line.push('\n');
     let told = async {
@@ -297,59 +354,4 @@ where
         tokio::io::copy(&mut reader, &mut tokio::io::sink()).await
     };
     let _ = timeout(REFUSAL_TIME, told).await;
-}
-
-/// A daemon that runs on threads of its own.
-#[derive(Debug)]
-pub struct Running {
-    local_addr: SocketAddr,
-    stop: Option<oneshot::Sender<()>>,
-    thread: Option<JoinHandle<()>>,
-}
-
-impl Running {
-    /// The address bound.
-    pub fn local_addr(&self) -> SocketAddr {
-        self.local_addr
-    }
-
-    /// Stops serving and waits until the daemon has ended; dropping does the same.
-    pub fn shutdown(self) {}
-}
-
-impl Drop for Running {
-    fn drop(&mut self) {
-        if let Some(stop) = self.stop.take() {
-            // An error means that the daemon has ended already.
-            let _ = stop.send(());
-        }
-        if let Some(thread) = self.thread.take() {
-            // A panic in the thread has been printed by then.
-            let _ = thread.join();
-        }
-    }
-}
-
-/// Starts a daemon on a thread of its own, for programs without an asynchronous runtime.
-pub fn spawn(address: &str, service: Service, limits: Limits) -> io::Result<Running> {
-    let runtime = tokio::runtime::Builder::new_multi_thread()
-        .worker_threads(2)
-        .enable_all()
-        .build()?;
-    let daemon = runtime.block_on(Daemon::bind(address, service, limits))?;
-    let local_addr = daemon.local_addr()?;
-    let (stop, stopped) = oneshot::channel::<()>();
-    let thread = std::thread::Builder::new()
-        .name("uwguide".to_owned())
-        .spawn(move || {
-            runtime.block_on(daemon.run(async {
-                // A dropped handle stops the daemon as well.
-                let _ = stopped.await;
-            }));
-        })?;
-    Ok(Running {
-        local_addr,
-        stop: Some(stop),
-        thread: Some(thread),
-    })
 }

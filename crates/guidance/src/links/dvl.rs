@@ -61,7 +61,7 @@ async fn listen(config: &DvlConfig, feeder: &mut Feeder, useful: &mut bool) -> i
     loop {
         match timeout(SILENCE, lines.next()).await?? {
             Frame::End => return Ok(()),
-            Frame::TooLong => {}
+            Frame::TooLong | Frame::Foreign(_) => {}
             Frame::Line(line) if line == last => {}
             Frame::Line(line) => {
                 if let Some(state) = state(&line, config.distance) {

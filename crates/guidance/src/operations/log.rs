@@ -3,12 +3,13 @@
 //! Lines go through a bounded queue to a thread of their own: a reader that stalls or a disk that is full
 //! costs log lines, never an answer.
 
-use std::fs::File;
 use std::io;
 use std::path::PathBuf;
 
 use tracing::level_filters::LevelFilter;
 use tracing_appender::non_blocking::{NonBlockingBuilder, WorkerGuard};
+
+use super::files::append;
 
 /// Log lines that may wait to be written.
 const QUEUE: usize = 8192;
@@ -34,14 +35,15 @@ impl Default for LogConfig {
     }
 }
 
-/// Begins logging for the whole process; lines still waiting are written when the guard is dropped.
-pub fn begin(config: &LogConfig) -> io::Result<WorkerGuard> {
+/// Begins logging for the whole process; lines still waiting are written when the guard is dropped. A new
+/// file is for its owner, and for its group where that is wanted.
+pub fn begin(config: &LogConfig, group_may_read: bool) -> io::Result<WorkerGuard> {
     let queue = NonBlockingBuilder::default()
         .lossy(true)
         .buffered_lines_limit(QUEUE);
     let (writer, guard) = match &config.file {
         None => queue.finish(io::stderr()),
-        Some(path) => queue.finish(File::options().create(true).append(true).open(path)?),
+        Some(path) => queue.finish(append(path, group_may_read)?),
     };
     let builder = tracing_subscriber::fmt()
         .with_max_level(config.level)

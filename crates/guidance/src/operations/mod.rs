@@ -1,6 +1,9 @@
-//! What keeps a daemon running: logs, metrics and health over HTTP, the service manager.
+//! What keeps a daemon running: logs, files, metrics and health over HTTP, reloading, the service manager.
 
+pub mod files;
 pub mod http;
 pub mod log;
+pub mod reload;
 #[cfg(unix)]
 pub mod supervisor;
+pub mod throttle;

@@ -1,6 +1,7 @@
 //! The image of `suggest_image`: which files may be read, and its statistics.
 
-use std::fs;
+use std::fs::{File, Metadata};
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use base64::Engine as _;
@@ -16,37 +17,41 @@ const MAX_IMAGE_FILE_BYTES: u64 = 256 << 20;
 /// Which image files clients may name.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum ImagePolicy {
-    /// Any file the daemon can read: for clients on the same machine, which could read it themselves.
+    /// None; images come in base64. Any other answer to a name would tell which files there are.
     #[default]
-    AnyFile,
-    /// Files under this directory, links followed; relative names start there.
-    Under(PathBuf),
-    /// None; images come in base64.
     NoFile,
+    /// Files under this directory, links followed as long as they stay there; relative names start there.
+    Under(PathBuf),
 }
 
 impl ImagePolicy {
-    /// The file meant, if it may be read.
-    fn resolve(&self, path: &str) -> Result<PathBuf, String> {
-        let cannot = |error| format!("image.path cannot be read: {error}");
+    /// The file meant, opened. Files elsewhere and files that are not there are refused with the same words.
+    fn open(&self, path: &str) -> Result<File, String> {
         match self {
-            Self::AnyFile => Ok(PathBuf::from(path)),
             Self::NoFile => Err(
-                "image.path must be absent (no image directory is configured), got a path"
+                "image.path must be absent (no image directory is configured: images.directory), got a path"
                     .to_owned(),
             ),
-            Self::Under(directory) => {
-                let directory = directory.canonicalize().map_err(cannot)?;
-                let file = directory.join(path).canonicalize().map_err(cannot)?;
-                if file.starts_with(&directory) {
-                    Ok(file)
-                } else {
-                    let expected = "a file under the configured image directory";
-                    Err(format!("image.path must be {expected}, got one elsewhere"))
-                }
-            }
+            Self::Under(directory) => open_under(directory, path).ok_or_else(|| {
+                "image.path must be an image file of at most 256 MiB under the configured image directory, \
+                 got something else"
+                    .to_owned()
+            }),
         }
     }
+}
+
+fn open_under(directory: &Path, path: &str) -> Option<File> {
+    let directory = directory.canonicalize().ok()?;
+    let path = directory.join(path).canonicalize().ok()?;
+    // A pipe or a device could be endless, or never answer.
+    let usable = |meta: &Metadata| meta.is_file() && meta.len() <= MAX_IMAGE_FILE_BYTES;
+    if !path.starts_with(&directory) || !usable(&path.metadata().ok()?) {
+        return None;
+    }
+    let file = File::open(&path).ok()?;
+    let same = path.canonicalize().ok()? == path;
+    (same && usable(&file.metadata().ok()?)).then_some(file)
 }
 
 /// Reads and measures an image.
@@ -55,10 +60,8 @@ pub(super) fn measure(image: &ImageSource, policy: &ImagePolicy) -> Result<Pictu
     let grid = match image {
         ImageSource::Path(path) => {
             let field = "image.path";
-            let file = policy
-                .resolve(path)
-                .map_err(|message| bad(field, message))?;
-            of_file(&file).map_err(|message| bad(field, message))?
+            let file = policy.open(path).map_err(|message| bad(field, message))?;
+            of_file(file).map_err(|message| bad(field, message))?
         }
         ImageSource::Base64(text) => {
             let field = "image.base64_png";
@@ -82,18 +85,19 @@ fn told(counts: f64) -> f64 {
     reply::rounded(counts, COUNTS_DECIMALS)
 }
 
-fn of_file(path: &Path) -> Result<PatchGrid, String> {
-    // A device or a pipe could be endless, or never answer.
-    let file = fs::metadata(path).map_err(|error| format!("image.path cannot be read: {error}"))?;
-    if !file.is_file() || file.len() > MAX_IMAGE_FILE_BYTES {
-        let expected = "a file of at most 256 MiB";
-        return Err(format!("image.path must be {expected}, got something else"));
-    }
-    PatchGrid::from_file(path).map_err(|error| error.to_string())
+fn of_file(file: File) -> Result<PatchGrid, String> {
+    let mut bytes = Vec::new();
+    // The file could grow while it is read.
+    file.take(MAX_IMAGE_FILE_BYTES)
+        .read_to_end(&mut bytes)
+        .map_err(|error| format!("image.path cannot be read: {error}"))?;
+    PatchGrid::from_encoded(&bytes, "image.path").map_err(|error| error.to_string())
 }
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     #[test]
@@ -106,13 +110,13 @@ mod tests {
         #[cfg(unix)]
         std::os::unix::fs::symlink("../outside.png", images.join("link.png")).unwrap();
         let policy = ImagePolicy::Under(images.clone());
-        assert!(policy.resolve("inside.png").is_ok());
+        assert!(policy.open("inside.png").is_ok());
         let absolute = images.join("inside.png").display().to_string();
-        assert!(policy.resolve(&absolute).is_ok());
-        for path in ["../outside.png", "link.png", "/etc/passwd"] {
-            let error = policy.resolve(path).unwrap_err();
-            assert!(error.contains("elsewhere"), "{path}: {error}");
+        assert!(policy.open(&absolute).is_ok());
+        let missing = policy.open("missing.png").unwrap_err();
+        for path in ["../outside.png", "link.png", "/etc/passwd", "."] {
+            assert_eq!(policy.open(path).unwrap_err(), missing, "{path}");
         }
-        assert!(ImagePolicy::NoFile.resolve("inside.png").is_err());
+        assert!(ImagePolicy::default().open(&absolute).is_err());
     }
 }

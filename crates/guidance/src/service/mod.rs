@@ -3,6 +3,7 @@
 //! [`Service`] is what all connections share, [`Session`] one connection's view of it. Answers depend on
 //! the request, the moment and the shared state alone, so a recorded session can be answered again.
 
+use std::io;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -19,6 +20,7 @@ use crate::metrics::Metrics;
 use crate::mlp::Model;
 use crate::model_file::ModelError;
 use crate::objective::Objective;
+use crate::operations::files::regular;
 use crate::steering::Steering;
 
 mod describe;
@@ -75,6 +77,24 @@ pub enum LoadError {
     /// The profile.
     #[error(transparent)]
     Profile(#[from] ProfileError),
+    /// A file is no regular one, or cannot be looked at.
+    #[error("{file}: {source}")]
+    File {
+        /// File name.
+        file: String,
+        /// What is wrong.
+        source: io::Error,
+    },
+    /// A profile in place of a model, or the reverse.
+    #[error("{file}: this is a {what}; give it as {option}")]
+    Swapped {
+        /// File name.
+        file: String,
+        /// What the file is.
+        what: &'static str,
+        /// Option of the command line that takes it.
+        option: &'static str,
+    },
 }
 
 /// A moment on the two clocks.
@@ -116,8 +136,15 @@ struct Snapshot {
 impl Loaded {
     /// Reads a model file and, where there is one, a profile file.
     pub fn read(model: &Path, profile: Option<&Path>) -> Result<Self, LoadError> {
-        let profile = profile.map(Profile::read).transpose()?;
-        let (read, digest) = Model::read_with_digest(model)?;
+        for file in profile.into_iter().chain([model]) {
+            openable(file)?;
+        }
+        let profile = match profile {
+            Some(file) => Some(Profile::read(file).map_err(|error| swapped(file, error.into()))?),
+            None => None,
+        };
+        let (read, digest) =
+            Model::read_with_digest(model).map_err(|error| swapped(model, error.into()))?;
         Ok(Self {
             model: read,
             model_name: model.display().to_string(),
@@ -131,6 +158,38 @@ impl Loaded {
         for warning in self.warnings(None) {
             tracing::warn!(model = self.model_name, "{warning}");
         }
+    }
+}
+
+/// Refuses a file that is there but is no regular one; what reading it would say is left to reading.
+fn openable(file: &Path) -> Result<(), LoadError> {
+    match regular(file) {
+        Err(source) if source.kind() == io::ErrorKind::InvalidInput => Err(LoadError::File {
+            file: file.display().to_string(),
+            source,
+        }),
+        _ => Ok(()),
+    }
+}
+
+/// The error, or a better one where the file is a good one in the wrong place.
+fn swapped(file: &Path, error: LoadError) -> LoadError {
+    let value = std::fs::read(file)
+        .ok()
+        .and_then(|bytes| serde_json::from_slice::<Value>(&bytes).ok())
+        .unwrap_or_default();
+    let format = value["format"].as_str().unwrap_or_default();
+    let (what, option) = match &error {
+        LoadError::Model(_) if format.starts_with("uw-profile/") => {
+            ("calibration profile", "--profile")
+        }
+        LoadError::Profile(_) if format == "uw-mlp" => ("model", "--model"),
+        _ => return error,
+    };
+    LoadError::Swapped {
+        file: file.display().to_string(),
+        what,
+        option,
     }
 }
 
@@ -246,6 +305,11 @@ impl Service {
     // Nothing panics while holding these locks; should it, the values are whole all the same.
     fn lock(&self) -> std::sync::MutexGuard<'_, Shared> {
         self.shared.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Whether all is as it should be; not so when the last reload was refused.
+    pub fn is_well(&self) -> bool {
+        self.reload_error().is_none()
     }
 
     fn reloads(&self) -> u64 {

@@ -72,6 +72,12 @@ impl Answered {
         self.fields.is_err()
     }
 
+    /// Whether the line was none of this protocol: too long, no text, or no JSON object.
+    pub fn is_no_object(&self) -> bool {
+        use Code::{BadJson, BadUtf8, LineTooLong};
+        matches!(&self.fields, Err(error) if matches!(error.code, BadUtf8 | BadJson | LineTooLong))
+    }
+
     /// The code of the error, or the reason why the answer is not valid.
     pub fn fault(&self) -> Option<&str> {
         match &self.fields {
@@ -400,9 +406,10 @@ impl Session {
     fn health(&self, snapshot: &Snapshot, now: Moment) -> Fields {
         let service = &self.service;
         let feed = &snapshot.feed;
+        let reload_error = service.reload_error();
         let age = |taken_s: Option<f64>| taken_s.map(|taken| now.since_start_s - taken);
         reply::fields(json!({
-            "status": "ok",
+            "status": if reload_error.is_some() { "degraded" } else { "ok" },
             "uptime_s": now.since_start_s,
             "requests": service.metrics.requests(),
             "errors": service.metrics.errors(),
@@ -414,7 +421,7 @@ impl Session {
                 "image": age(feed.picture.map(|reading| reading.taken_s)),
             },
             "reloads": service.reloads(),
-            "reload_error": *service.reload_error(),
+            "reload_error": *reload_error,
         }))
     }
 }

@@ -35,6 +35,8 @@ pub enum Code {
     Busy,
     /// Nothing came for too long.
     Idle,
+    /// Another protocol is spoken.
+    ForeignProtocol,
     /// A token is needed, or it is wrong.
     Unauthorised,
     /// The daemon failed; the fault is not the request's.
@@ -57,6 +59,7 @@ impl Code {
             Self::BadImage => "bad_image",
             Self::Busy => "busy",
             Self::Idle => "idle",
+            Self::ForeignProtocol => "foreign_protocol",
             Self::Unauthorised => "unauthorised",
             Self::Internal => "internal",
         }

@@ -78,7 +78,7 @@ fn unusable_input_exits_with_2_and_says_why() {
         "format = \"uwguide-config/1\"\n[limit]\n",
     )
     .unwrap();
-    let cases: [(&[&str], &str); 5] = [
+    let cases: [(&[&str], &str); 9] = [
         (
             &["--model", "bad.json", "--profile", "profile.json"],
             "bad.json: inputs is missing",
@@ -89,7 +89,7 @@ fn unusable_input_exits_with_2_and_says_why() {
         ),
         (
             &["--model", MODEL, "--profile", "bad.json"],
-            "bad.json: unknown field version",
+            "bad.json: this is a model; give it as --model",
         ),
         (
             &[
@@ -103,6 +103,28 @@ fn unusable_input_exits_with_2_and_says_why() {
             "did you mean limits?",
         ),
         (&["--model", MODEL], "--profile"),
+        (
+            &["--model", "profile.json", "--profile", "profile.json"],
+            "profile.json: this is a calibration profile; give it as --profile",
+        ),
+        (
+            &[
+                "--model",
+                MODEL,
+                "--no-profile",
+                "--listen",
+                "127.0.0.1:99999",
+            ],
+            "the port must be a whole number from 0 to 65535, got 99999",
+        ),
+        (
+            &["--model", MODEL, "--no-profile", "--listen", "7475"],
+            "for this machine 127.0.0.1:7475",
+        ),
+        (
+            &["replay", "profile.json", "--model", "profile.json"],
+            "this is a calibration profile; give it as --profile",
+        ),
     ];
     for (arguments, expected) in cases {
         let output = uwguide(dir.path(), arguments).output().unwrap();
@@ -127,7 +149,8 @@ fn an_address_in_use_exits_with_1() {
     let output = uwguide(dir.path(), &arguments).output().unwrap();
     assert_eq!(output.status.code(), Some(1));
     assert!(
-        message(&output).contains("cannot listen on 127.0.0.1:"),
+        message(&output).contains("cannot listen on 127.0.0.1:")
+            && message(&output).contains("choose another address with --listen"),
         "{}",
         message(&output)
     );

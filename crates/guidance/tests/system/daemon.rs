@@ -6,9 +6,10 @@ use std::time::{Duration, Instant};
 
 use base64::Engine as _;
 use serde_json::{Value, json};
-use uw_guidance::Limits;
+use uw_guidance::service::{ImagePolicy, Settings};
+use uw_guidance::{Limits, spawn};
 
-use crate::client::{Client, PATIENCE, start, suggest, with};
+use crate::client::{Client, PATIENCE, service_with, start, suggest, with};
 use crate::support::{Numbers, profile};
 
 #[test]
@@ -237,12 +238,18 @@ fn a_profile_is_set_for_one_connection_only() {
 
 #[test]
 fn an_image_is_measured_by_path_and_in_base64() {
-    let daemon = start(Limits::default());
-    let mut client = Client::connect(&daemon);
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../calib/tests/data");
     let path = concat!(
         env!("CARGO_MANIFEST_DIR"),
         "/../calib/tests/data/s2_turbid.png"
     );
+    let settings = Settings {
+        images: ImagePolicy::Under(folder.into()),
+        ..Settings::default()
+    };
+    let service = service_with(settings, true);
+    let daemon = spawn("127.0.0.1:0", service, Limits::default()).unwrap();
+    let mut client = Client::connect(&daemon);
     let stats = uw_calib::ImageStats::from_file(path.as_ref()).unwrap();
     // Told, and used, in hundredths of a count.
     let hundredths = |counts: [f64; 3]| counts.map(|value| (100.0 * value).round() / 100.0);

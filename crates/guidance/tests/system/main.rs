@@ -7,12 +7,19 @@ mod client;
 mod daemon;
 mod dvl_stream;
 mod faults;
+#[cfg(unix)]
+mod files;
 mod links;
 mod model;
 #[cfg(unix)]
 mod operations;
 mod optimum;
+#[cfg(unix)]
+mod program;
 mod protocol;
 mod refusals;
 mod rugged;
+#[cfg(unix)]
+mod safety;
+mod strangers;
 mod support;

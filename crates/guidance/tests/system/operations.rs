@@ -4,121 +4,14 @@ use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::os::unix::net::{UnixDatagram, UnixListener, UnixStream};
 use std::path::Path;
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
 use crate::client::{Client, MODEL, PATIENCE, suggest, with};
-use crate::support::{Numbers, profile};
-
-/// A folder with a profile, and a program started in it.
-struct Program {
-    folder: tempfile::TempDir,
-    child: Option<Child>,
-    stderr: Option<BufReader<std::process::ChildStderr>>,
-}
-
-impl Program {
-    fn folder() -> Self {
-        let folder = tempfile::tempdir().unwrap();
-        profile(&mut Numbers::new(3))
-            .write(&folder.path().join("profile.json"))
-            .unwrap();
-        std::fs::copy(MODEL, folder.path().join("model.json")).unwrap();
-        Self {
-            folder,
-            child: None,
-            stderr: None,
-        }
-    }
-
-    fn write(self, name: &str, text: &str) -> Self {
-        std::fs::write(self.folder.path().join(name), text).unwrap();
-        self
-    }
-
-    fn config(self, text: &str) -> Self {
-        self.write(
-            "config.toml",
-            &format!("format = \"uwguide-config/1\"\n{text}"),
-        )
-    }
-
-    fn path(&self, name: &str) -> std::path::PathBuf {
-        self.folder.path().join(name)
-    }
-
-    fn command(&self, more: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_uwguide"));
-        command.current_dir(self.folder.path());
-        command.args(["--model", "model.json", "--profile", "profile.json"]);
-        if self.path("config.toml").exists() {
-            command.args(["--config", "config.toml"]);
-        }
-        command.args(more);
-        command
-    }
-
-    fn start(mut self, more: &[&str]) -> Self {
-        let mut child = self.command(more).stderr(Stdio::piped()).spawn().unwrap();
-        self.stderr = child.stderr.take().map(BufReader::new);
-        self.child = Some(child);
-        self
-    }
-
-    fn output(&self, more: &[&str]) -> Output {
-        self.command(more).output().unwrap()
-    }
-
-    /// What follows the words in the next line that holds them.
-    fn told(&mut self, words: &str) -> String {
-        let stderr = self.stderr.as_mut().unwrap();
-        loop {
-            let mut line = String::new();
-            assert_ne!(
-                stderr.read_line(&mut line).unwrap(),
-                0,
-                "no line with {words:?}"
-            );
-            if let Some((_, rest)) = line.split_once(words) {
-                return rest.trim().to_owned();
-            }
-        }
-    }
-
-    fn client(&mut self) -> Client {
-        let address = self.told("uwguide listening on ");
-        Client::to(address.parse().unwrap())
-    }
-
-    fn signal(&self, name: &str) {
-        let id = self.child.as_ref().unwrap().id().to_string();
-        let done = Command::new("kill").args([name, &id]).status().unwrap();
-        assert!(done.success());
-    }
-
-    fn end(&mut self) -> Option<i32> {
-        self.signal("-TERM");
-        self.child.as_mut().unwrap().wait().unwrap().code()
-    }
-}
-
-impl Drop for Program {
-    fn drop(&mut self) {
-        if let Some(child) = &mut self.child {
-            let _ = child.kill();
-            let _ = child.wait();
-        }
-    }
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
-const ANY_PORT: [&str; 2] = ["--listen", "127.0.0.1:0"];
-const TOKEN: &str = "a-token-of-some-length";
+use crate::program::{ANY_PORT, Program, TOKEN, get, text};
+use crate::support::Numbers;
 
 #[test]
 fn a_configuration_is_printed_and_checked_without_serving() {
@@ -347,17 +240,6 @@ fn a_full_disk_for_logs_and_recordings_costs_no_answer() {
     assert_eq!(program.end(), Some(0));
 }
 
-fn get(address: &str, path: &str) -> (String, String) {
-    let mut stream = TcpStream::connect(address).unwrap();
-    stream
-        .write_all(format!("GET {path} HTTP/1.1\r\nHost: x\r\n\r\n").as_bytes())
-        .unwrap();
-    let mut reply = String::new();
-    stream.read_to_string(&mut reply).unwrap();
-    let (head, body) = reply.split_once("\r\n\r\n").unwrap();
-    (head.lines().next().unwrap().to_owned(), body.to_owned())
-}
-
 #[test]
 fn metrics_and_health_are_served_on_their_own_port() {
     let mut program = Program::folder()
@@ -458,7 +340,11 @@ fn a_recorded_session_is_answered_again_bit_for_bit() {
         &recording[..recording.len() - 30],
     )
     .unwrap();
-    assert_eq!(replay("cut.ndjson").status.code(), Some(2));
+    let cut = replay("cut.ndjson");
+    assert_eq!(cut.status.code(), Some(0), "{}", text(&cut.stdout));
+    assert!(text(&cut.stdout).contains(", 1 torn"));
+    std::fs::write(program.path("none.ndjson"), "no recording\n").unwrap();
+    assert_eq!(replay("none.ndjson").status.code(), Some(2));
 }
 
 #[test]

@@ -5,6 +5,7 @@ use std::sync::{Arc, OnceLock};
 use proptest::prelude::*;
 use serde_json::{Map, Value, json};
 use uw_guidance::Service;
+use uw_guidance::operations::http::Answers;
 use uw_guidance::service::Session;
 
 use crate::client::{service, suggest};
@@ -119,6 +120,24 @@ proptest! {
     fn any_bytes_get_one_reply(line in prop::collection::vec(any::<u8>(), 0..300)) {
         let mut session = session();
         check(&session.reply(&line))?;
+    }
+
+    #[test]
+    fn any_head_gets_a_whole_reply_of_the_metrics_port(
+        first in prop_oneof![Just("GET /metrics HTTP/1.1\r\n"), Just("GET /healthz HTTP/1.0\r\n"), Just("")],
+        host in prop_oneof![Just("Host: localhost\r\n"), Just("host:[::1]:9\r\n"), Just("Host: x\r\n"), Just("")],
+        rest in prop::collection::vec(any::<u8>(), 0..200),
+    ) {
+        let (_, stopping) = tokio::sync::watch::channel(false);
+        let session = session();
+        let answers = Answers::new(Arc::clone(session.service()), &[], stopping);
+        let head = [first.as_bytes(), host.as_bytes(), &rest].concat();
+        let reply = answers.reply(&head);
+        let (start, body) = reply.split_once("\r\n\r\n").unwrap();
+        let length = format!("Content-Length: {}", body.len());
+        prop_assert!(start.lines().any(|line| line == length), "{}", start);
+        let is_stranger = host == "Host: x\r\n" && !first.is_empty();
+        prop_assert!(!is_stranger || !start.starts_with("HTTP/1.1 200"), "{}", start);
     }
 
     #[test]
