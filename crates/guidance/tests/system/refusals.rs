@@ -218,12 +218,15 @@ fn a_picture_of_another_size_is_told_from_the_models() {
 
 #[test]
 fn an_image_is_measured_with_its_size() {
+    use base64::Engine as _;
     let path = concat!(
         env!("CARGO_MANIFEST_DIR"),
         "/../calib/tests/data/s2_turbid.png"
     );
     let grid = uw_calib::PatchGrid::from_file(path.as_ref()).unwrap();
-    let mut request = with(json!({"op": "suggest_image", "image": {"path": path}}));
+    let bytes = std::fs::read(path).unwrap();
+    let base64 = base64::engine::general_purpose::STANDARD.encode(bytes);
+    let mut request = with(json!({"op": "suggest_image", "image": {"base64_png": base64}}));
     let fields = request.as_object_mut().unwrap();
     fields.retain(|name, _| name != "mean" && name != "std");
     assert_eq!((grid.width, grid.height), (1280, 720));
