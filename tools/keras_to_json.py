@@ -8,6 +8,9 @@ NAMES.json holds what Keras does not know, the inputs in the model's order:
     {"inputs": [{"name": "kz_r", "unit": "1", "mean": 0.53, "std": 0.21}, ...],
      "outputs": [{"name": "contrast_r", "unit": "8bit_counts", "scale": 15.0}, ...]}
 
+Each input may also carry "min" and "max", its range in training (all of them or none), and the file the objects
+"camera", "sensor", "lamps" and "training" of a model file, without which the daemon can check less.
+
 mean and std are those by which the inputs were normalised before they reached the model; leave them out when the
 model begins with a Normalization layer. Without "outputs" they are contrast_r, contrast_g, contrast_b in 8-bit counts.
 Dense layers in a row are converted; InputLayer, Dropout and Activation layers between them are understood.
@@ -31,6 +34,11 @@ ACTIVATIONS = ("relu", "linear", "tanh", "sigmoid", "leaky_relu")
 # Keras divides by the larger of this and the standard deviation.
 LEAST_STD = 1e-7
 OUTPUTS = [{"name": f"contrast_{k}", "unit": "8bit_counts"} for k in "rgb"]
+
+
+# What may be told of an input besides its name and unit, and of a model besides its network.
+RANGE = ("min", "max")
+OF_MODEL = ("camera", "sensor", "lamps", "training")
 
 
 class Unusable(Exception):
@@ -170,11 +178,19 @@ def convert(model_path, names_path):
     return {
         "format": "uw-mlp",
         "version": 1,
-        "inputs": [{"name": i["name"], "unit": i["unit"]} for i in inputs],
+        "inputs": [described(i) for i in inputs],
         "normalisation": normalisation,
         "layers": converted,
         "outputs": names.get("outputs", OUTPUTS),
+        **{key: names[key] for key in OF_MODEL if key in names},
     }
+
+
+def described(entry):
+    """An input as the model file has it: name and unit, and its range where it is told."""
+    if ("min" in entry) != ("max" in entry):
+        raise Unusable(f"input {entry['name']}: must have both min and max, or neither")
+    return {"name": entry["name"], "unit": entry["unit"], **{key: entry[key] for key in RANGE if key in entry}}
 
 
 def write(path, content):

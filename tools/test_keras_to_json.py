@@ -72,6 +72,16 @@ class Conversion(unittest.TestCase):
             with self.assertRaisesRegex(keras_to_json.Unusable, wrong):
                 self.convert(names)
 
+    def test_ranges_and_camera_are_kept(self):
+        ranged = [dict(i, min=0.0, max=float(k)) for k, i in enumerate(self.wanted["inputs"])]
+        camera = {"width_px": 1280, "height_px": 720}
+        got = self.convert({"inputs": ranged, "camera": camera})
+        self.assertEqual(got["inputs"], ranged)
+        self.assertEqual(got["camera"], camera)
+        self.assertNotIn("training", got)
+        with self.assertRaisesRegex(keras_to_json.Unusable, "both min and max"):
+            self.convert({"inputs": [dict(i, min=0.0) for i in self.wanted["inputs"]]})
+
     def test_a_file_of_another_kind_is_told(self):
         with self.assertRaisesRegex(keras_to_json.Unusable, "not a Keras 3 model"):
             self.convert({"inputs": self.wanted["inputs"]}, model=DATA / "mlp_a.json")

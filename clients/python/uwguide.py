@@ -90,7 +90,9 @@ class Client:
 
     def suggest(self, **state: Any) -> Dict[str, Any]:
         """The best distance and lamp level. What is not given comes from the latest state; act only when
-        `valid` is true and `action` is "move"."""
+        `valid` is true and `action` is "move". With `mean` and `std` give the size of their picture too, `width` and
+        `height` in pixels: contrast depends on it, and the daemon refuses what its model was not made for.
+        `why` says in words what was found, `warnings` what is to be taken with care."""
         return self.request("suggest", **state)
 
     def suggest_image(self, path: str, **state: Any) -> Dict[str, Any]:

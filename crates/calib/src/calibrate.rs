@@ -82,6 +82,20 @@ pub enum CalibrateError {
         /// Another level, percent.
         second: f64,
     },
+    /// Pictures of the target have different sizes; contrast depends on it.
+    #[error(
+        "{manifest}:{line}: all contrast images must have the same size, got {} x {} and {} x {} pixels", first[0], first[1], second[0], second[1]
+    )]
+    MixedSizes {
+        /// Manifest.
+        manifest: String,
+        /// Line, from 1.
+        line: u64,
+        /// Width and height of those before, pixels.
+        first: [u32; 2],
+        /// Of this one, pixels.
+        second: [u32; 2],
+    },
     /// The measurements make no valid profile.
     #[error(transparent)]
     Profile(#[from] ProfileError),

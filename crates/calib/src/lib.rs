@@ -5,6 +5,7 @@
 //! 3. [`calibrate`]: measurements become a profile; [`routine`]: the pictures of a manifest do, several lamp levels brought to
 //!    one (`levels`) and K_z from elsewhere where no picture looks up (`daylight`); `coverage` says what is missing.
 //! 4. [`profile`]: the profile, its file and its interpolation inside the calibrated range.
+//! 5. [`rig`]: the camera, sensor and lamps that profiles and models are made for.
 //!
 //! [`json`] reads JSON field by field with errors that name the field; the guidance crate uses it too.
 //!
@@ -24,6 +25,7 @@ pub mod json;
 mod levels;
 pub mod manifest;
 pub mod profile;
+pub mod rig;
 pub mod routine;
 pub mod stats;
 
@@ -31,6 +33,7 @@ pub use calibrate::{CalibrateError, ContrastMeasurement, DepthMeasurement};
 pub use encoding::Encoding;
 pub use manifest::{Manifest, ManifestError, Row, RowKind};
 pub use profile::{ContrastSample, DepthSample, Profile, ProfileError, Source};
+pub use rig::Rig;
 pub use routine::{
     Calibration, Daylight, DaylightFit, RoutineOptions, calibrate_manifest, check_manifest,
     fit_daylight, from_manifest,

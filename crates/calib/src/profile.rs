@@ -8,6 +8,7 @@ use serde::Serialize;
 use thiserror::Error;
 
 use crate::json::FieldError;
+use crate::rig::Rig;
 
 mod file;
 
@@ -103,6 +104,7 @@ pub struct Profile {
     contrast_on: Vec<ContrastSample>,
     contrast_off: Vec<ContrastSample>,
     source: Source,
+    rig: Rig,
 }
 
 impl Profile {
@@ -125,6 +127,7 @@ impl Profile {
             contrast_on,
             contrast_off,
             source,
+            rig: Rig::default(),
         };
         let (min, max) = profile.distance_range_m();
         if min > max {
@@ -136,6 +139,34 @@ impl Profile {
             .into());
         }
         Ok(profile)
+    }
+
+    /// The same profile of pictures of this camera with these lamps.
+    pub fn with_rig(self, rig: Rig) -> Self {
+        Self { rig, ..self }
+    }
+
+    /// Camera, sensor and lamps of its pictures, as far as they are known.
+    pub fn rig(&self) -> &Rig {
+        &self.rig
+    }
+
+    /// What the profile is too small for, in words.
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings = Vec::new();
+        let (near, far) = self.distance_range_m();
+        if near == far {
+            warnings.push(format!(
+                "the profile knows one distance only ({near} m): no other can be advised; calibrate from several"
+            ));
+        }
+        let (shallow, deep) = self.depth_range_m();
+        if shallow == deep {
+            warnings.push(format!(
+                "the profile knows one depth only ({shallow} m): no advice is given at any other; calibrate at several"
+            ));
+        }
+        warnings
     }
 
     /// K_z per channel at a depth, no unit.

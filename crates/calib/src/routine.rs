@@ -11,6 +11,7 @@ use crate::encoding::Encoding;
 use crate::levels::{Lit, contrast_at};
 use crate::manifest::{Manifest, Row, RowKind};
 use crate::profile::{ContrastSample, DepthSample, Profile, Source};
+use crate::rig::Rig;
 use crate::stats::{ImageStats, PatchGrid, StatsError};
 
 /// Lamp level of the data from which the shipped models learnt, percent: preferred among equally covered levels.
@@ -82,6 +83,7 @@ pub fn from_manifest(
         coverage: &coverage,
         warnings: coverage.warnings(),
         approximate: Vec::new(),
+        size_px: None,
     };
     let (depth, target) = work.daylight()?;
     let (on, off) = work.contrast(&target)?;
@@ -92,8 +94,9 @@ pub fn from_manifest(
         images: manifest.rows.len() as u64,
         note,
     };
+    let rig = work.size_px.map(Rig::of_size).unwrap_or_default();
     Ok(Calibration {
-        profile: Profile::new(depth, on, off, source)?,
+        profile: Profile::new(depth, on, off, source)?.with_rig(rig),
         warnings: work.warnings,
     })
 }
@@ -206,6 +209,8 @@ struct Work<'a> {
     coverage: &'a Coverage,
     warnings: Vec<String>,
     approximate: Vec<String>,
+    /// Width and height of the pictures of the target measured so far, pixels.
+    size_px: Option<[u32; 2]>,
 }
 
 impl<'a> Work<'a> {
@@ -266,7 +271,7 @@ impl<'a> Work<'a> {
         let level = self.level();
         let mut contrasts = Vec::new();
         for t in target {
-            let contrast = measured(self.manifest, t.row, ImageStats::from_file)?.contrast;
+            let contrast = self.contrast_of(t.row)?;
             contrasts.push(ContrastMeasurement {
                 distance_m: t.distance_m,
                 light_pct: t.light_pct,
@@ -299,6 +304,23 @@ impl<'a> Work<'a> {
             values.into_iter().map(sample).collect()
         };
         Ok((samples(average(on.into_iter())), samples(at(0.0))))
+    }
+
+    /// Contrast of a picture of the target, which must have the size of the others.
+    fn contrast_of(&mut self, row: &Row) -> Result<[f64; 3], CalibrateError> {
+        let grid = measured(self.manifest, row, PatchGrid::from_file)?;
+        // A picture that is decoded has far fewer pixels a side than this could hold.
+        let size = [grid.width, grid.height].map(|side| u32::try_from(side).unwrap_or(u32::MAX));
+        let first = *self.size_px.get_or_insert(size);
+        if first != size {
+            return Err(CalibrateError::MixedSizes {
+                manifest: self.manifest.path.display().to_string(),
+                line: row.line,
+                first,
+                second: size,
+            });
+        }
+        Ok(grid.stats.contrast)
     }
 
     /// The lamp level of K_c on: as asked for, or that with pictures from the most distances.

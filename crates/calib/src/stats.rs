@@ -168,6 +168,27 @@ impl PatchGrid {
     }
 }
 
+/// Part of the allowance of [`contrast_misfit`] that does not depend on the picture, 8-bit counts.
+const ALLOWANCE_COUNTS: f64 = 0.5;
+/// Its other part, as a share of the picture's contrast.
+const ALLOWANCE_SHARE: f64 = 0.1;
+
+/// The unit of [`contrast_misfit`] at a measured contrast, both 8-bit counts.
+pub fn misfit_allowance(measured: f64) -> f64 {
+    ALLOWANCE_COUNTS + ALLOWANCE_SHARE * measured
+}
+
+/// How far a predicted contrast is from the measured one (both 8-bit counts): the largest of the channels in units of
+/// 0.5 counts and 10 % of the measured contrast. NaN where one of them is.
+pub fn contrast_misfit(predicted: [f64; 3], measured: [f64; 3]) -> f64 {
+    let share = |k: usize| (predicted[k] - measured[k]).abs() / misfit_allowance(measured[k]);
+    let shares = [share(0), share(1), share(2)];
+    match shares.iter().any(|share| share.is_nan()) {
+        true => f64::NAN,
+        false => shares.into_iter().fold(0.0, f64::max),
+    }
+}
+
 /// Measures an image whose pixel `i` (row by row from the top left) is `pixel(i)`: R, G, B in 8-bit counts.
 ///
 /// Patches are `width / 10` by `height / 6` pixels; what is left over at the right and at the bottom

@@ -143,6 +143,44 @@ fn a_manifest_of_images_becomes_a_profile() {
         "off",
     );
     assert_eq!(profile.source().images, 4);
+    // The profile says for which size of pictures it holds, and its file too.
+    assert_eq!(profile.rig().size_px(), Some([1280.0, 720.0]));
+    let path = dir.path().join("profile.json");
+    profile.write(&path).unwrap();
+    assert_eq!(Profile::read(&path).unwrap(), profile);
+    // One distance is enough for the lamps only.
+    let warnings = profile.warnings();
+    assert!(
+        warnings.len() == 1 && warnings[0].contains("one distance only (1 m)"),
+        "{warnings:?}"
+    );
+}
+
+#[test]
+fn contrast_images_of_different_sizes_make_no_profile() {
+    let dir = tempfile::tempdir().unwrap();
+    for (name, width) in [("wide.png", 60), ("narrow.png", 40)] {
+        let picture = image::GrayImage::from_fn(width, 24, |x, y| image::Luma([(x * y) as u8]));
+        picture.save(dir.path().join(name)).unwrap();
+    }
+    let manifest = dir.path().join("routine.csv");
+    // The size of those that look up does not matter: only their mean counts.
+    let rows = |second: &str| {
+        format!(
+            "file,kind,depth_m,distance_m,light_pct\nnarrow.png,depth,0.5,,0\n\
+             wide.png,contrast,3.0,1.0,0\n{second},contrast,3.0,1.0,100\n"
+        )
+    };
+    std::fs::write(&manifest, rows("wide.png")).unwrap();
+    let profile = calibrate_manifest(&manifest, "test 1").unwrap();
+    assert_eq!(profile.rig().size_px(), Some([60.0, 24.0]));
+    std::fs::write(&manifest, rows("narrow.png")).unwrap();
+    let error = calibrate_manifest(&manifest, "test 1").unwrap_err();
+    let message = error.to_string();
+    assert!(
+        message.contains("routine.csv:4") && message.contains("60 x 24 and 40 x 24 pixels"),
+        "{message}"
+    );
 }
 
 #[test]

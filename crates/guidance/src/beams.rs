@@ -106,6 +106,11 @@ pub enum BeamError {
     },
     /// No beam has a range.
     NoBeam,
+    /// One beam alone has a range where there are several: a fish, a cable or an old echo is not told from the target.
+    Alone {
+        /// Beams of the geometry.
+        of: usize,
+    },
     /// The ends of the beams lie on no plane, or on one seen too obliquely.
     Disagree {
         /// Root mean square misfit, m.
@@ -122,6 +127,10 @@ impl std::fmt::Display for BeamError {
                 f,
                 "distances_m must be a list of {expected} (one for each beam), got {got}"
             ),
+            Self::Alone { of } => write!(
+                f,
+                "distances_m must hold at least two ranges that agree, got one of {of} beams alone"
+            ),
             Self::NoBeam => f.write_str("distances_m must hold at least one range, got only null"),
             Self::Disagree {
                 residual_m,
@@ -136,7 +145,8 @@ impl std::fmt::Display for BeamError {
 
 /// Combines the ranges along the beams, m; `None` for a beam without an echo.
 ///
-/// One or two beams give the mean of their distances along the axis and no obliqueness.
+/// Beams that determine no plane, such as two of four, give the mean of their distances along the axis and no
+/// obliqueness, if they agree. One beam alone counts only where the geometry has one beam.
 pub fn combine(ranges_m: &[Option<f64>], geometry: &BeamGeometry) -> Result<Plane, BeamError> {
     let expected = geometry.azimuths_deg.len();
     if ranges_m.len() != expected {
@@ -151,15 +161,43 @@ pub fn combine(ranges_m: &[Option<f64>], geometry: &BeamGeometry) -> Result<Plan
     if ends.is_empty() {
         return Err(BeamError::NoBeam);
     }
+    if ends.len() == 1 && expected > 1 {
+        return Err(BeamError::Alone { of: expected });
+    }
     match fit(&ends) {
         Some(plane) => plane,
-        None => Ok(Plane {
-            distance_m: ends.iter().map(|end| end[2]).sum::<f64>() / ends.len() as f64,
+        None => mean(&ends),
+    }
+}
+
+/// The mean of distances along the axis that agree.
+fn mean(ends: &[[f64; 3]]) -> Result<Plane, BeamError> {
+    let count = ends.len() as f64;
+    let distance_m = ends.iter().map(|end| end[2]).sum::<f64>() / count;
+    if agree(ends.iter().map(|end| end[2])) {
+        return Ok(Plane {
+            distance_m,
             obliqueness_deg: None,
             residual_m: None,
             beams: ends.len(),
-        }),
+        });
     }
+    let squares = ends.iter().map(|end| (end[2] - distance_m).powi(2));
+    Err(BeamError::Disagree {
+        residual_m: (squares.sum::<f64>() / count).sqrt(),
+        distance_m,
+    })
+}
+
+/// Whether all lie within 15 % of their mean.
+pub(crate) fn agree(distances_m: impl Iterator<Item = f64> + Clone) -> bool {
+    let (sum, count) = distances_m
+        .clone()
+        .fold((0.0, 0.0), |(sum, count), d| (sum + d, count + 1.0));
+    let mean_m = sum / count;
+    distances_m
+        .into_iter()
+        .all(|d| (d - mean_m).abs() <= MAX_MISFIT * mean_m)
 }
 
 /// Least squares over z = d + s_x·x + s_y·y; `None` where the ends do not determine a plane.
@@ -269,6 +307,30 @@ mod tests {
         let plane = combine(&all, &geometry).unwrap();
         assert!((plane.distance_m - 1.2).abs() < 1e-12, "{plane:?}");
         assert_eq!((plane.obliqueness_deg, plane.beams), (None, 2));
+    }
+
+    #[test]
+    fn one_beam_alone_counts_only_where_there_is_one() {
+        let geometry = BeamGeometry::default();
+        for ranges in [
+            [Some(1.0), None, None, None],
+            [None, None, None, Some(0.42)],
+        ] {
+            let error = combine(&ranges, &geometry).unwrap_err();
+            assert_eq!(error, BeamError::Alone { of: 4 });
+        }
+        // Two that are far from each other are two different things.
+        let apart = combine(&[Some(0.5), None, Some(1.0), None], &geometry);
+        assert!(
+            matches!(apart, Err(BeamError::Disagree { .. })),
+            "{apart:?}"
+        );
+        let echo_sounder = BeamGeometry {
+            tilt_deg: 0.0,
+            azimuths_deg: vec![0.0],
+        };
+        let plane = combine(&[Some(1.2)], &echo_sounder).unwrap();
+        assert_eq!((plane.distance_m, plane.beams), (1.2, 1));
     }
 
     #[test]

@@ -31,6 +31,8 @@ pub struct Picture {
     pub mean: [f64; 3],
     /// Contrast per channel, 8-bit counts.
     pub std: [f64; 3],
+    /// Width and height, pixels, where they are known.
+    pub size_px: Option<[u32; 2]>,
 }
 
 /// The pieces of a state that a message brings; the others stay as they are.

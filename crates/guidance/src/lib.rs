@@ -7,11 +7,12 @@
 //! 3. [`mlp`] and [`model_file`]: the network that predicts contrast for a candidate.
 //! 4. [`objective`]: contrast against distance, one score for a candidate.
 //! 5. [`nelder_mead`] and [`optimise`]: the candidate with the best score.
-//! 6. [`advice`]: all of it as one pure function, no socket in sight.
-//! 7. [`wire`], [`service`], [`daemon`], [`config`]: the same over TCP.
+//! 6. [`checks`] and [`reason`]: whether the network knows the place, and whether moving is worth it.
+//! 7. [`advice`]: all of it as one pure function, no socket in sight.
+//! 8. [`wire`], [`service`], [`daemon`], [`config`]: the same over TCP.
 //!
 //! ```no_run
-//! use uw_guidance::{Model, Objective, Observation, advise};
+//! use uw_guidance::{Checks, Model, Objective, Observation, advise_checked};
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let model = Model::read("model.json".as_ref())?;
 //! let profile = uw_calib::Profile::read("profile.json".as_ref())?;
@@ -19,17 +20,20 @@
 //!     depth_m: 3.0, distance_m: 1.0, light_pct: 20.0,
 //!     mean: [41.0, 88.0, 79.0], std: [4.1, 7.7, 6.2],
 //! };
-//! let advice = advise(&now, &profile, &model, &Objective::default());
+//! let advice = advise_checked(&now, &profile, &model, &Objective::default(), &Checks::default());
 //! assert!(advice.valid());
 //! # Ok(()) }
 //! ```
 
 pub mod advice;
 pub mod beams;
+pub mod card;
+pub mod checks;
 pub mod config;
 pub mod daemon;
 pub mod features;
 pub mod feed;
+pub mod gauges;
 pub mod links;
 pub mod metrics;
 pub mod mlp;
@@ -39,13 +43,17 @@ pub mod objective;
 pub mod observation;
 pub mod operations;
 pub mod optimise;
+mod question;
+pub mod reason;
 pub mod record;
 pub mod replay;
 pub mod service;
 pub mod steering;
 pub mod wire;
 
-pub use advice::{Advice, Reason, advise};
+pub use advice::{Advice, Reason, advise, advise_checked};
+pub use card::Card;
+pub use checks::{Checks, Residual, Strictness};
 pub use config::{Config, ConfigError};
 pub use daemon::{Daemon, Limits, Running, spawn};
 pub use features::{Candidate, Situation};

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::sync::atomic::{AtomicI64, AtomicU64, Ordering};
 
+use crate::gauges::Gauges;
 use crate::wire::request::OPS;
 
 /// Upper ends of the latency histogram, µs.
@@ -10,7 +11,7 @@ const BUCKETS_US: [u64; 12] = [
     50, 100, 200, 500, 1_000, 2_000, 5_000, 10_000, 50_000, 200_000, 1_000_000, 10_000_000,
 ];
 /// Faults counted by name: error codes, then reasons to hold; anything else goes under the last.
-const FAULTS: [&str; 20] = [
+const FAULTS: [&str; 24] = [
     "bad_utf8",
     "bad_json",
     "line_too_long",
@@ -29,6 +30,10 @@ const FAULTS: [&str; 20] = [
     "no_range",
     "beams_disagree",
     "not_finite",
+    "bad_observation",
+    "outside_training",
+    "model_misfit",
+    "other_camera",
     "busy",
     "other",
 ];
@@ -64,6 +69,8 @@ pub struct Metrics {
     latency_us: [Counter; BUCKETS_US.len() + 1],
     latency_sum_us: Counter,
     connections: AtomicI64,
+    /// The last advice.
+    pub gauges: Gauges,
     /// Connections accepted.
     pub accepted: Counter,
     /// Connections refused because all places were taken.
@@ -193,6 +200,7 @@ impl Metrics {
             "gauge",
             uptime_s,
         );
+        self.gauges.text(&mut text);
         text
     }
 
@@ -231,17 +239,17 @@ fn labelled(text: &mut String, name: &str, help: &str, label: &str, values: &[(&
     }
 }
 
-fn sample(text: &mut String, name: &str, help: &str, kind: &str, value: f64) {
+pub(crate) fn sample(text: &mut String, name: &str, help: &str, kind: &str, value: f64) {
     header(text, name, help, kind);
     push(text, format_args!("{name} {value}"));
 }
 
-fn header(text: &mut String, name: &str, help: &str, kind: &str) {
+pub(crate) fn header(text: &mut String, name: &str, help: &str, kind: &str) {
     push(text, format_args!("# HELP {name} {help}"));
     push(text, format_args!("# TYPE {name} {kind}"));
 }
 
-fn push(text: &mut String, line: std::fmt::Arguments) {
+pub(crate) fn push(text: &mut String, line: std::fmt::Arguments) {
     // Writing to a string cannot fail.
     let _ = writeln!(text, "{line}");
 }

@@ -10,6 +10,7 @@ use serde_json::Value;
 use thiserror::Error;
 use uw_calib::json::{FieldError, Object, array, expect_format, nearest, number};
 
+use crate::card::{self, Card};
 use crate::features::{
     CANDIDATE_PAIRS, COUNTS, FEATURES, Feature, FeatureValue, TARGET_PROFILE, feature,
 };
@@ -78,7 +79,7 @@ impl Model {
     pub fn from_json(value: &Value) -> Result<Self, FieldError> {
         expect_format(value, "uw-mlp")?;
         let document = Object::new(value, "")?;
-        document.only(&[
+        let known = [
             "format",
             "version",
             "comment",
@@ -87,13 +88,15 @@ impl Model {
             "normalisation",
             "layers",
             "outputs",
-        ])?;
+        ];
+        document.only(&[&known[..], &card::FIELDS].concat())?;
         check_version(&document)?;
         let inputs = read_inputs(&document)?;
         let (mean, std) = read_normalisation(&document, &inputs)?;
         let layers = read_layers(&document, inputs.len())?;
         let outputs = read_outputs(&document, &layers)?;
-        Ok(Self::new(inputs, mean, std, layers, outputs))
+        let card = Card::read(&document, &inputs)?;
+        Ok(Self::new(inputs, mean, std, layers, outputs, card))
     }
 }
 
@@ -120,7 +123,7 @@ fn read_inputs(document: &Object) -> Result<Vec<&'static Feature>, FieldError> {
     let mut inputs: Vec<&'static Feature> = Vec::new();
     for (k, item) in document.array("inputs")?.iter().enumerate() {
         let input = Object::new(item, format!("inputs[{k}]"))?;
-        input.only(&["name", "unit"])?;
+        input.only(&["name", "unit", "min", "max"])?;
         let (name, unit) = (input.text("name")?, input.text("unit")?);
         let known = feature(name).ok_or_else(|| unknown_input(&input.path_of("name"), name))?;
         if unit != known.unit {

@@ -247,6 +247,16 @@ fn choice(overrides: &Object, name: &str, known: &[&str]) -> Result<Option<usize
     }
 }
 
+/// What a score is made of: of the form "sum" the two weighted terms, which add up to it, of the form "overlap"
+/// visibility and overlap, whose product it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Terms {
+    /// lambda_c · m_c, or the visibility.
+    pub contrast: f64,
+    /// lambda_d · m_d, or the overlap.
+    pub distance: f64,
+}
+
 /// The objective at one depth in one water, ready for many candidates.
 #[derive(Clone, Copy, Debug)]
 pub struct Criterion<'a> {
@@ -281,6 +291,15 @@ impl<'a> Criterion<'a> {
 
     /// lambda_c · m_c + lambda_d · m_d, or visibility · overlap; NaN where the contrast is.
     pub fn score(&self, contrast: [f64; 3], distance_m: f64) -> f64 {
+        let terms = self.terms(contrast, distance_m);
+        match self.objective.form {
+            Form::Sum => terms.contrast + terms.distance,
+            Form::Overlap => terms.contrast * terms.distance,
+        }
+    }
+
+    /// What the score is made of.
+    pub fn terms(&self, contrast: [f64; 3], distance_m: f64) -> Terms {
         let sum = contrast.iter().sum::<f64>() / self.objective.contrast_scale;
         let m_c = match self.objective.contrast {
             ContrastTerm::Sum => sum,
@@ -288,8 +307,14 @@ impl<'a> Criterion<'a> {
         };
         let m_d = self.distance_term(distance_m);
         match self.objective.form {
-            Form::Sum => self.objective.lambda_c * m_c + self.objective.lambda_d * m_d,
-            Form::Overlap => self.visibility(m_c) * m_d,
+            Form::Sum => Terms {
+                contrast: self.objective.lambda_c * m_c,
+                distance: self.objective.lambda_d * m_d,
+            },
+            Form::Overlap => Terms {
+                contrast: self.visibility(m_c),
+                distance: m_d,
+            },
         }
     }
 

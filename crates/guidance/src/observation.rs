@@ -18,6 +18,16 @@ pub struct Observation {
     pub std: [f64; 3],
 }
 
+/// Darkest and brightest mean of a picture that shows anything, 8-bit counts: the noise of a sensor in the dark already
+/// has more, and a picture with all channels beyond is black or saturated.
+const SHOWING_COUNTS: [f64; 2] = [1.0, 254.0];
+/// Contrast below which all channels hold neither detail nor noise, 8-bit counts: a frozen or missing picture.
+const BLANK_COUNTS: f64 = 0.01;
+/// Least share of a picture that lies in the patches of its contrast; the mean is that of the whole picture.
+const PATCHED_SHARE: f64 = 0.98;
+/// Rounding of a mean on its way here, 8-bit counts.
+const ROUNDED_COUNTS: f64 = 0.05;
+
 impl Observation {
     /// Refuses values that no vehicle and no image can have. Whether they are calibrated is another question.
     pub fn check(&self) -> Result<(), FieldError> {
@@ -55,8 +65,54 @@ impl Observation {
                 ));
             }
         }
+        self.check_picture()
+    }
+
+    /// Refuses black, saturated and blank pictures, and deviations that no picture of that mean can have.
+    fn check_picture(&self) -> Result<(), FieldError> {
+        let [dark, bright] = SHOWING_COUNTS;
+        let refuse = |field: &str, expected: String, got: &[f64; 3]| {
+            Err(FieldError::out_of_range(
+                field,
+                expected,
+                got.map(|value| value.to_string()).join(" "),
+            ))
+        };
+        if self.mean.iter().all(|&m| m < dark) {
+            let expected = format!("at least {dark} 8-bit count in some channel (black frame)");
+            return refuse("mean", expected, &self.mean);
+        }
+        if self.mean.iter().all(|&m| m > bright) {
+            let expected =
+                format!("at most {bright} 8-bit counts in some channel (saturated frame)");
+            return refuse("mean", expected, &self.mean);
+        }
+        if self.std.iter().all(|&s| s < BLANK_COUNTS) {
+            let expected =
+                format!("at least {BLANK_COUNTS} 8-bit counts in some channel (blank frame)");
+            return refuse("std", expected, &self.std);
+        }
+        for (k, (&mean, &std)) in self.mean.iter().zip(&self.std).enumerate() {
+            let most = largest_deviation(mean);
+            if std > most {
+                let expected = format!(
+                    "at most {most:.1} 8-bit counts with a mean of {mean} (no picture deviates more than sqrt(m (255 - m)))"
+                );
+                return Err(FieldError::out_of_range(format!("std[{k}]"), expected, std));
+            }
+        }
         Ok(())
     }
+}
+
+/// The largest mean over patches of their deviations that a picture can have, 8-bit counts: sqrt(m (255 - m)) with the
+/// mean m of the patches nearest to the middle that the picture's mean allows.
+fn largest_deviation(mean: f64) -> f64 {
+    let outside = 1.0 - PATCHED_SHARE;
+    let least = (mean - 255.0 * outside) / PATCHED_SHARE - ROUNDED_COUNTS;
+    let most = mean / PATCHED_SHARE + ROUNDED_COUNTS;
+    let m = 127.5_f64.clamp(least.max(0.0), most.min(255.0));
+    (m * (255.0 - m)).sqrt()
 }
 
 #[cfg(test)]
@@ -113,6 +169,49 @@ mod tests {
         ];
         for (observation, field) in cases {
             assert_eq!(observation.check().unwrap_err().field, field);
+        }
+    }
+
+    #[test]
+    fn frames_that_show_nothing_are_refused_dark_ones_are_not() {
+        let picture = |mean: [f64; 3], std: [f64; 3]| Observation { mean, std, ..GOOD }.check();
+        let cases = [
+            ([0.0; 3], [0.0; 3], "black frame"),
+            ([0.3, 0.4, 0.9], [0.2; 3], "black frame"),
+            ([255.0; 3], [0.0; 3], "saturated frame"),
+            ([254.5; 3], [1.0; 3], "saturated frame"),
+            ([16.0, 128.0, 128.0], [0.0; 3], "blank frame"),
+        ];
+        for (mean, std, told) in cases {
+            let message = picture(mean, std).unwrap_err().to_string();
+            assert!(message.contains(told), "{message}");
+        }
+        // A red channel that water has swallowed, and the noise of a sensor in the dark.
+        assert_eq!(picture([0.0, 20.0, 30.0], [0.0, 2.0, 3.0]), Ok(()));
+        assert_eq!(picture([1.4; 3], [1.9; 3]), Ok(()));
+    }
+
+    #[test]
+    fn deviations_that_no_picture_can_have_are_refused() {
+        let with = |mean: f64, std: f64| {
+            let observation = Observation {
+                mean: [100.0, mean, 100.0],
+                std: [5.0, std, 5.0],
+                ..GOOD
+            };
+            observation.check().map_err(|error| error.to_string())
+        };
+        let message = with(250.0, 100.0).unwrap_err();
+        assert!(
+            message.starts_with("std[1] must be at most 35") && message.contains("got 100"),
+            "{message}"
+        );
+        for (mean, std) in [(0.0, 5.0), (255.0, 5.0), (127.5, 128.0), (20.0, 75.0)] {
+            assert!(with(mean, std).is_err(), "{mean} {std}");
+        }
+        // Half black, half white patches, and a mean that was rounded to nothing.
+        for (mean, std) in [(127.5, 127.5), (250.0, 35.3), (5.0, 35.3), (0.0, 1.0)] {
+            assert_eq!(with(mean, std), Ok(()), "{mean} {std}");
         }
     }
 }

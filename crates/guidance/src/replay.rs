@@ -265,9 +265,11 @@ fn compare(line: usize, session: &mut Session, answer: &Answer, outcome: &mut Ou
 /// The statistics that the daemon measured then.
 fn picture(reply: &Value) -> Option<Picture> {
     let reply = Object::new(reply, "").ok()?;
+    let side = |name: &str| reply.get(name)?.as_u64()?.try_into().ok();
     Some(Picture {
         mean: reply.numbers("mean").ok()?,
         std: reply.numbers("std").ok()?,
+        size_px: side("width").zip(side("height")).map(|(w, h)| [w, h]),
     })
 }
 

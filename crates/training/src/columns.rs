@@ -8,6 +8,8 @@ pub const OUTPUTS: usize = 3;
 pub const CONTRAST_SCALE_COUNTS: f32 = 15.0;
 /// Names of the outputs in order, all in 8-bit counts.
 pub const OUTPUT_NAMES: [&str; OUTPUTS] = ["contrast_r", "contrast_g", "contrast_b"];
+/// Columns with the standard errors of the inputs `std_*`, which a table may have.
+pub const STD_ERRORS: [&str; OUTPUTS] = ["std_error_r", "std_error_g", "std_error_b"];
 /// Unit of the outputs in the model file.
 pub const OUTPUT_UNIT: &str = "8bit_counts";
 /// Column that names the environment (texture, water and backscatter) of a row.

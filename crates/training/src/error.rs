@@ -14,6 +14,22 @@ pub enum Error {
         /// What the system said.
         source: std::io::Error,
     },
+    /// A dataset's manifest cannot be used.
+    #[error("{}: {reason}", path.display())]
+    Manifest {
+        /// The manifest.
+        path: PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
+    /// A model file cannot be used.
+    #[error("{}: cannot be read as a model: {reason}", path.display())]
+    ModelFile {
+        /// The model's file.
+        path: PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
     /// The dataset is not well-formed CSV, for example a row has too few fields.
     #[error("{}: cannot be read as a CSV table: {source}", path.display())]
     Csv {

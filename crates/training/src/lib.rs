@@ -11,12 +11,13 @@
 //! | 4 | [`normalisation`] | mean and standard deviation of each input over the training rows |
 //! | 5 | [`mod@train`] | the network (20-128-128-3, ReLU), Adam on the mean absolute error, the learning curve |
 //! | 6 | [`comparison`] | the same without calibration, split by environment, and in environments never seen |
-//! | 7 | [`model_file`], [`report`], [`plots`], [`output`] | the result, written whole or not at all |
+//! | 7 | [`card`], [`model_file`], [`report`], [`plots`], [`output`] | the result, written whole or not at all |
 //!
 //! Everything random (split, initial weights, order of the rows) comes from one seed through
 //! the crate's own generator, and the arithmetic runs on one thread in a fixed order: the same
 //! command gives the same model bytes on the same machine.
 
+pub mod card;
 pub mod columns;
 pub mod comparison;
 mod error;
@@ -32,6 +33,7 @@ pub mod split;
 pub mod table;
 pub mod train;
 
+pub use card::Pictures;
 pub use columns::Offsets;
 pub use comparison::{Comparison, UnseenSet};
 pub use error::Error;

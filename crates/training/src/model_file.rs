@@ -2,53 +2,64 @@
 
 use std::path::Path;
 
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
 
-use crate::Error;
+use crate::card::{self, Pictures};
 use crate::columns::{
     CONTRAST_SCALE_COUNTS, INPUTS, OUTPUT_NAMES, OUTPUT_UNIT, OUTPUTS, Offsets, inputs,
 };
 use crate::normalisation::Normalisation;
 use crate::output;
+use crate::{Error, Table};
 
 /// A trained model. Prediction = layers((x − mean) / std) · scale, in 8-bit counts; each layer is
 /// activation(x · kernel + bias).
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Model {
-    format: &'static str,
+    format: String,
     version: u32,
     inputs: Vec<InputEntry>,
     normalisation: Stored,
     layers: Vec<Dense>,
     outputs: [OutputEntry; OUTPUTS],
+    /// Camera, sensor, lamps and training.
+    #[serde(flatten)]
+    card: Map<String, Value>,
 }
 
 /// Mean and standard deviation of the inputs that the network has.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct Stored {
     mean: Vec<f32>,
     std: Vec<f32>,
 }
 
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct InputEntry {
-    name: &'static str,
-    unit: &'static str,
+    name: String,
+    unit: String,
+    /// Smallest value in training.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    min: Option<f32>,
+    /// Largest value in training.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    max: Option<f32>,
 }
 
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct OutputEntry {
-    name: &'static str,
-    unit: &'static str,
+    name: String,
+    unit: String,
     scale: f32,
 }
 
 /// One dense layer.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Dense {
     /// Always `dense`.
     #[serde(rename = "type")]
-    pub kind: &'static str,
+    pub kind: String,
     /// Number of outputs of the layer.
     pub units: usize,
     /// Function applied to each output.
@@ -87,21 +98,13 @@ impl Dense {
 }
 
 /// Activation function of a layer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Activation {
     /// max(x, 0)
     Relu,
     /// x
     Linear,
-}
-
-impl Serialize for Activation {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(match self {
-            Self::Relu => "relu",
-            Self::Linear => "linear",
-        })
-    }
 }
 
 impl Model {
@@ -115,13 +118,13 @@ impl Model {
         if let Some(first) = layers.first_mut() {
             first.kernel.truncate(inputs.len());
         }
-        let entry = |name| OutputEntry {
-            name,
-            unit: OUTPUT_UNIT,
+        let entry = |name: &str| OutputEntry {
+            name: name.to_owned(),
+            unit: OUTPUT_UNIT.to_owned(),
             scale: CONTRAST_SCALE_COUNTS,
         };
         Self {
-            format: "uw-mlp",
+            format: "uw-mlp".to_owned(),
             version: 1,
             normalisation: Stored {
                 mean: normalisation.mean[..inputs.len()].to_vec(),
@@ -130,13 +133,78 @@ impl Model {
             inputs: inputs
                 .into_iter()
                 .map(|input| InputEntry {
-                    name: input.name,
-                    unit: input.unit,
+                    name: input.name.to_owned(),
+                    unit: input.unit.to_owned(),
+                    min: None,
+                    max: None,
                 })
                 .collect(),
             layers,
             outputs: OUTPUT_NAMES.map(entry),
+            card: Map::new(),
         }
+    }
+
+    /// Reads a model that this program has written.
+    ///
+    /// # Errors
+    /// When the file cannot be read or is no such model.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        let refuse = |reason: String| Error::ModelFile {
+            path: path.to_path_buf(),
+            reason,
+        };
+        let text =
+            std::fs::read(path).map_err(|error| refuse(format!("cannot be read: {error}")))?;
+        let model: Self =
+            serde_json::from_slice(&text).map_err(|error| refuse(error.to_string()))?;
+        if model.format != "uw-mlp" || model.version != 1 {
+            return Err(refuse("format must be \"uw-mlp\", version 1".to_owned()));
+        }
+        match model.is_consistent() {
+            true => Ok(model),
+            false => Err(refuse("its layers do not fit together".to_owned())),
+        }
+    }
+
+    fn is_consistent(&self) -> bool {
+        let Stored { mean, std } = &self.normalisation;
+        let mut width = self.inputs.len();
+        let fits = self.layers.iter().all(|layer| {
+            let units = layer.units;
+            let rows = layer.kernel.len() == width && layer.bias.len() == units;
+            width = units;
+            rows && layer.kernel.iter().all(|row| row.len() == units)
+        });
+        fits && width == OUTPUTS
+            && mean.len() == self.inputs.len()
+            && std.len() == self.inputs.len()
+    }
+
+    /// How the model is given the candidate, by the names of its inputs.
+    ///
+    /// # Errors
+    /// When its inputs are not in the order in which this program writes them.
+    pub fn offsets(&self, path: &Path) -> Result<Offsets, Error> {
+        let names = || self.inputs.iter().map(|input| input.name.as_str());
+        [Offsets::Delta, Offsets::Target, Offsets::Ahead]
+            .into_iter()
+            .find(|&offsets| inputs(offsets).iter().map(|input| input.name).eq(names()))
+            .ok_or_else(|| Error::ModelFile {
+                path: path.to_path_buf(),
+                reason: "its inputs must be in the order in which uwtrain writes them".to_owned(),
+            })
+    }
+
+    /// States where the network can be trusted: the range of every input and the residuals at the present place over the
+    /// listed rows (not empty), and what the pictures were.
+    pub fn describe(&mut self, table: &Table, rows: &[usize], pictures: Option<&Pictures>) {
+        for (input, [min, max]) in self.inputs.iter_mut().zip(card::ranges(table, rows)) {
+            (input.min, input.max) = (Some(min), Some(max));
+        }
+        let residual_here = card::residual_here(self, table, rows);
+        self.card
+            .extend(card::fields(rows.len(), residual_here, pictures));
     }
 
     /// The layers, first to last.

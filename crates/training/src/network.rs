@@ -79,7 +79,7 @@ fn plain(layer: &Linear, activation: Activation) -> Result<Dense, Error> {
     };
     let kernel = kernel.chunks(units).map(<[f32]>::to_vec).collect();
     Ok(Dense {
-        kind: "dense",
+        kind: "dense".to_owned(),
         units,
         activation,
         kernel,

@@ -119,6 +119,8 @@ mod tests {
                 names: (0..6).map(|k| format!("e{k}")).collect(),
                 of_row: (0..60).map(|row| row % 6).collect(),
             }),
+            std_errors: None,
+            pictures: None,
         }
     }
 

@@ -5,7 +5,8 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use crate::Error;
-use crate::columns::{ENVIRONMENT, INPUTS, OUTPUT_NAMES, OUTPUTS, Offsets, inputs};
+use crate::card::Pictures;
+use crate::columns::{ENVIRONMENT, INPUTS, OUTPUT_NAMES, OUTPUTS, Offsets, STD_ERRORS, inputs};
 use crate::parquet_file::ParquetFile;
 
 /// Fewest rows that are accepted; a smaller table is a mistake, not a dataset.
@@ -25,6 +26,11 @@ pub struct Table {
     pub contrast: Vec<[f32; OUTPUTS]>,
     /// Where each row comes from; `None` when the file has no such column.
     pub environments: Option<Environments>,
+    /// Standard errors of the inputs `std_*` per row, 8-bit counts, infinite where unknown; `None` when the file has no
+    /// such columns.
+    pub std_errors: Option<Vec<[f32; OUTPUTS]>>,
+    /// What its manifest says about the pictures.
+    pub pictures: Option<Pictures>,
 }
 
 /// The environments (texture, water and backscatter) of a table's rows.
@@ -102,6 +108,10 @@ impl Table {
         let mut rows = RowsSoFar {
             inputs: columns(path, &file, &layout.inputs)?,
             contrast: columns(path, &file, &layout.contrast)?,
+            std_errors: match &layout.std_errors {
+                Some(wanted) => parquet_errors(&file, wanted)?,
+                None => Vec::new(),
+            },
             ..RowsSoFar::default()
         };
         if let Some(at) = layout.environment {
@@ -145,10 +155,34 @@ fn columns<const N: usize>(
     Ok(rows)
 }
 
+/// Standard errors, which need not be known: infinite where they are no numbers.
+fn parquet_errors(
+    file: &ParquetFile<'_>,
+    wanted: &[(&'static str, usize); OUTPUTS],
+) -> Result<Vec<[f32; OUTPUTS]>, Error> {
+    let mut rows: Vec<[f32; OUTPUTS]> = Vec::new();
+    for (k, &(_, at)) in wanted.iter().enumerate() {
+        let values = file.numbers(at)?;
+        rows.resize(values.len(), [f32::INFINITY; OUTPUTS]);
+        rows.iter_mut()
+            .zip(values)
+            .for_each(|(row, value)| row[k] = known(Some(value)));
+    }
+    Ok(rows)
+}
+
+/// A standard error, infinite where there is none.
+fn known(error: Option<f32>) -> f32 {
+    error
+        .filter(|error| error.is_finite())
+        .unwrap_or(f32::INFINITY)
+}
+
 /// Name and position in the file of every column that is read.
 struct Layout {
     inputs: Vec<(&'static str, usize)>,
     contrast: [(&'static str, usize); OUTPUTS],
+    std_errors: Option<[(&'static str, usize); OUTPUTS]>,
     environment: Option<usize>,
 }
 
@@ -168,6 +202,7 @@ impl Layout {
                 .map(|input| (input.name, 0))
                 .collect(),
             contrast: OUTPUT_NAMES.map(|name| (name, 0)),
+            std_errors: std_errors(path, header)?,
             environment: position(path, header, ENVIRONMENT)?,
         };
         for (name, at) in &mut found.inputs {
@@ -183,6 +218,21 @@ impl Layout {
         }
         Ok(found)
     }
+}
+
+/// Where the standard errors of `std_*` stand in the header, if all of them do.
+fn std_errors(
+    path: &Path,
+    header: &[&str],
+) -> Result<Option<[(&'static str, usize); OUTPUTS]>, Error> {
+    let mut found = STD_ERRORS.map(|name| (name, 0));
+    for (name, at) in &mut found {
+        match position(path, header, name)? {
+            Some(place) => *at = place,
+            None => return Ok(None),
+        }
+    }
+    Ok(Some(found))
 }
 
 /// Where `column` stands in the header, if it does.
@@ -241,6 +291,7 @@ impl Row<'_> {
 struct RowsSoFar {
     inputs: Vec<[f32; INPUTS]>,
     contrast: Vec<[f32; OUTPUTS]>,
+    std_errors: Vec<[f32; OUTPUTS]>,
     index_of: HashMap<String, usize>,
     names: Vec<String>,
     of_row: Vec<usize>,
@@ -250,6 +301,10 @@ impl RowsSoFar {
     fn push(&mut self, layout: &Layout, row: &Row<'_>) -> Result<(), Error> {
         self.inputs.push(row.numbers(&layout.inputs)?);
         self.contrast.push(row.numbers(&layout.contrast)?);
+        if let Some(columns) = &layout.std_errors {
+            let error = |&(_, at): &(&str, usize)| known(row.field(at).parse().ok());
+            self.std_errors.push(columns.each_ref().map(error));
+        }
         if let Some(at) = layout.environment {
             let name = row.field(at);
             if name.is_empty() {
@@ -289,6 +344,8 @@ impl RowsSoFar {
             inputs: self.inputs,
             contrast: self.contrast,
             environments: layout.environment.map(|_| Environments { names, of_row }),
+            std_errors: layout.std_errors.map(|_| self.std_errors),
+            pictures: None,
         })
     }
 }

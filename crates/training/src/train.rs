@@ -214,10 +214,12 @@ pub fn train(
     if !layers.iter().all(Dense::is_finite) {
         return Err(settings.diverged(settings.epochs));
     }
+    let mut model = Model::new(table.offsets, &normalisation, layers);
+    model.describe(table, &split.train, table.pictures.as_ref());
     Ok(Trained {
         train_predictions: predict(&fit.network, &rows, &split.train)?,
         test_predictions: predict(&fit.network, &rows, &split.test)?,
-        model: Model::new(table.offsets, &normalisation, layers),
+        model,
         curve,
         split,
         by: settings.split,

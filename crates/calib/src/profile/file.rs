@@ -8,6 +8,7 @@ use serde_json::Value;
 
 use super::{ContrastSample, DepthSample, Profile, ProfileError, Source};
 use crate::json::{FieldError, Object, expect_format};
+use crate::rig::Rig;
 
 /// Format name and version of a profile file.
 pub const PROFILE_FORMAT: &str = "uw-profile/1";
@@ -36,14 +37,15 @@ impl Profile {
     pub fn from_json(value: &Value) -> Result<Self, ProfileError> {
         expect_format(value, PROFILE_FORMAT)?;
         let document = Object::new(value, "")?;
-        document.only(&[
+        let known = [
             "format",
             "unit",
             "depth",
             "contrast_on",
             "contrast_off",
             "source",
-        ])?;
+        ];
+        document.only(&[&known[..], &Rig::SECTIONS].concat())?;
         expect_text(&document, "format", PROFILE_FORMAT)?;
         expect_text(&document, "unit", PROFILE_UNIT)?;
         let mut depth = Vec::new();
@@ -55,12 +57,13 @@ impl Profile {
                 k_z: sample.numbers("k_z")?,
             });
         }
-        Self::new(
+        let profile = Self::new(
             depth,
             contrast_samples(&document, "contrast_on")?,
             contrast_samples(&document, "contrast_off")?,
             read_source(&document)?,
-        )
+        )?;
+        Ok(profile.with_rig(Rig::read(&document)?))
     }
 
     /// The text of the profile file, one sample a line.
@@ -72,8 +75,14 @@ impl Profile {
         let contrast = |samples: &[ContrastSample]| {
             lines(samples.iter().map(|s| serde_json::json!(s)).collect())
         };
+        let rig: String = self
+            .rig
+            .to_json()
+            .iter()
+            .map(|(name, object)| format!(" \"{name}\": {object},\n"))
+            .collect();
         format!(
-            "{{\"format\": \"{PROFILE_FORMAT}\", \"unit\": \"{PROFILE_UNIT}\",\n \"depth\": {},\n \"contrast_on\": {},\n \"contrast_off\": {},\n \"source\": {}}}\n",
+            "{{\"format\": \"{PROFILE_FORMAT}\", \"unit\": \"{PROFILE_UNIT}\",\n \"depth\": {},\n \"contrast_on\": {},\n \"contrast_off\": {},\n{rig} \"source\": {}}}\n",
             lines(self.depth.iter().map(|s| serde_json::json!(s)).collect()),
             contrast(&self.contrast_on),
             contrast(&self.contrast_off),

@@ -198,7 +198,7 @@ fn start(serve: Serve) -> Result<(), Failure> {
         None => None,
     };
     if serve.check_config {
-        for warning in config.exposures() {
+        for warning in config.exposures().into_iter().chain(loaded.warnings(None)) {
             tell(&format!("uwguide: warning: {warning}"));
         }
         return print("the configuration is usable\n");

@@ -24,9 +24,10 @@ const MAX_BAD_LINES: u32 = 1_000_000;
 /// Highest rate of requests that can be given, 1/s.
 const MAX_RATE_PER_S: f64 = 1e9;
 
-const SECTIONS: [&str; 9] = [
+const SECTIONS: [&str; 10] = [
     "format",
     "objective",
+    "checks",
     "limits",
     "max_age",
     "steering",
@@ -53,6 +54,9 @@ pub(super) fn config(value: &Value) -> Result<Config, FieldError> {
     let settings = &mut config.settings;
     if let Some(objective) = section(&document, "objective")? {
         settings.objective = settings.objective.with(&objective)?;
+    }
+    if let Some(checks) = section(&document, "checks")? {
+        settings.checks = settings.checks.with(&checks)?;
     }
     if let Some(steering) = section(&document, "steering")? {
         settings.steering = steering_with(&settings.steering, &steering)?;

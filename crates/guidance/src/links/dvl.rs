@@ -1,8 +1,10 @@
 //! A Water Linked A50 or A125: newline-delimited JSON over TCP.
 //!
-//! Its reports hold the range along each of four beams, which become `distances_m` of a state; a report
-//! without a usable beam feeds nothing, so that the distance gets stale and the answer "hold". Field names:
-//! Water Linked's description of the TCP protocol (`json_v1` to `json_v3`).
+//! Its reports hold the range along each of four beams, which become `distances_m` of a state. Without bottom lock
+//! (`velocity_valid` false) single beams go on saying that they are valid, with old or wrong ranges: such a report counts
+//! only when three beams or more agree, and one beam alone never counts. A report that does not count feeds nothing, so
+//! that the distance gets stale and the answer "hold". Field names: Water Linked's description of the TCP protocol
+//! (`json_v1` to `json_v3`).
 
 use std::io;
 use std::time::Duration;
@@ -13,6 +15,7 @@ use tokio::net::TcpStream;
 use tokio::time::timeout;
 
 use super::{Backoff, Feeder, Patience};
+use crate::beams;
 use crate::wire::frame::{Frame, Lines};
 
 /// The slowest report rate is 2 Hz; silence of this long means that the peer is gone.
@@ -72,37 +75,52 @@ async fn listen(config: &DvlConfig, feeder: &mut Feeder, useful: &mut bool) -> i
 }
 
 /// The `state` request of a report; `None` for a line without a usable distance, such as a position report,
-/// a report without bottom lock or a line cut in half.
+/// a report without bottom lock whose beams do not agree, or a line cut in half.
 pub fn state(line: &[u8], distance: DvlDistance) -> Option<Value> {
     let report: Value = serde_json::from_slice(line).ok()?;
-    let is_range = |range_m: &f64| *range_m > 0.0;
+    let locked = report.get("velocity_valid").and_then(Value::as_bool) == Some(true);
     match distance {
         DvlDistance::Altitude => {
             let altitude_m = report.get("altitude")?.as_f64().filter(is_range)?;
-            Some(json!({"op": "state", "distance_m": altitude_m}))
+            locked.then(|| json!({"op": "state", "distance_m": altitude_m}))
         }
         DvlDistance::Beams => {
-            let mut beams: Vec<(u64, Option<f64>)> = report
-                .get("transducers")?
-                .as_array()?
-                .iter()
-                .zip(0..)
-                .map(|(beam, place)| {
-                    let valid = beam.get("beam_valid").and_then(Value::as_bool);
-                    let range_m = beam.get("distance").and_then(Value::as_f64);
-                    let number = beam.get("id").and_then(Value::as_u64).unwrap_or(place);
-                    (
-                        number,
-                        range_m.filter(is_range).filter(|_| valid == Some(true)),
-                    )
-                })
-                .collect();
-            beams.sort_by_key(|&(number, _)| number);
-            let ranges: Vec<Option<f64>> = beams.into_iter().map(|(_, range)| range).collect();
-            let any = ranges.iter().any(Option::is_some);
-            any.then(|| json!({"op": "state", "distances_m": ranges}))
+            let ranges = ranges(&report)?;
+            let usable = match ranges.iter().flatten().count() {
+                0 | 1 => false,
+                2 => locked,
+                _ => locked || agree(&ranges),
+            };
+            usable.then(|| json!({"op": "state", "distances_m": ranges}))
         }
     }
+}
+
+fn is_range(range_m: &f64) -> bool {
+    *range_m > 0.0
+}
+
+/// The ranges of the beams in their order, m; `None` for a beam that is not valid.
+fn ranges(report: &Value) -> Option<Vec<Option<f64>>> {
+    let mut beams: Vec<(u64, Option<f64>)> = report
+        .get("transducers")?
+        .as_array()?
+        .iter()
+        .zip(0..)
+        .map(|(beam, place)| {
+            let valid = beam.get("beam_valid").and_then(Value::as_bool) == Some(true);
+            let range_m = beam.get("distance").and_then(Value::as_f64);
+            let number = beam.get("id").and_then(Value::as_u64).unwrap_or(place);
+            (number, range_m.filter(is_range).filter(|_| valid))
+        })
+        .collect();
+    beams.sort_by_key(|&(number, _)| number);
+    Some(beams.into_iter().map(|(_, range)| range).collect())
+}
+
+/// Whether the ranges lie close to each other, as those of a surface ahead do: all beams are tilted alike.
+fn agree(ranges_m: &[Option<f64>]) -> bool {
+    beams::agree(ranges_m.iter().flatten().copied())
 }
 
 #[cfg(test)]
@@ -122,6 +140,50 @@ mod tests {
         assert_eq!(told["distances_m"], json!([1.1, 1.2, null, null]));
         let told = state(REPORT.as_bytes(), DvlDistance::Altitude).unwrap();
         assert_eq!(told["distance_m"], 1.02);
+    }
+
+    /// A report with these ranges, `None` for a beam that says it is not valid.
+    fn report(locked: bool, altitude_m: f64, ranges_m: [Option<f64>; 4]) -> String {
+        let beams: Vec<Value> = (0..4)
+            .map(|id| {
+                json!({"id": id, "velocity": 0.0, "distance": ranges_m[id].unwrap_or(-1.0),
+                       "rssi": -30.1, "nsd": -88.2, "beam_valid": ranges_m[id].is_some()})
+            })
+            .collect();
+        json!({"time": 91.2, "vx": 0.0, "vy": 0.0, "vz": 0.0, "fom": 2.0, "altitude": altitude_m,
+               "velocity_valid": locked, "status": 0, "format": "json_v1", "transducers": beams})
+        .to_string()
+    }
+
+    #[test]
+    fn without_bottom_lock_only_agreeing_beams_count_and_never_one_alone() {
+        let one = [None, None, Some(0.42), None];
+        let two = [Some(1.2), None, Some(1.3), None];
+        let apart = [Some(0.4), Some(1.3), Some(2.9), None];
+        let three = [Some(1.2), Some(1.3), None, Some(1.25)];
+        let told = |locked, ranges| {
+            let line = report(locked, if locked { 1.1 } else { -1.0 }, ranges);
+            state(line.as_bytes(), DvlDistance::Beams).is_some()
+        };
+        assert_eq!(
+            [one, two, apart, three].map(|ranges| told(false, ranges)),
+            [false, false, false, true]
+        );
+        // With it two are enough; whether they lie on a plane is asked later.
+        assert_eq!(
+            [one, two, apart, three].map(|ranges| told(true, ranges)),
+            [false, true, true, true]
+        );
+        // The altitude is the instrument's own answer: it counts with bottom lock only.
+        for (locked, altitude_m, counts) in
+            [(true, 1.1, true), (false, 1.1, false), (true, -1.0, false)]
+        {
+            let line = report(locked, altitude_m, three);
+            assert_eq!(
+                state(line.as_bytes(), DvlDistance::Altitude).is_some(),
+                counts
+            );
+        }
     }
 
     #[test]

@@ -4,9 +4,11 @@
 
 use uw_calib::json::FieldError;
 
+use crate::card::Card;
 use crate::features::Feature;
 
 mod dense;
+mod known;
 mod query;
 
 use dense::{Dense, Real};
@@ -75,6 +77,7 @@ pub struct Model {
     outputs: [(usize, f64); 3],
     exact: Network<f64>,
     quick: Network<f32>,
+    card: Card,
 }
 
 impl Model {
@@ -85,6 +88,7 @@ impl Model {
         std: Vec<f64>,
         layers: Vec<Layer>,
         outputs: [(usize, f64); 3],
+        card: Card,
     ) -> Self {
         let (exact, quick) = (Network::new(&layers), Network::new(&layers));
         Self {
@@ -95,12 +99,18 @@ impl Model {
             outputs,
             exact,
             quick,
+            card,
         }
     }
 
     /// The inputs in the model's order.
     pub fn inputs(&self) -> &[&'static Feature] {
         &self.inputs
+    }
+
+    /// What the file says about where the network can be trusted.
+    pub fn card(&self) -> &Card {
+        &self.card
     }
 
     /// Width of each layer.

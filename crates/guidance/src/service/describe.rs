@@ -1,7 +1,7 @@
 //! Model, profile and settings as JSON.
 
 use serde_json::{Value, json};
-use uw_calib::Profile;
+use uw_calib::{Profile, Rig};
 
 use crate::mlp::Model;
 use crate::objective::{ContrastTerm, DepthTerm, Form, Objective};
@@ -9,15 +9,39 @@ use crate::service::Settings;
 
 pub(super) fn model(model: &Model, name: &str) -> Value {
     let inputs: Vec<&str> = model.inputs().iter().map(|input| input.name).collect();
-    json!({"name": name, "inputs": inputs, "layer_widths": model.layer_widths()})
+    let card = model.card();
+    let ranges: Option<Vec<Value>> = card.ranges.as_ref().map(|ranges| {
+        let named = model.inputs().iter().zip(ranges);
+        named
+            .map(|(input, [min, max])| {
+                json!({"name": input.name, "unit": input.unit, "min": min, "max": max})
+            })
+            .collect()
+    });
+    let mut described = json!({
+        "name": name, "inputs": inputs, "layer_widths": model.layer_widths(),
+        "trained_range": ranges, "training": card.training.to_json(),
+    });
+    add_rig(&mut described, &card.rig);
+    described
+}
+
+/// Camera, sensor and lamps; null where nothing is stated.
+fn add_rig(described: &mut Value, rig: &Rig) {
+    let mut stated = rig.to_json();
+    for section in Rig::SECTIONS {
+        described[section] = stated.remove(section).unwrap_or(Value::Null);
+    }
 }
 
 pub(super) fn profile(profile: &Profile) -> Value {
-    json!({
+    let mut described = json!({
         "depth_m": profile.depth_range_m(),
         "distance_m": profile.distance_range_m(),
         "source": profile.source(),
-    })
+    });
+    add_rig(&mut described, profile.rig());
+    described
 }
 
 pub(super) fn objective(objective: &Objective) -> Value {
@@ -49,7 +73,16 @@ pub(super) fn objective(objective: &Objective) -> Value {
 
 pub(super) fn settings(settings: &Settings) -> Value {
     let (age, steering, beams) = (&settings.max_age, &settings.steering, &settings.beams);
+    let checks = &settings.checks;
     json!({
+        "checks": {
+            "training": checks.training.name(),
+            "training_margin": checks.training_margin,
+            "max_misfit": checks.max_misfit,
+            "misfit": checks.misfit.name(),
+            "min_gain": checks.min_gain,
+            "other_camera": checks.other_camera.name(),
+        },
         "max_age": {
             "depth_s": age.depth_s,
             "distance_s": age.distance_s,

@@ -8,7 +8,7 @@ use base64::Engine as _;
 use uw_calib::PatchGrid;
 
 use crate::feed::Picture;
-use crate::wire::reply::{Code, WireError};
+use crate::wire::reply::{self, COUNTS_DECIMALS, Code, WireError};
 use crate::wire::request::ImageSource;
 
 /// Largest image file read for a request, bytes; above that of any camera's single frame.
@@ -71,10 +71,18 @@ pub(super) fn measure(image: &ImageSource, policy: &ImagePolicy) -> Result<Pictu
             PatchGrid::from_encoded(&bytes, field).map_err(|error| bad(field, error.to_string()))?
         }
     };
+    // A picture that is decoded has far fewer pixels a side than this could hold.
+    let side = |pixels: usize| u32::try_from(pixels).unwrap_or(u32::MAX);
     Ok(Picture {
-        mean: grid.stats.mean,
-        std: grid.stats.contrast,
+        mean: grid.stats.mean.map(told),
+        std: grid.stats.contrast.map(told),
+        size_px: Some([side(grid.width), side(grid.height)]),
     })
+}
+
+/// The advice is made from what the reply tells, so that it can be made again from a recording.
+fn told(counts: f64) -> f64 {
+    reply::rounded(counts, COUNTS_DECIMALS)
 }
 
 fn of_file(file: File) -> Result<PatchGrid, String> {

@@ -14,6 +14,7 @@ use thiserror::Error;
 use uw_calib::{Profile, ProfileError};
 
 use crate::beams::BeamGeometry;
+use crate::checks::Checks;
 use crate::feed::{Feed, MaxAge};
 use crate::metrics::Metrics;
 use crate::mlp::Model;
@@ -23,11 +24,13 @@ use crate::operations::files::regular;
 use crate::steering::Steering;
 
 mod describe;
+mod fit;
 mod image;
 mod resolve;
 mod session;
 mod subscription;
 mod suggestion;
+mod why;
 
 pub use image::ImagePolicy;
 pub use session::{Answered, Pending, Session};
@@ -38,6 +41,8 @@ pub(crate) use subscription::steering_with;
 pub struct Settings {
     /// The objective.
     pub objective: Objective,
+    /// What advice has to pass.
+    pub checks: Checks,
     /// How old inputs may be.
     pub max_age: MaxAge,
     /// Hysteresis and rate limits of subscriptions.
@@ -147,6 +152,13 @@ impl Loaded {
             profile: profile.map(Arc::new),
         })
     }
+
+    /// Tells the log what may be wrong.
+    fn warn(&self) {
+        for warning in self.warnings(None) {
+            tracing::warn!(model = self.model_name, "{warning}");
+        }
+    }
 }
 
 /// Refuses a file that is there but is no regular one; what reading it would say is left to reading.
@@ -204,6 +216,7 @@ impl Service {
 
     /// A service with all settings.
     pub fn with_settings(loaded: Loaded, settings: Settings) -> Self {
+        loaded.warn();
         Self {
             settings,
             shared: Mutex::new(Shared {
@@ -240,6 +253,7 @@ impl Service {
     /// Takes another model and profile; requests under way end with the old ones. What is in use now is
     /// returned with its place among the answers.
     pub fn replace(&self, loaded: Loaded) -> (u64, Arc<Loaded>) {
+        loaded.warn();
         self.reloads.fetch_add(1, Ordering::Relaxed);
         *self.reload_error() = None;
         let mut shared = self.lock();

@@ -18,6 +18,8 @@ pub(super) struct Known {
     pub ages: Ages,
     /// The surface, where the distance comes from several beams.
     pub plane: Option<Plane>,
+    /// Width and height of the picture, pixels, where they are known.
+    pub size_px: Option<[u32; 2]>,
 }
 
 /// Why there is no complete observation.
@@ -117,6 +119,7 @@ pub(super) fn resolve(
             image_s,
         },
         plane: range.plane,
+        size_px: picture.size_px,
     })
 }
 
@@ -165,6 +168,7 @@ mod tests {
             picture: Some(crate::feed::Picture {
                 mean: [40.0; 3],
                 std: [4.0; 3],
+                size_px: None,
             }),
         };
         feed.apply(&fed, 98.0);

@@ -7,12 +7,12 @@ use serde_json::{Value, json};
 use uw_calib::Profile;
 use uw_calib::json::Object;
 
-use crate::advice::predict;
+use crate::advice::{doubt, predict};
 use crate::feed::Picture;
 use crate::objective::Objective;
 use crate::service::resolve::{Known, Unknown, age_s, resolve, update};
 use crate::service::subscription::{self, Subscription, steering_with};
-use crate::service::suggestion::{self, Hold, usable};
+use crate::service::suggestion::{self, Hold, Means, usable};
 use crate::service::{Moment, Service, Snapshot, describe, image};
 use crate::wire::frame::MAX_LINE_BYTES;
 use crate::wire::inputs::Inputs;
@@ -162,6 +162,9 @@ impl Session {
             }
             Err(error) => (self.service.snapshot(|_| ()).0.sequence, Err(error)),
         };
+        if matches!(name, "suggest" | "suggest_image") && self.authorised {
+            self.service.metrics.gauges.advised(fields.as_ref().ok());
+        }
         Answered {
             sequence,
             op: name,
@@ -195,6 +198,7 @@ impl Session {
         let (snapshot, ()) = self.service.snapshot(|_| ());
         let own = self.profile.as_deref();
         let fields = subscription.push(&snapshot, own, &self.service.settings, now);
+        self.service.metrics.gauges.advised(fields.as_ref().ok());
         Some(Answered {
             sequence: snapshot.sequence,
             op: "push",
@@ -235,6 +239,10 @@ impl Session {
                 let mut fields = self.suggest(&inputs, objective.as_ref(), snapshot, now)?;
                 let measured = json!({"mean": picture.mean, "std": picture.std});
                 fields.extend(reply::fields(measured));
+                if let Some([width, height]) = picture.size_px {
+                    fields.insert("width".to_owned(), width.into());
+                    fields.insert("height".to_owned(), height.into());
+                }
                 Ok(fields)
             }
             Op::Predict {
@@ -247,7 +255,9 @@ impl Session {
                     let model = &snapshot.loaded.model;
                     let observation = &known.observation;
                     let found = predict(observation, &candidates, profile, model, &objective)?;
-                    Ok(suggestion::prediction(&found, known))
+                    let checks = &self.service.settings.checks;
+                    let doubt = doubt(observation, &candidates, profile, model, &objective, checks);
+                    Ok(suggestion::prediction(&found, doubt.as_ref(), known))
                 };
                 self.with_known(&inputs, snapshot, now, predicted)
             }
@@ -271,8 +281,11 @@ impl Session {
             }
             Op::SetProfile(profile) => {
                 let described = describe::profile(&profile);
+                let warnings = snapshot.loaded.warnings(Some(&profile));
                 self.profile = Some(Arc::from(profile));
-                Ok(reply::fields(json!({"profile": described})))
+                Ok(reply::fields(
+                    json!({"profile": described, "warnings": warnings}),
+                ))
             }
             Op::Info => Ok(self.info(snapshot)),
             Op::Health => Ok(self.health(snapshot, now)),
@@ -311,7 +324,13 @@ impl Session {
     ) -> Result<Fields, WireError> {
         let objective = self.objective(objective)?;
         let suggested = |known: &Known, profile: &Profile| {
-            suggestion::suggest(known, profile, &snapshot.loaded.model, &objective)
+            let means = Means {
+                profile,
+                model: &snapshot.loaded.model,
+                objective: &objective,
+                checks: &self.service.settings.checks,
+            };
+            suggestion::suggest(known, &means)
         };
         self.with_known(inputs, snapshot, now, suggested)
     }
@@ -378,6 +397,7 @@ impl Session {
             "version": env!("CARGO_PKG_VERSION"),
             "model": describe::model(&loaded.model, &loaded.model_name),
             "profile": profile.map(|profile| describe::profile(profile)),
+            "warnings": loaded.warnings(profile.map(|profile| &**profile)),
             "objective": describe::objective(&settings.objective),
             "settings": describe::settings(settings),
         }))

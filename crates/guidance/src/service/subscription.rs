@@ -4,16 +4,19 @@ use serde_json::{Value, json};
 use uw_calib::Profile;
 use uw_calib::json::{FieldError, Object};
 
-use crate::advice::{Advice, Prediction, advise, predict};
+use crate::advice::{Advice, Prediction, Reason, predict};
+use crate::checks::Checks;
 use crate::features::Candidate;
 use crate::mlp::Model;
 use crate::objective::Objective;
 use crate::service::resolve::{Known, resolve};
-use crate::service::suggestion::{self, Hold, usable};
+use crate::service::suggestion::{self, Hold, Means, usable};
 use crate::service::{Moment, Settings, Snapshot};
 use crate::steering::{Command, Course, Steering};
 use crate::wire::inputs::Inputs;
-use crate::wire::reply::{self, Code, Fields, WireError};
+use crate::wire::reply::{
+    self, Code, DISTANCE_DECIMALS, Fields, LIGHT_DECIMALS, WireError, rounded,
+};
 
 /// One connection's subscription.
 #[derive(Clone, Debug)]
@@ -100,8 +103,23 @@ impl Subscription {
             Err(hold) => return Ok(hold.fields(Some(&known))),
         };
         let model = &snapshot.loaded.model;
-        let advice = advise(&known.observation, profile, model, &self.objective);
-        let mut fields = suggestion::of_advice(&advice, &known)?;
+        // The course has a least gain of its own, and limits how commands go on.
+        let checks = Checks {
+            min_gain: f64::NEG_INFINITY,
+            round: false,
+            ..settings.checks
+        };
+        let means = Means {
+            profile,
+            model,
+            objective: &self.objective,
+            checks: &checks,
+        };
+        let mut advice = suggestion::advise_known(&known, &means);
+        if self.course.target().is_none() {
+            stay_for_little(&mut advice, &known, &means, self.steering.min_gain);
+        }
+        let mut fields = suggestion::of_advice(&advice, &known, &self.objective)?;
         if let (Some(score), Some(score_here)) = (advice.score, advice.score_here) {
             let steered = self.steer(&known, profile, model, (&advice, score), now)?;
             fields.extend(steered.fields(&known, score_here));
@@ -148,6 +166,36 @@ impl Subscription {
     }
 }
 
+/// Without a target yet, a place that promises too little over staying becomes none.
+fn stay_for_little(advice: &mut Advice, known: &Known, means: &Means, min_gain: f64) {
+    let Some(gain) = advice.gain().filter(|gain| *gain <= min_gain) else {
+        return;
+    };
+    let (observation, objective) = (&known.observation, means.objective);
+    let inside = |[low, high]: [f64; 2], x: f64| (low..=high).contains(&x);
+    let may_stay = inside(objective.distance_m, observation.distance_m)
+        && inside(objective.light_pct, observation.light_pct);
+    if !may_stay {
+        return;
+    }
+    *advice = Advice {
+        reason: Some(Reason::SmallGain {
+            distance_m: advice.distance_m,
+            light_pct: advice.light_pct,
+            gain,
+            min_gain,
+        }),
+        distance_m: observation.distance_m,
+        light_pct: observation.light_pct,
+        delta_distance_m: 0.0,
+        delta_light_pct: 0.0,
+        predicted_contrast: advice.predicted_here,
+        score: advice.score_here,
+        terms: advice.terms_here,
+        ..advice.clone()
+    };
+}
+
 /// A command and what is predicted for it.
 struct Steered {
     command: Command,
@@ -163,16 +211,22 @@ impl Steered {
             hold,
         } = self.command;
         let score = self.prediction.scores[0];
+        // Commands go on in steps that may be smaller than what a vehicle keeps.
+        let distance = |value_m: f64| rounded(value_m, DISTANCE_DECIMALS + 1);
+        let light = |value_pct: f64| rounded(value_pct, LIGHT_DECIMALS + 1);
         let mut fields = reply::fields(json!({
             "action": if hold { "hold" } else { "move" },
-            "distance_m": command.distance_m,
-            "light_pct": command.light_pct,
-            "delta_distance_m": command.distance_m - known.observation.distance_m,
-            "delta_light_pct": command.light_pct - known.observation.light_pct,
-            "predicted_contrast": self.prediction.contrast[0],
-            "score": score,
-            "gain": score - score_here,
-            "target": {"distance_m": target.distance_m, "light_pct": target.light_pct},
+            "distance_m": distance(command.distance_m),
+            "light_pct": light(command.light_pct),
+            "delta_distance_m": distance(command.distance_m - known.observation.distance_m),
+            "delta_light_pct": light(command.light_pct - known.observation.light_pct),
+            "predicted_contrast": suggestion::counts(self.prediction.contrast[0]),
+            "score": suggestion::score(score),
+            "gain": suggestion::score(score - score_here),
+            "target": {
+                "distance_m": distance(target.distance_m),
+                "light_pct": light(target.light_pct),
+            },
         }));
         if clamped {
             fields.insert("reason".to_owned(), "clamped".into());

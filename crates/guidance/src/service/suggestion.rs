@@ -3,13 +3,19 @@
 use serde_json::{Value, json};
 use uw_calib::Profile;
 
-use crate::advice::{Advice, Prediction, Reason, advise};
+use crate::advice::{Advice, Prediction, Reason, advise_checked};
 use crate::beams::{BeamError, Plane};
+use crate::checks::{Checks, Strictness};
 use crate::feed::{Ages, MaxAge};
 use crate::mlp::Model;
-use crate::objective::Objective;
+use crate::objective::{Form, Objective, Terms};
+use crate::service::fit;
 use crate::service::resolve::{Known, Unknown};
-use crate::wire::reply::{self, Code, Fields, WireError};
+use crate::service::why::why;
+use crate::wire::reply::{
+    self, AGE_DECIMALS, COUNTS_DECIMALS, Code, DISTANCE_DECIMALS, Fields, LIGHT_DECIMALS,
+    SCORE_DECIMALS, WireError, rounded,
+};
 
 /// Why the vehicle should hold although the question was a proper one.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,14 +58,19 @@ impl Hold {
             "action": "hold",
             "reason": self.name(),
             "message": self.message(),
+            "why": self.message(),
+            "warnings": [],
             "distance_m": known.map(|k| k.observation.distance_m),
             "light_pct": known.map(|k| k.observation.light_pct),
             "delta_distance_m": 0.0,
             "delta_light_pct": 0.0,
             "predicted_contrast": null,
+            "predicted_here": null,
+            "residual_here": null,
             "score": null,
             "score_here": null,
             "gain": null,
+            "score_terms": null,
             "evaluations": 0,
             "age_s": known.map(|k| ages(&k.ages)),
         }));
@@ -94,37 +105,82 @@ pub(super) fn unknown(unknown: Unknown) -> Result<Fields, WireError> {
     }
 }
 
+/// What the question is answered with.
+#[derive(Clone, Copy)]
+pub(super) struct Means<'a> {
+    pub profile: &'a Profile,
+    pub model: &'a Model,
+    pub objective: &'a Objective,
+    pub checks: &'a Checks,
+}
+
 /// The advice for what is known.
-pub(super) fn suggest(
-    known: &Known,
-    profile: &Profile,
-    model: &Model,
-    objective: &Objective,
-) -> Result<Fields, WireError> {
-    let advice = advise(&known.observation, profile, model, objective);
-    of_advice(&advice, known)
+pub(super) fn suggest(known: &Known, means: &Means) -> Result<Fields, WireError> {
+    of_advice(&advise_known(known, means), known, means.objective)
+}
+
+/// The advice for what is known, if picture, profile and model are of one camera.
+pub(super) fn advise_known(known: &Known, means: &Means) -> Advice {
+    let Means {
+        profile,
+        model,
+        objective,
+        checks,
+    } = *means;
+    let other = fit::other_camera(known.size_px, profile, model)
+        .filter(|_| checks.other_camera != Strictness::Ignore);
+    match other {
+        Some(reason) if checks.other_camera == Strictness::Refuse => {
+            Advice::hold(&known.observation, reason)
+        }
+        other => {
+            let mut advice = advise_checked(&known.observation, profile, model, objective, checks);
+            advice.warnings.extend(other);
+            advice
+        }
+    }
 }
 
 /// Advice as reply fields. An answer that holds no number for a lack of calibration is an error.
-pub(super) fn of_advice(advice: &Advice, known: &Known) -> Result<Fields, WireError> {
-    match &advice.reason {
-        None | Some(Reason::Clamped { .. } | Reason::NotFinite) => {}
-        Some(reason) => return Err(reason.clone().into()),
+pub(super) fn of_advice(
+    advice: &Advice,
+    known: &Known,
+    objective: &Objective,
+) -> Result<Fields, WireError> {
+    if let Some(reason @ (Reason::OutsideCalibration { .. } | Reason::NoCandidates { .. })) =
+        &advice.reason
+    {
+        return Err(reason.clone().into());
     }
-    let valid = advice.valid();
+    let (distance_m, light_pct) = match advice.moves() {
+        true => (
+            rounded(advice.distance_m, DISTANCE_DECIMALS),
+            rounded(advice.light_pct, LIGHT_DECIMALS),
+        ),
+        // The vehicle's own, as it gave them.
+        false => (advice.distance_m, advice.light_pct),
+    };
     let mut fields = reply::fields(json!({
-        "valid": valid,
-        "action": if valid { "move" } else { "hold" },
+        "valid": advice.valid(),
+        "action": if advice.moves() { "move" } else { "hold" },
         "reason": advice.reason.as_ref().map(Reason::name),
         "message": advice.reason.as_ref().map(Reason::to_string),
-        "distance_m": advice.distance_m,
-        "light_pct": advice.light_pct,
-        "delta_distance_m": advice.delta_distance_m,
-        "delta_light_pct": advice.delta_light_pct,
-        "predicted_contrast": advice.predicted_contrast,
-        "score": advice.score,
-        "score_here": advice.score_here,
-        "gain": advice.gain(),
+        "why": why(advice, objective),
+        "warnings": advice.warnings.iter().map(warning).collect::<Vec<_>>(),
+        "distance_m": distance_m,
+        "light_pct": light_pct,
+        "delta_distance_m": rounded(advice.delta_distance_m, DISTANCE_DECIMALS),
+        "delta_light_pct": rounded(advice.delta_light_pct, LIGHT_DECIMALS),
+        "predicted_contrast": advice.predicted_contrast.map(counts),
+        "predicted_here": advice.predicted_here.map(counts),
+        "residual_here": advice.residual_here.map(|residual| json!({
+            "contrast": counts(residual.counts),
+            "misfit": rounded(residual.misfit, COUNTS_DECIMALS),
+        })),
+        "score": advice.score.map(score),
+        "score_here": advice.score_here.map(score),
+        "gain": advice.gain().map(score),
+        "score_terms": terms(advice, objective),
         "evaluations": advice.evaluations,
         "age_s": ages(&known.ages),
     }));
@@ -132,25 +188,57 @@ pub(super) fn of_advice(advice: &Advice, known: &Known) -> Result<Fields, WireEr
     Ok(fields)
 }
 
-/// A prediction as reply fields.
-pub(super) fn prediction(prediction: &Prediction, known: &Known) -> Fields {
+fn warning(reason: &Reason) -> Value {
+    json!({"reason": reason.name(), "message": reason.to_string()})
+}
+
+/// What the scores are made of: the terms of a sum, or the factors of a product.
+fn terms(advice: &Advice, objective: &Objective) -> Value {
+    let names = match objective.form {
+        Form::Sum => ["contrast", "distance"],
+        Form::Overlap => ["visibility", "overlap"],
+    };
+    let told = |terms: Option<Terms>| {
+        terms.map(|terms| json!({names[0]: score(terms.contrast), names[1]: score(terms.distance)}))
+    };
+    match (told(advice.terms), told(advice.terms_here)) {
+        (Some(suggested), Some(here)) => json!({"suggested": suggested, "here": here}),
+        _ => Value::Null,
+    }
+}
+
+pub(super) fn counts(contrast: [f64; 3]) -> [f64; 3] {
+    contrast.map(|value| rounded(value, COUNTS_DECIMALS))
+}
+
+pub(super) fn score(score: f64) -> f64 {
+    rounded(score, SCORE_DECIMALS)
+}
+
+/// A prediction as reply fields; not valid where there is a doubt about it.
+pub(super) fn prediction(prediction: &Prediction, doubt: Option<&Reason>, known: &Known) -> Fields {
     let mut fields = reply::fields(json!({
-        "valid": true,
-        "reason": null,
-        "contrast": prediction.contrast,
-        "scores": prediction.scores,
+        "valid": doubt.is_none(),
+        "reason": doubt.map(Reason::name),
+        "contrast": prediction.contrast.iter().map(|&c| counts(c)).collect::<Vec<_>>(),
+        "scores": prediction.scores.iter().map(|&s| score(s)).collect::<Vec<_>>(),
         "age_s": ages(&known.ages),
     }));
+    if let Some(doubt) = doubt {
+        fields.insert("action".to_owned(), "hold".into());
+        fields.insert("message".to_owned(), doubt.to_string().into());
+    }
     add_plane(&mut fields, known.plane.as_ref());
     fields
 }
 
 pub(super) fn ages(ages: &Ages) -> Value {
+    let age = |age_s: f64| rounded(age_s, AGE_DECIMALS);
     json!({
-        "depth": ages.depth_s,
-        "distance": ages.distance_s,
-        "light": ages.light_s,
-        "image": ages.image_s,
+        "depth": age(ages.depth_s),
+        "distance": age(ages.distance_s),
+        "light": age(ages.light_s),
+        "image": age(ages.image_s),
     })
 }
 
@@ -161,10 +249,11 @@ fn add_plane(fields: &mut Fields, plane: Option<&Plane>) {
 }
 
 pub(super) fn describe_plane(plane: &Plane) -> Value {
+    let millimetres = |length_m: f64| rounded(length_m, DISTANCE_DECIMALS + 1);
     json!({
-        "distance_m": plane.distance_m,
-        "obliqueness_deg": plane.obliqueness_deg,
-        "residual_m": plane.residual_m,
+        "distance_m": millimetres(plane.distance_m),
+        "obliqueness_deg": plane.obliqueness_deg.map(|angle| rounded(angle, 1)),
+        "residual_m": plane.residual_m.map(millimetres),
         "used": plane.beams,
     })
 }

@@ -6,13 +6,15 @@ use crate::beams::MAX_BEAMS;
 use crate::feed::Picture;
 
 /// Names of these fields, for lists of what a request may hold.
-pub(super) const FIELDS: [&str; 8] = [
+pub(super) const FIELDS: [&str; 10] = [
     "depth_m",
     "distance_m",
     "distances_m",
     "light_pct",
     "mean",
     "std",
+    "width",
+    "height",
     "age_s",
     "time_s",
 ];
@@ -136,8 +138,16 @@ fn read_distance(object: &Object) -> Result<Option<Distance>, FieldError> {
 }
 
 fn read_picture(object: &Object) -> Result<Option<Picture>, FieldError> {
+    let size_px = read_size(object)?;
     if object.get("mean").is_none() && object.get("std").is_none() {
-        return Ok(None);
+        return match size_px {
+            None => Ok(None),
+            Some(_) => Err(FieldError::invalid(
+                object.path_of("width"),
+                "absent without mean and std",
+                "a size alone",
+            )),
+        };
     }
     let counts = |name: &str| -> Result<[f64; 3], FieldError> {
         let values = object.numbers(name)?;
@@ -153,7 +163,24 @@ fn read_picture(object: &Object) -> Result<Option<Picture>, FieldError> {
     Ok(Some(Picture {
         mean: counts("mean")?,
         std: counts("std")?,
+        size_px,
     }))
+}
+
+/// Width and height of the picture that mean and contrast are of, pixels; both or none.
+fn read_size(object: &Object) -> Result<Option<[u32; 2]>, FieldError> {
+    let side = |name: &str| {
+        let value = object.required(name)?;
+        let side = value.as_u64().and_then(|side| u32::try_from(side).ok());
+        side.filter(|&side| side > 0).ok_or_else(|| {
+            let expected = "a whole number of pixels > 0";
+            FieldError::wrong_type(object.path_of(name), expected, value)
+        })
+    };
+    match (object.get("width"), object.get("height")) {
+        (None, None) => Ok(None),
+        _ => Ok(Some([side("width")?, side("height")?])),
+    }
 }
 
 fn read_stamp(object: &Object) -> Result<Stamp, FieldError> {

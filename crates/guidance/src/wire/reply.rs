@@ -127,7 +127,13 @@ impl From<Reason> for WireError {
             Reason::NoCandidates { .. } => {
                 Self::new(Code::OutOfRange, message).at("objective.distance_m")
             }
-            Reason::NotFinite | Reason::Clamped { .. } => Self::new(Code::Internal, message),
+            Reason::OutsideTraining { input, .. } => Self::new(Code::OutOfRange, message).at(input),
+            Reason::ModelMisfit { .. } | Reason::OtherCamera(_) => {
+                Self::new(Code::InvalidValue, message)
+            }
+            Reason::NotFinite | Reason::Clamped { .. } | Reason::SmallGain { .. } => {
+                Self::new(Code::Internal, message)
+            }
         };
         Self {
             reason: Some(name),
@@ -161,6 +167,29 @@ pub fn line(id: &Value, answer: Result<Fields, WireError>) -> String {
         }
     }
     Value::Object(reply).to_string()
+}
+
+/// Decimals of what replies tell: nothing that a vehicle, a camera or the network means is finer.
+pub const DISTANCE_DECIMALS: i32 = 2;
+/// Of lamp levels, percent.
+pub const LIGHT_DECIMALS: i32 = 1;
+/// Of contrasts, means and residuals, 8-bit counts.
+pub const COUNTS_DECIMALS: i32 = 2;
+/// Of scores and their terms.
+pub const SCORE_DECIMALS: i32 = 4;
+/// Of ages, s.
+pub const AGE_DECIMALS: i32 = 3;
+
+/// A number with so many decimals.
+pub fn rounded(value: f64, decimals: i32) -> f64 {
+    let unit = 10f64.powi(decimals);
+    let scaled = (value * unit).round();
+    // What is too large to have decimals stays as it is; + 0.0 makes -0 a 0.
+    if scaled.is_finite() {
+        scaled / unit + 0.0
+    } else {
+        value
+    }
 }
 
 /// The members of a JSON object.

@@ -179,7 +179,7 @@ fn read_op(object: &Object) -> Result<Op, WireError> {
         }
         "suggest_image" => {
             let mut known = state_and(&["image", "objective"]);
-            known.retain(|&name| name != "mean" && name != "std");
+            known.retain(|name| !["mean", "std", "width", "height"].contains(name));
             only(&known)?;
             Ok(Op::SuggestImage {
                 inputs: Inputs::read(object)?,

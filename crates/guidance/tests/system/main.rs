@@ -2,8 +2,10 @@
 
 mod answers;
 mod binary;
+mod checks;
 mod client;
 mod daemon;
+mod dvl_stream;
 mod faults;
 #[cfg(unix)]
 mod files;
@@ -15,6 +17,7 @@ mod optimum;
 #[cfg(unix)]
 mod program;
 mod protocol;
+mod refusals;
 mod rugged;
 #[cfg(unix)]
 mod safety;

@@ -6,8 +6,8 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 
-use crate::client::{Client, MODEL};
-use crate::support::{Numbers, profile};
+use crate::client::Client;
+use crate::support::{Numbers, echo_model, profile};
 
 /// A folder with a profile, and a program started in it.
 pub(crate) struct Program {
@@ -22,7 +22,9 @@ impl Program {
         profile(&mut Numbers::new(3))
             .write(&folder.path().join("profile.json"))
             .unwrap();
-        std::fs::copy(MODEL, folder.path().join("model.json")).unwrap();
+        // A model that states all about itself, so that nothing is warned of.
+        let model = echo_model(-2.0, 0.02).to_string();
+        std::fs::write(folder.path().join("model.json"), model).unwrap();
         Self {
             folder,
             child: None,

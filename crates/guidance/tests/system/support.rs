@@ -81,3 +81,46 @@ pub(crate) fn random_model(numbers: &mut Numbers, hidden: &[usize]) -> Value {
         "layers": layers, "outputs": [output("r"), output("g"), output("b")],
     })
 }
+
+/// A model that predicts the picture's own contrast and what `per_m` and `per_pct` add for each metre and percent of
+/// change. It states the ranges of the paper's grid, its camera and its residuals.
+pub(crate) fn echo_model(per_m: f64, per_pct: f64) -> Value {
+    let example: Value = serde_json::from_str(include_str!("../data/mlp_a.json")).unwrap();
+    let mut inputs = example["inputs"].clone();
+    let mut kernel = vec![vec![0.0; 3]; 20];
+    for (row, input) in inputs.as_array_mut().unwrap().iter_mut().enumerate() {
+        let name = input["name"].as_str().unwrap().to_owned();
+        let channel = ["std_r", "std_g", "std_b"].iter().position(|&n| n == name);
+        if let Some(channel) = channel {
+            kernel[row][channel] = 1.0;
+        }
+        match name.as_str() {
+            "delta_distance" => kernel[row] = vec![per_m; 3],
+            "delta_light" => kernel[row] = vec![per_pct; 3],
+            _ => {}
+        }
+        let (min, max) = match name.as_str() {
+            "distance" => (0.5, 3.0),
+            "light" => (0.0, 100.0),
+            "depth" => (1.0, 5.0),
+            "delta_distance" => (-2.5, 2.5),
+            "delta_light" => (-100.0, 100.0),
+            name if name.starts_with("mean") => (2.0, 180.0),
+            name if name.starts_with("std") => (1.0, 40.0),
+            name if name.starts_with("kz") => (0.0, 1.0),
+            _ => (0.0, 60.0),
+        };
+        input["min"] = json!(min);
+        input["max"] = json!(max);
+    }
+    let output = |c: &str| json!({"name": format!("contrast_{c}"), "unit": "8bit_counts"});
+    json!({
+        "format": "uw-mlp", "version": 1, "inputs": inputs,
+        "normalisation": {"mean": vec![0.0; 20], "std": vec![1.0; 20]},
+        "layers": [{"type": "dense", "units": 3, "activation": "linear", "kernel": kernel,
+                    "bias": [0.0, 0.0, 0.0]}],
+        "outputs": [output("r"), output("g"), output("b")],
+        "camera": {"width_px": 1280, "height_px": 720, "hfov_deg": 60.0},
+        "training": {"textures": ["hull_red"], "residual_here": {"median": 0.05, "p99": 0.3}},
+    })
+}

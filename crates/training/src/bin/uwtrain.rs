@@ -7,8 +7,8 @@ use clap::{Parser, ValueEnum};
 use uw_training::columns::CONTRAST_SCALE_COUNTS;
 use uw_training::train::Epoch;
 use uw_training::{
-    Comparison, Error, Offsets, Report, Schedule, Settings, SplitBy, Table, Trained, UnseenSet,
-    output, plots, train,
+    Comparison, Error, Model, Offsets, Pictures, Report, Schedule, Settings, SplitBy, Table,
+    Trained, UnseenSet, output, plots, train,
 };
 
 /// Trains the network that predicts image contrast after a move of vehicle or lamp.
@@ -22,6 +22,14 @@ struct Arguments {
     /// Model file to write; an existing file is replaced
     #[arg(short, long, value_name = "MODEL.json")]
     output: PathBuf,
+    /// Train nothing: write this model again, its weights as they are, with the ranges, residuals and camera of the
+    /// dataset it was trained on
+    #[arg(long, value_name = "MODEL.json", conflicts_with_all = ["compare", "unseen", "report"])]
+    describe: Option<PathBuf>,
+    /// Manifest of the dataset, which names camera, lamps and textures; several for a joined table [default:
+    /// manifest.json beside the dataset]
+    #[arg(long, value_name = "MANIFEST.json")]
+    manifest: Vec<PathBuf>,
     /// Units in each of the two hidden layers
     #[arg(long, default_value_t = Settings::default().hidden)]
     hidden: usize,
@@ -132,7 +140,35 @@ fn main() -> ExitCode {
     }
 }
 
+/// Writes a model again with what its dataset says about where it can be trusted.
+fn describe(model_path: &Path, arguments: &Arguments) -> Result<(), Error> {
+    output::report_path(&arguments.dataset, &arguments.output, None)?;
+    let mut model = Model::read(model_path)?;
+    let table = read_table(arguments, model.offsets(model_path)?)?;
+    let rows: Vec<usize> = (0..table.rows()).collect();
+    model.describe(&table, &rows, table.pictures.as_ref());
+    model.write(&arguments.output)?;
+    eprintln!("wrote {}", arguments.output.display());
+    Ok(())
+}
+
+/// The dataset with what its manifest says.
+fn read_table(arguments: &Arguments, offsets: Offsets) -> Result<Table, Error> {
+    let pictures = Pictures::read(&arguments.dataset, &arguments.manifest)?;
+    if pictures.is_none() {
+        eprintln!(
+            "no manifest beside {}: the model will not say for which camera, lamps and sun it is; --manifest names one",
+            arguments.dataset.display()
+        );
+    }
+    let table = Table::read(&arguments.dataset, offsets)?;
+    Ok(Table { pictures, ..table })
+}
+
 fn run(arguments: &Arguments) -> Result<(), Error> {
+    if let Some(model) = &arguments.describe {
+        return describe(model, arguments);
+    }
     let settings = arguments.settings();
     settings.check()?;
     let report_path = output::report_path(
@@ -140,7 +176,7 @@ fn run(arguments: &Arguments) -> Result<(), Error> {
         &arguments.output,
         arguments.report.as_deref(),
     )?;
-    let table = Table::read(&arguments.dataset, arguments.offsets())?;
+    let table = read_table(arguments, arguments.offsets())?;
     let unseen = read_unseen(arguments)?;
     announce(&arguments.dataset, &table, &settings);
     let trained = train(&table, &settings, |epoch| print_epoch(epoch, &settings))?;

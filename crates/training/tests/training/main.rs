@@ -2,6 +2,7 @@
 //! library takes longer than running them.
 
 mod bad_input;
+mod card;
 mod dataset;
 mod learning;
 mod parquet_table;

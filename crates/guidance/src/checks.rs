@@ -1,0 +1,211 @@
+//! What advice has to pass before a vehicle may follow it.
+//!
+//! [`advise`](crate::advise) is the bare search; [`advise_checked`](crate::advice::advise_checked) asks first whether
+//! the network knows such a place at all, and whether moving is worth it:
+//!
+//! 1. Every input lies in the range that the network was trained on, widened by a small share of it.
+//! 2. For no change at all the network predicts the contrast that the picture has. This residual costs nothing, and
+//!    shows at once a sun, a texture or a lamp that training did not know.
+//! 3. Only places inside the trained range are suggested.
+//! 4. The gain is worth a move.
+
+use uw_calib::json::{FieldError, Object};
+use uw_calib::stats::contrast_misfit;
+
+use crate::mlp::Model;
+
+/// What is done about something that does not fit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Strictness {
+    /// The advice is not valid.
+    Refuse,
+    /// The advice stays valid and carries a warning.
+    Warn,
+    /// Nothing.
+    Ignore,
+}
+
+/// Limits of advice.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Checks {
+    /// What is done about inputs outside the range that the model was trained on; "refuse" also keeps suggestions inside.
+    pub training: Strictness,
+    /// How far an input may lie outside its trained range, as a share of that range, >= 0.
+    pub training_margin: f64,
+    /// Largest [`Residual::misfit`] at the present place, > 0.
+    pub max_misfit: f64,
+    /// What is done beyond it. A model that does not state its own residuals only warns, as nobody knows what is
+    /// normal for it.
+    pub misfit: Strictness,
+    /// Score that a suggestion has to gain over staying, else the advice is to hold.
+    pub min_gain: f64,
+    /// What is done about pictures, profiles and models of different cameras or lamps.
+    pub other_camera: Strictness,
+    /// Whether suggestions lie on whole centimetres and tenths of a percent, as far as the bounds allow.
+    pub round: bool,
+}
+
+impl Default for Checks {
+    /// See `docs/daemon.md` for the reasons.
+    fn default() -> Self {
+        Self {
+            training: Strictness::Refuse,
+            training_margin: 0.05,
+            max_misfit: 1.0,
+            misfit: Strictness::Refuse,
+            min_gain: 0.02,
+            other_camera: Strictness::Refuse,
+            round: true,
+        }
+    }
+}
+
+impl Checks {
+    /// No checks: the bare search.
+    pub fn none() -> Self {
+        Self {
+            training: Strictness::Ignore,
+            training_margin: 0.0,
+            max_misfit: f64::INFINITY,
+            misfit: Strictness::Ignore,
+            min_gain: f64::NEG_INFINITY,
+            other_camera: Strictness::Ignore,
+            round: false,
+        }
+    }
+
+    /// These checks with the fields of `overrides` over them.
+    pub fn with(&self, overrides: &Object) -> Result<Self, FieldError> {
+        overrides.only(&[
+            "training",
+            "training_margin",
+            "max_misfit",
+            "misfit",
+            "min_gain",
+            "other_camera",
+        ])?;
+        let mut checks = *self;
+        let number = |name: &str, zero_allowed: bool, value: &mut f64| {
+            if overrides.get(name).is_none() {
+                return Ok(());
+            }
+            let given = overrides.number(name)?;
+            if given < 0.0 || (given == 0.0 && !zero_allowed) {
+                let expected = if zero_allowed { ">= 0" } else { "> 0" };
+                return Err(FieldError::out_of_range(
+                    overrides.path_of(name),
+                    expected,
+                    given,
+                ));
+            }
+            *value = given;
+            Ok(())
+        };
+        number("training_margin", true, &mut checks.training_margin)?;
+        number("max_misfit", false, &mut checks.max_misfit)?;
+        number("min_gain", true, &mut checks.min_gain)?;
+        for (name, value) in [
+            ("training", &mut checks.training),
+            ("misfit", &mut checks.misfit),
+            ("other_camera", &mut checks.other_camera),
+        ] {
+            if overrides.get(name).is_some() {
+                *value = Strictness::read(overrides, name)?;
+            }
+        }
+        Ok(checks)
+    }
+
+    /// What is done when `model` misses the picture by more than allowed.
+    pub(crate) fn misfit_of(&self, model: &Model) -> Strictness {
+        match (self.misfit, model.card().training.residual_here) {
+            (Strictness::Refuse, None) => Strictness::Warn,
+            (strictness, _) => strictness,
+        }
+    }
+}
+
+impl Strictness {
+    const NAMES: [(&str, Self); 3] = [
+        ("refuse", Self::Refuse),
+        ("warn", Self::Warn),
+        ("ignore", Self::Ignore),
+    ];
+
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Refuse => "refuse",
+            Self::Warn => "warn",
+            Self::Ignore => "ignore",
+        }
+    }
+
+    fn read(object: &Object, name: &str) -> Result<Self, FieldError> {
+        let given = object.text(name)?;
+        let known = Self::NAMES.iter().find(|(known, _)| *known == given);
+        known.map(|&(_, strictness)| strictness).ok_or_else(|| {
+            let expected = "one of refuse, warn, ignore";
+            FieldError::invalid(object.path_of(name), expected, format!("{given:?}"))
+        })
+    }
+}
+
+/// What the network predicts for no change, less what the picture has.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Residual {
+    /// Per channel, 8-bit counts.
+    pub counts: [f64; 3],
+    /// The largest of the channels in units of what is allowed, 0.5 counts and 10 % of the picture's contrast: above 1
+    /// the network does not know this place.
+    pub misfit: f64,
+}
+
+impl Residual {
+    /// Of a prediction for no change against the measured contrast, both 8-bit counts. The misfit is NaN where the
+    /// prediction is.
+    pub fn new(predicted: [f64; 3], measured: [f64; 3]) -> Self {
+        Self {
+            counts: std::array::from_fn(|k| predicted[k] - measured[k]),
+            misfit: contrast_misfit(predicted, measured),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn the_worst_channel_counts() {
+        let residual = Residual::new([4.0, 9.6, 11.1], [3.4, 6.2, 7.1]);
+        assert!((residual.misfit - 4.0 / 1.21).abs() < 1e-9, "{residual:?}");
+        assert_eq!(Residual::new([5.0; 3], [5.0; 3]).misfit, 0.0);
+        assert!(
+            Residual::new([5.0, f64::NAN, 5.0], [5.0; 3])
+                .misfit
+                .is_nan()
+        );
+    }
+
+    #[test]
+    fn fields_lie_over_the_defaults_and_wrong_ones_are_named() {
+        let read = |value: serde_json::Value| {
+            Checks::default().with(&Object::new(&value, "checks").unwrap())
+        };
+        let checks = read(json!({"misfit": "warn", "min_gain": 0})).unwrap();
+        assert_eq!(
+            (checks.misfit, checks.min_gain, checks.max_misfit),
+            (Strictness::Warn, 0.0, 1.0)
+        );
+        for (value, field) in [
+            (json!({"misfit": "loud"}), "checks.misfit"),
+            (json!({"min_gain": -1}), "checks.min_gain"),
+            (json!({"max_misfit": 0}), "checks.max_misfit"),
+            (json!({"margin": 0}), "checks.margin"),
+        ] {
+            assert_eq!(read(value).unwrap_err().field, field);
+        }
+    }
+}

@@ -1,0 +1,202 @@
+//! Why there is no advice, or why it has limits.
+
+use uw_calib::ProfileError;
+use uw_calib::json::FieldError;
+
+use crate::checks::Residual;
+
+/// Why there is no advice, why it is to stay, or what limits it.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Reason {
+    /// The observation holds an impossible value.
+    BadObservation(FieldError),
+    /// The observation, or a candidate asked for, is outside the calibrated range.
+    OutsideCalibration {
+        /// Name of the value, such as `depth_m`.
+        field: String,
+        /// The value, m.
+        value: f64,
+        /// Smallest calibrated value, m.
+        min: f64,
+        /// Largest calibrated value, m.
+        max: f64,
+    },
+    /// An input of the network, or a candidate asked for, is outside what the network was trained on.
+    OutsideTraining {
+        /// Name of the input, or of the candidate's value.
+        input: String,
+        /// Its unit as model files write it.
+        unit: &'static str,
+        /// The value.
+        value: f64,
+        /// Smallest and largest value in training.
+        trained: [f64; 2],
+        /// How far beyond them is allowed, as a share of their difference.
+        margin: f64,
+    },
+    /// What the network predicts for no change is not what the picture has: it does not know this place.
+    ModelMisfit {
+        /// Predicted less measured.
+        residual: Residual,
+        /// Predicted for no change, 8-bit counts.
+        predicted: [f64; 3],
+        /// Measured, 8-bit counts.
+        measured: [f64; 3],
+        /// Largest misfit allowed.
+        limit: f64,
+    },
+    /// The picture, the profile and the model are of different cameras or lamps.
+    OtherCamera(String),
+    /// The objective's distances and the calibrated (and trained) ones have nothing in common.
+    NoCandidates {
+        /// Distances of the objective, m.
+        wanted_m: [f64; 2],
+        /// Calibrated distances, m.
+        calibrated_m: [f64; 2],
+    },
+    /// The model's predictions are not numbers anywhere.
+    NotFinite,
+    /// The calibration ends where the best distance lies, inside the objective's bounds: the advice is
+    /// valid, and beyond the calibration it might be better.
+    Clamped {
+        /// The end of the calibrated distances, m.
+        at_m: f64,
+    },
+    /// The best place promises too little for a move: the advice is valid, and it is to stay.
+    SmallGain {
+        /// Distance of the best place, m.
+        distance_m: f64,
+        /// Its lamp level, percent.
+        light_pct: f64,
+        /// Its score less that of staying.
+        gain: f64,
+        /// Gain that is worth a move.
+        min_gain: f64,
+    },
+}
+
+impl Reason {
+    /// A short name for programs.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::BadObservation(_) => "bad_observation",
+            Self::OutsideCalibration { .. } => "outside_calibration",
+            Self::OutsideTraining { .. } => "outside_training",
+            Self::ModelMisfit { .. } => "model_misfit",
+            Self::OtherCamera(_) => "other_camera",
+            Self::NoCandidates { .. } => "no_candidates",
+            Self::NotFinite => "not_finite",
+            Self::Clamped { .. } => "clamped",
+            Self::SmallGain { .. } => "small_gain",
+        }
+    }
+
+    /// Whether advice with this reason is valid all the same.
+    pub fn is_valid(&self) -> bool {
+        matches!(self, Self::Clamped { .. } | Self::SmallGain { .. })
+    }
+}
+
+impl std::fmt::Display for Reason {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match self {
+            Self::BadObservation(error) => error.fmt(f),
+            Self::OutsideCalibration {
+                field,
+                value,
+                min,
+                max,
+            } => {
+                write!(
+                    f,
+                    "{field} must be between {min:?} and {max:?} m (calibrated), got {value}"
+                )
+            }
+            Self::OutsideTraining {
+                input,
+                unit,
+                value,
+                trained: [min, max],
+                margin,
+            } => {
+                let unit = match *unit {
+                    "8bit_counts" => " 8-bit counts",
+                    "1" => "",
+                    "m" => " m",
+                    other => &format!(" {other}"),
+                };
+                let beyond = 100.0 * margin;
+                write!(
+                    f,
+                    "{input} must be between {} and {}{unit} (what the model was trained on), and at most {beyond} % of that range beyond, got {}",
+                    short(*min),
+                    short(*max),
+                    short(*value)
+                )
+            }
+            Self::ModelMisfit {
+                residual,
+                predicted,
+                measured,
+                limit,
+            } => write!(
+                f,
+                "the model does not fit here: for no change it predicts a contrast of {} where the picture has {} (R G B, 8-bit counts), a misfit of {:.1} where {limit} is allowed",
+                counts(predicted),
+                counts(measured),
+                residual.misfit
+            ),
+            Self::OtherCamera(difference) => f.write_str(difference),
+            Self::NoCandidates {
+                wanted_m: [near, far],
+                calibrated_m: [min, max],
+            } => write!(
+                f,
+                "objective.distance_m must overlap with the calibrated {min:?} to {max:?} m, got [{near}, {far}]"
+            ),
+            Self::NotFinite => f.write_str("the model predicts no finite contrast here"),
+            Self::Clamped { at_m } => write!(
+                f,
+                "the best distance lies at the end of the calibrated range, {at_m} m"
+            ),
+            Self::SmallGain {
+                distance_m,
+                light_pct,
+                gain,
+                min_gain,
+            } => write!(
+                f,
+                "staying is as good: going to the best place, {distance_m:.2} m with lamps at {light_pct:.1} %, gains {gain:.4} in score, and a move takes more than {min_gain}"
+            ),
+        }
+    }
+}
+
+/// A number as people read it: at most three decimals.
+fn short(value: f64) -> String {
+    let text = format!("{value:.3}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+fn counts(contrast: &[f64; 3]) -> String {
+    contrast.map(|value| format!("{value:.1}")).join(" ")
+}
+
+impl From<ProfileError> for Reason {
+    fn from(error: ProfileError) -> Self {
+        match error {
+            ProfileError::OutsideCalibration {
+                what,
+                value,
+                min,
+                max,
+            } => Self::OutsideCalibration {
+                field: what.to_owned(),
+                value,
+                min,
+                max,
+            },
+            other => Self::BadObservation(FieldError::invalid("profile", "usable", other)),
+        }
+    }
+}
