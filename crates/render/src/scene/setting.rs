@@ -349,7 +349,7 @@ mod tests {
         let error = Scene::parse_with(&text, Path::new("."), "pool.toml", &settings).err();
         let error = error.map(|e| e.to_string()).unwrap_or_default();
         assert!(
-            error.starts_with("pool.toml:17: unknown field `level_pc`"),
+            error.starts_with("pool.toml:18: unknown field `level_pc`"),
             "{error}"
         );
     }

@@ -26,6 +26,9 @@ use files::Rendered;
 use summary::Summary;
 use writing::Writing;
 
+/// Time for the picture itself even where set-up has taken the whole limit, or the limit where that is shorter.
+const LEAST_TIME: Duration = Duration::from_millis(500);
+
 /// Arguments of `uw render`.
 #[derive(Debug, Args)]
 pub(super) struct RenderArguments {
@@ -284,9 +287,10 @@ impl RenderArguments {
         let of_scene = (!ends_otherwise).then_some(scene.render.samples_per_pixel);
         Plan {
             samples_per_pixel: self.spp.or(of_scene),
-            time_limit: self
-                .time_limit_s
-                .map(|limit| limit_of(limit).saturating_sub(gone)),
+            time_limit: self.time_limit_s.map(|limit| {
+                let limit = limit_of(limit);
+                limit.saturating_sub(gone).max(limit.min(LEAST_TIME))
+            }),
             target_error: self.target_error,
             seed: self.seed,
             threads: self.threads.map(usize::from),

@@ -11,7 +11,7 @@ const LARGE: u64 = 1 << 22;
 /// Size of the picture that is written for trial, pixels.
 const TRIAL_PX: (u32, u32) = (1024, 512);
 /// Largest part of a time limit that is left for writing: something has to be rendered too.
-const MOST: f64 = 0.8;
+const MOST: f64 = 0.5;
 
 /// A picture to be written.
 pub(super) struct Writing<'a> {
