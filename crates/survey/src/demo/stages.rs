@@ -141,7 +141,8 @@ impl Stage<'_> {
             &depth,
             &contrast,
             concat!("uw demo ", env!("CARGO_PKG_VERSION")),
-        )?;
+        )?
+        .with_rig(self.vehicle.rig(Some(self.vehicle.exposure)));
         let path = self.folder.join("profile.json");
         profile.write(&path).map_err(|e| DemoError::Output {
             path: path.display().to_string(),
@@ -170,6 +171,9 @@ impl Stage<'_> {
                 std: stats.contrast,
             };
             let suggestion = ask::suggest(address, observation)?;
+            for warning in &suggestion.warnings {
+                tell(&format!("    warning: {}", warning.message));
+            }
             let after = self.look(depth_m, suggestion.distance_m, seed + 1)?;
             let contrast_after = self.measure(&after, suggestion.light_pct).contrast;
             let name = format!("depth_{depth_m}m_after.png");
