@@ -1,5 +1,6 @@
 //! What the fuzz targets share: a small model and profile.
 
+use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
 use uw_calib::Profile;
@@ -36,4 +37,13 @@ pub fn service() -> Arc<Service> {
         Arc::new(Service::with_settings(loaded, settings))
     };
     Arc::clone(SERVICE.get_or_init(new))
+}
+
+/// Writes an input to a file of its own folder, for what reads files only. The folder is made once a run and stays.
+pub fn as_file(name: &str, bytes: &[u8]) -> PathBuf {
+    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+    let new = || tempfile::tempdir().expect("a folder").keep();
+    let path = FOLDER.get_or_init(new).join(name);
+    std::fs::write(&path, bytes).expect("written");
+    path
 }

@@ -161,8 +161,19 @@ fn occluded(origin: vec3f, direction: vec3f, t_max: f32, start_primitive: u32) -
     return trace(origin, direction, t_max, start_primitive, true).primitive != NONE;
 }
 
-fn texel(place: u32) -> vec3f {
-    return texels[place].xyz;
+/// Texel `place` of a texture whose first word is `first`: a word of three codes, whose 256 values are before them, or
+/// three values. Twin: crates/render/src/gpu/tables.rs.
+fn texel(first: u32, coded: bool, place: u32) -> vec3f {
+    if coded {
+        let codes = texels[first + place];
+        let values = first - 256u;
+        let r = texels[values + (codes & 255u)];
+        let g = texels[values + ((codes >> 8u) & 255u)];
+        let b = texels[values + ((codes >> 16u) & 255u)];
+        return vec3f(bitcast<f32>(r), bitcast<f32>(g), bitcast<f32>(b));
+    }
+    let word = first + 3u * place;
+    return vec3f(bitcast<f32>(texels[word]), bitcast<f32>(texels[word + 1u]), bitcast<f32>(texels[word + 2u]));
 }
 
 /// Texel before and after a coordinate in texels, repeating.
@@ -179,17 +190,18 @@ fn sample_texture(index: u32, uv: vec2f) -> vec3f {
     let width = record.y;
     let height = record.z;
     let place = (uv - floor(uv)) * vec2f(f32(width), f32(height));
-    if record.w == 0u {
+    let coded = (record.w & 2u) != 0u;
+    if (record.w & 1u) == 0u {
         let column = min(u32(place.x), width - 1u);
         let row = min(u32(place.y), height - 1u);
-        return texel(first + row * width + column);
+        return texel(first, coded, row * width + column);
     }
     let at = place - 0.5;
     let columns = neighbours(at.x, width);
     let rows = neighbours(at.y, height) * width;
     let s = at - floor(at);
-    let upper = mix(texel(first + rows.x + columns.x), texel(first + rows.x + columns.y), s.x);
-    let lower = mix(texel(first + rows.y + columns.x), texel(first + rows.y + columns.y), s.x);
+    let upper = mix(texel(first, coded, rows.x + columns.x), texel(first, coded, rows.x + columns.y), s.x);
+    let lower = mix(texel(first, coded, rows.y + columns.x), texel(first, coded, rows.y + columns.y), s.x);
     return mix(upper, lower, s.y);
 }
 

@@ -193,7 +193,7 @@ struct Counters {
 @group(0) @binding(2) var<uniform> uniform_rows: array<vec4u, 4096>;
 @group(0) @binding(3) var<storage, read> near_rows: array<vec4u>;
 @group(0) @binding(4) var<storage, read> far_rows: array<vec4u>;
-@group(0) @binding(5) var<storage, read> texels: array<vec4f>;
+@group(0) @binding(5) var<storage, read> texels: array<u32>;
 @group(0) @binding(6) var<storage, read_write> scratch: array<vec4f>;
 @group(0) @binding(7) var<storage, read_write> sums: array<vec4f>;
 @group(0) @binding(8) var<storage, read_write> film: array<f32>;

@@ -1,16 +1,14 @@
 //! Measurements of a calibration routine become a profile.
 //!
 //! The routine has two steps: looking up to the surface at several depths, and looking at the target
-//! from several distances, once with the lamps on and once with them off.
-
-use std::path::Path;
+//! from several distances, once with the lamps on and once with them off. [`from_manifest`](crate::from_manifest) does
+//! with less.
 
 use thiserror::Error;
 
-use crate::manifest::{Manifest, ManifestError, RowKind};
+use crate::manifest::ManifestError;
 use crate::profile::{ContrastSample, DepthSample, Profile, ProfileError, Source};
-use crate::rig::Rig;
-use crate::stats::{PatchGrid, StatsError};
+use crate::stats::StatsError;
 
 /// Why measurements give no profile.
 #[derive(Debug, Error)]
@@ -27,6 +25,34 @@ pub enum CalibrateError {
         line: u64,
         /// What is wrong with the image.
         source: StatsError,
+    },
+    /// The pictures of a manifest are too few for a profile.
+    #[error("{manifest}: too few pictures for a profile\n{has}  lacks {}", .lacks.join("\n  lacks "))]
+    Incomplete {
+        /// Manifest.
+        manifest: String,
+        /// What it has, a line each.
+        has: String,
+        /// What it lacks, and what for.
+        lacks: Vec<&'static str>,
+    },
+    /// K_z cannot be had from what there is.
+    #[error("{manifest}: K_z: {reason}")]
+    Daylight {
+        /// Manifest.
+        manifest: String,
+        /// Why not.
+        reason: String,
+    },
+    /// No distance has what the lamp level needs.
+    #[error(
+        "{manifest}: no distance has a picture with the lamps at {light_pct} %, or two at other levels (the lamps off is one) to derive it from"
+    )]
+    NoLevel {
+        /// Manifest.
+        manifest: String,
+        /// Lamp level, percent.
+        light_pct: f64,
     },
     /// A part of the routine is missing.
     #[error("the calibration must hold {what}, got none")]
@@ -130,78 +156,9 @@ impl Profile {
     }
 }
 
-/// Measures the images of a manifest and makes their profile; `made_by` names the program and its version.
-pub fn calibrate_manifest(path: &Path, made_by: &str) -> Result<Profile, CalibrateError> {
-    let manifest = Manifest::read(path)?;
-    let (depth, contrast, size_px) = measure(&manifest)?;
-    let source = Source {
-        made_by: made_by.to_owned(),
-        images: manifest.rows.len() as u64,
-        note: None,
-    };
-    let profile = Profile::from_measurements(&depth, &contrast, source)?;
-    Ok(profile.with_rig(size_px.map(Rig::of_size).unwrap_or_default()))
-}
-
-/// Measures every image of a manifest, in file order.
-pub fn measure_manifest(
-    manifest: &Manifest,
-) -> Result<(Vec<DepthMeasurement>, Vec<ContrastMeasurement>), CalibrateError> {
-    let (depth, contrast, _) = measure(manifest)?;
-    Ok((depth, contrast))
-}
-
-/// Measurements of depth and of contrast, and the size of the pictures of the latter, pixels.
-type Measured = (
-    Vec<DepthMeasurement>,
-    Vec<ContrastMeasurement>,
-    Option<[u32; 2]>,
-);
-
-fn measure(manifest: &Manifest) -> Result<Measured, CalibrateError> {
-    let (mut depth, mut contrast, mut size_px) = (Vec::new(), Vec::new(), None);
-    for row in &manifest.rows {
-        let name = || manifest.path.display().to_string();
-        let grid = PatchGrid::from_file(&row.image).map_err(|source| CalibrateError::Image {
-            manifest: name(),
-            line: row.line,
-            source,
-        })?;
-        let stats = grid.stats;
-        // A picture that is decoded has far fewer pixels a side than this could hold.
-        let size = [grid.width, grid.height].map(|side| u32::try_from(side).unwrap_or(u32::MAX));
-        match row.kind {
-            RowKind::Depth { depth_m } => {
-                depth.push(DepthMeasurement {
-                    depth_m,
-                    mean: stats.mean,
-                });
-            }
-            RowKind::Contrast {
-                distance_m,
-                light_pct,
-            } => {
-                let first = *size_px.get_or_insert(size);
-                if first != size {
-                    return Err(CalibrateError::MixedSizes {
-                        manifest: name(),
-                        line: row.line,
-                        first,
-                        second: size,
-                    });
-                }
-                contrast.push(ContrastMeasurement {
-                    distance_m,
-                    light_pct,
-                    contrast: stats.contrast,
-                });
-            }
-        }
-    }
-    Ok((depth, contrast, size_px))
-}
-
-fn relative_to_shallowest(depth: &[DepthMeasurement]) -> Result<Vec<DepthSample>, CalibrateError> {
+pub(crate) fn relative_to_shallowest(
+    depth: &[DepthMeasurement],
+) -> Result<Vec<DepthSample>, CalibrateError> {
     let means = average(depth.iter().map(|m| (m.depth_m, m.mean)));
     let Some(&(depth_m, reference)) = means.first() else {
         return Err(CalibrateError::Missing {
@@ -239,7 +196,7 @@ fn check_lamp_levels(contrast: &[ContrastMeasurement]) -> Result<(), CalibrateEr
 }
 
 /// Sorts by position and averages the values that share one.
-fn average(values: impl Iterator<Item = (f64, [f64; 3])>) -> Vec<(f64, [f64; 3])> {
+pub(crate) fn average(values: impl Iterator<Item = (f64, [f64; 3])>) -> Vec<(f64, [f64; 3])> {
     let mut values: Vec<_> = values.collect();
     values.sort_by(|x, y| x.0.total_cmp(&y.0));
     values

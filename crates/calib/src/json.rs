@@ -52,6 +52,29 @@ pub enum FieldProblem {
     },
 }
 
+/// Formats of the project's JSON files that are taken for each other, and what they hold.
+const FORMATS: [(&str, &str); 2] = [
+    ("uw-profile/1", "a calibration profile"),
+    ("uw-mlp", "a trained model"),
+];
+
+/// Refuses a document of another of the project's formats than `format`, before its fields are looked at.
+///
+/// # Errors
+/// Names what the document is and what it should be.
+pub fn expect_format(document: &Value, format: &str) -> Result<(), FieldError> {
+    let of = |format: &str| FORMATS.iter().find(|(known, _)| *known == format);
+    let got = document.get("format").and_then(Value::as_str).and_then(of);
+    match (got, of(format)) {
+        (Some((got, is)), Some((_, wanted))) if *got != format => Err(FieldError::invalid(
+            "format",
+            format!("{format:?} ({wanted})"),
+            format!("{got:?} ({is})"),
+        )),
+        _ => Ok(()),
+    }
+}
+
 impl FieldError {
     /// A value of the wrong JSON type at `field`.
     pub fn wrong_type(field: impl Into<String>, expected: impl Into<String>, got: &Value) -> Self {

@@ -2,7 +2,8 @@
 //!
 //! 1. [`stats`]: mean and contrast of one image.
 //! 2. [`manifest`]: the list of images of a calibration routine, with depth, distance and lamp level.
-//! 3. [`calibrate`]: measurements become a profile.
+//! 3. [`calibrate`]: measurements become a profile; [`routine`]: the pictures of a manifest do, several lamp levels brought to
+//!    one (`levels`) and K_z from elsewhere where no picture looks up (`daylight`); `coverage` says what is missing.
 //! 4. [`profile`]: the profile, its file and its interpolation inside the calibrated range.
 //! 5. [`rig`]: the camera, sensor and lamps that profiles and models are made for.
 //!
@@ -17,16 +18,24 @@
 //! ```
 
 pub mod calibrate;
+mod coverage;
+mod daylight;
+pub mod encoding;
 pub mod json;
+mod levels;
 pub mod manifest;
 pub mod profile;
 pub mod rig;
+pub mod routine;
 pub mod stats;
 
-pub use calibrate::{
-    CalibrateError, ContrastMeasurement, DepthMeasurement, calibrate_manifest, measure_manifest,
-};
+pub use calibrate::{CalibrateError, ContrastMeasurement, DepthMeasurement};
+pub use encoding::Encoding;
 pub use manifest::{Manifest, ManifestError, Row, RowKind};
 pub use profile::{ContrastSample, DepthSample, Profile, ProfileError, Source};
 pub use rig::Rig;
+pub use routine::{
+    Calibration, Daylight, DaylightFit, RoutineOptions, calibrate_manifest, check_manifest,
+    fit_daylight, from_manifest,
+};
 pub use stats::{ImageStats, PatchGrid, PatchStats, StatsError, patch_statistics};

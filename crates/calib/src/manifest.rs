@@ -2,7 +2,7 @@
 //!
 //! Columns `file,kind,depth_m,distance_m,light_pct` in any order. Rows of kind `depth` look up to the
 //! surface and need `depth_m`; rows of kind `contrast` look at the target and need `distance_m` and
-//! `light_pct`. The other numbers of a row may be left empty. File names are relative to the manifest.
+//! `light_pct`, and `depth_m` where no picture looks up. The other numbers of a row may be left empty. File names are relative to the manifest.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -90,6 +90,8 @@ pub enum RowKind {
         distance_m: f64,
         /// Lamp level, percent of full intensity, in [0, 100]; 0 is off.
         light_pct: f64,
+        /// Depth, m, finite and >= 0, where it is given.
+        depth_m: Option<f64>,
     },
 }
 
@@ -98,7 +100,7 @@ pub enum RowKind {
 pub struct Row {
     /// Line of the manifest, from 1.
     pub line: u64,
-    /// The image; existed when the manifest was read.
+    /// The image; existed when [`Manifest::read`] read the manifest.
     pub image: PathBuf,
     /// What it shows.
     pub kind: RowKind,
@@ -116,6 +118,13 @@ pub struct Manifest {
 impl Manifest {
     /// Reads a manifest and checks every row, before any image is opened.
     pub fn read(path: &Path) -> Result<Self, ManifestError> {
+        let manifest = Self::parse(path)?;
+        manifest.check_images()?;
+        Ok(manifest)
+    }
+
+    /// Reads a manifest and checks its rows, but not whether the images are there.
+    pub fn parse(path: &Path) -> Result<Self, ManifestError> {
         let file = path.display().to_string();
         let text = fs::File::open(path).map_err(|source| ManifestError::Read {
             file: file.clone(),
@@ -153,6 +162,23 @@ impl Manifest {
             path: path.to_owned(),
             rows,
         })
+    }
+
+    /// Whether all images are there.
+    pub fn check_images(&self) -> Result<(), ManifestError> {
+        let folder = self.path.parent().unwrap_or(Path::new("."));
+        for row in &self.rows {
+            if !row.image.is_file() {
+                let given = row.image.strip_prefix(folder).unwrap_or(&row.image);
+                return Err(ManifestError::MissingImage {
+                    file: self.path.display().to_string(),
+                    line: row.line,
+                    got: given.display().to_string(),
+                    path: row.image.display().to_string(),
+                });
+            }
+        }
+        Ok(())
     }
 }
 
@@ -204,31 +230,20 @@ impl Cells<'_> {
                     depth_m: self.number(2, DEPTH_M)?,
                 }
             }
-            "contrast" => {
-                self.optional(2, DEPTH_M)?;
-                RowKind::Contrast {
-                    distance_m: self.number(3, POSITIVE_M)?,
-                    light_pct: self.number(4, PERCENT)?,
-                }
-            }
+            "contrast" => RowKind::Contrast {
+                depth_m: self.optional(2, DEPTH_M)?,
+                distance_m: self.number(3, POSITIVE_M)?,
+                light_pct: self.number(4, PERCENT)?,
+            },
             _ => return Err(self.wrong(1, "depth or contrast")),
         };
         let name = self.cell(0);
         if name.is_empty() {
             return Err(self.wrong(0, "the name of an image"));
         }
-        let image = folder.join(name);
-        if !image.is_file() {
-            return Err(ManifestError::MissingImage {
-                file: self.file.to_owned(),
-                line: self.line(),
-                got: name.to_owned(),
-                path: image.display().to_string(),
-            });
-        }
         Ok(Row {
             line: self.line(),
-            image,
+            image: folder.join(name),
             kind,
         })
     }
@@ -248,11 +263,10 @@ impl Cells<'_> {
             .ok_or_else(|| self.wrong(column, allowed.expected))
     }
 
-    fn optional(&self, column: usize, allowed: Allowed) -> Result<(), ManifestError> {
-        if self.cell(column).is_empty() {
-            Ok(())
-        } else {
-            self.number(column, allowed).map(|_| ())
+    fn optional(&self, column: usize, allowed: Allowed) -> Result<Option<f64>, ManifestError> {
+        match self.cell(column) {
+            "" => Ok(None),
+            _ => self.number(column, allowed).map(Some),
         }
     }
 
@@ -310,7 +324,8 @@ mod tests {
             manifest.rows[1].kind,
             RowKind::Contrast {
                 distance_m: 1.5,
-                light_pct: 100.0
+                light_pct: 100.0,
+                depth_m: None
             }
         );
         assert_eq!((manifest.rows[0].line, manifest.rows[1].line), (2, 3));

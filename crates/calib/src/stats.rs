@@ -110,13 +110,13 @@ impl ImageStats {
     /// Statistics of interleaved 8-bit R, G, B samples, row 0 at the top.
     pub fn from_rgb8(width: usize, height: usize, samples: &[u8]) -> Result<Self, StatsError> {
         check_length(width, height, samples.len())?;
-        Ok(interleaved(width, height, samples, 3, 1.0)?.stats)
+        Ok(interleaved(width, height, samples, 3, 1.0, &|counts| counts)?.stats)
     }
 
     /// Statistics of interleaved 16-bit R, G, B samples, scaled to 8-bit counts (65535 is 255).
     pub fn from_rgb16(width: usize, height: usize, samples: &[u16]) -> Result<Self, StatsError> {
         check_length(width, height, samples.len())?;
-        Ok(interleaved(width, height, samples, 3, COUNTS_PER_U16)?.stats)
+        Ok(interleaved(width, height, samples, 3, COUNTS_PER_U16, &|counts| counts)?.stats)
     }
 
     /// Statistics of pixels given as R, G, B in 8-bit counts, fractions allowed; row 0 first.
@@ -138,6 +138,12 @@ impl ImageStats {
 impl PatchGrid {
     /// Measures a PNG, TIFF or JPEG file.
     pub fn from_file(path: &Path) -> Result<Self, StatsError> {
+        Self::from_file_as(path, |counts| counts)
+    }
+
+    /// The same of `light(counts)` in place of every pixel's counts: in linear light, say, where `light` undoes the camera's
+    /// encoding.
+    pub fn from_file_as(path: &Path, light: impl Fn(f64) -> f64) -> Result<Self, StatsError> {
         let name = path.display().to_string();
         let read_error = |source| StatsError::Read {
             name: name.clone(),
@@ -147,7 +153,7 @@ impl PatchGrid {
             .map_err(read_error)?
             .with_guessed_format()
             .map_err(read_error)?;
-        decode(reader, &name)
+        decode(reader, &name, &light)
     }
 
     /// Measures an image held in memory as the bytes of a PNG, TIFF or JPEG file; `name` is for messages.
@@ -158,7 +164,7 @@ impl PatchGrid {
                 name: name.to_owned(),
                 source,
             })?;
-        decode(reader, name)
+        decode(reader, name, &|counts| counts)
     }
 }
 
@@ -291,16 +297,18 @@ fn interleaved<T: Copy + Into<f64>>(
     samples: &[T],
     channels: usize,
     counts_per_unit: f64,
+    light: &impl Fn(f64) -> f64,
 ) -> Result<PatchGrid, StatsError> {
     let step = if channels >= 3 { 1 } else { 0 };
     patch_statistics(width, height, |i| {
-        std::array::from_fn(|k| samples[i * channels + k * step].into() * counts_per_unit)
+        std::array::from_fn(|k| light(samples[i * channels + k * step].into() * counts_per_unit))
     })
 }
 
 fn decode<R: std::io::BufRead + std::io::Seek>(
     mut reader: ImageReader<R>,
     name: &str,
+    light: &impl Fn(f64) -> f64,
 ) -> Result<PatchGrid, StatsError> {
     let mut limits = Limits::default();
     limits.max_image_width = Some(MAX_SIDE_PX);
@@ -311,7 +319,7 @@ fn decode<R: std::io::BufRead + std::io::Seek>(
         name: name.to_owned(),
         source,
     })?;
-    measure(&image, name).map_err(|error| match error {
+    measure(&image, name, light).map_err(|error| match error {
         StatsError::TooSmall { width, height, .. } => StatsError::TooSmall {
             name: name.to_owned(),
             width,
@@ -321,17 +329,21 @@ fn decode<R: std::io::BufRead + std::io::Seek>(
     })
 }
 
-fn measure(image: &DynamicImage, name: &str) -> Result<PatchGrid, StatsError> {
+fn measure(
+    image: &DynamicImage,
+    name: &str,
+    light: &impl Fn(f64) -> f64,
+) -> Result<PatchGrid, StatsError> {
     let (w, h) = (image.width() as usize, image.height() as usize);
     match image {
-        DynamicImage::ImageLuma8(b) => interleaved(w, h, b.as_raw(), 1, 1.0),
-        DynamicImage::ImageLumaA8(b) => interleaved(w, h, b.as_raw(), 2, 1.0),
-        DynamicImage::ImageRgb8(b) => interleaved(w, h, b.as_raw(), 3, 1.0),
-        DynamicImage::ImageRgba8(b) => interleaved(w, h, b.as_raw(), 4, 1.0),
-        DynamicImage::ImageLuma16(b) => interleaved(w, h, b.as_raw(), 1, COUNTS_PER_U16),
-        DynamicImage::ImageLumaA16(b) => interleaved(w, h, b.as_raw(), 2, COUNTS_PER_U16),
-        DynamicImage::ImageRgb16(b) => interleaved(w, h, b.as_raw(), 3, COUNTS_PER_U16),
-        DynamicImage::ImageRgba16(b) => interleaved(w, h, b.as_raw(), 4, COUNTS_PER_U16),
+        DynamicImage::ImageLuma8(b) => interleaved(w, h, b.as_raw(), 1, 1.0, light),
+        DynamicImage::ImageLumaA8(b) => interleaved(w, h, b.as_raw(), 2, 1.0, light),
+        DynamicImage::ImageRgb8(b) => interleaved(w, h, b.as_raw(), 3, 1.0, light),
+        DynamicImage::ImageRgba8(b) => interleaved(w, h, b.as_raw(), 4, 1.0, light),
+        DynamicImage::ImageLuma16(b) => interleaved(w, h, b.as_raw(), 1, COUNTS_PER_U16, light),
+        DynamicImage::ImageLumaA16(b) => interleaved(w, h, b.as_raw(), 2, COUNTS_PER_U16, light),
+        DynamicImage::ImageRgb16(b) => interleaved(w, h, b.as_raw(), 3, COUNTS_PER_U16, light),
+        DynamicImage::ImageRgba16(b) => interleaved(w, h, b.as_raw(), 4, COUNTS_PER_U16, light),
         other => Err(StatsError::SampleType {
             name: name.to_owned(),
             got: format!("{:?}", other.color()),

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use serde_json::Value;
 use thiserror::Error;
-use uw_calib::json::{FieldError, Object, array, nearest, number};
+use uw_calib::json::{FieldError, Object, array, expect_format, nearest, number};
 
 use crate::card::{self, Card};
 use crate::features::{
@@ -77,6 +77,7 @@ impl Model {
 
     /// A model from the parsed JSON of a model file.
     pub fn from_json(value: &Value) -> Result<Self, FieldError> {
+        expect_format(value, "uw-mlp")?;
         let document = Object::new(value, "")?;
         let known = [
             "format",

@@ -33,7 +33,7 @@ struct Place {
     ty: LaneType,
 }
 
-/// Buffers of single words; the others are of rows of four.
+/// Buffers of single words of which each group of lanes has a part.
 const OF_WORDS: [&str; 2] = ["film", "completed"];
 
 impl Writer<'_> {
@@ -189,6 +189,9 @@ impl Writer<'_> {
         if OF_WORDS.contains(&&*place.path) {
             // These hold the pixels at work alone.
             return Some(format!("usub({row}, us(s.memory.first_of_{}))", place.path));
+        }
+        if place.indices[0].2 == 1 {
+            return Some(row.clone());
         }
         let (component, _, _) = place.indices.get(1)?;
         Some(format!("uadd(ushl({row}, us(2)), {component})"))

@@ -14,11 +14,11 @@ pub const COUNTERS: usize = 6;
 pub struct Tables<'a> {
     /// The words of its record.
     pub scene: &'a [u32],
-    /// Rows of four words: small tables, large ones, texels.
+    /// Rows of four words: small tables.
     pub near_rows: &'a [u32],
-    /// As above.
+    /// Rows of four words: large tables.
     pub far_rows: &'a [u32],
-    /// As above.
+    /// Words of textures.
     pub texels: &'a [u32],
     /// Its triangles.
     pub tree: Tree<'a>,

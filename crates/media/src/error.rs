@@ -14,7 +14,7 @@ pub enum MediaError {
         got: f64,
     },
     /// A name that is not in the list of names.
-    #[error("unknown {kind} {got:?}; known: {known}")]
+    #[error("unknown {kind} {got:?}; {}known: {known}", question(got, known))]
     UnknownName {
         /// What kind of name was looked up.
         kind: &'static str,
@@ -77,4 +77,15 @@ pub(crate) fn check(
             got,
         })
     }
+}
+
+/// The one of `known` names, apart by spaces, that differs from `got` in upper and lower case only.
+pub fn meant<'k>(got: &str, known: &'k str) -> Option<&'k str> {
+    let mut names = known.split_whitespace();
+    names.find(|name| name.eq_ignore_ascii_case(got.trim()))
+}
+
+/// The same as a question that stands before the known names.
+fn question(got: &str, known: &str) -> String {
+    meant(got, known).map_or_else(String::new, |name| format!("did you mean {name:?}? "))
 }

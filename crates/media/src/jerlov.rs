@@ -171,6 +171,18 @@ mod tests {
     }
 
     #[test]
+    fn a_name_in_the_wrong_case_is_answered_with_the_right_one() {
+        for (got, meant) in [("3c", "3C"), ("ib", "IB"), (" Iii", "III")] {
+            let error = got.parse::<WaterType>().map_err(|e| e.to_string());
+            let error = error.err().unwrap_or_default();
+            assert!(
+                error.contains(&format!("did you mean {meant:?}?")),
+                "{error}"
+            );
+        }
+    }
+
+    #[test]
     fn every_spectrum_is_complete_ordered_and_sound() {
         for water_type in WaterType::ALL {
             for (spectrum, samples) in [

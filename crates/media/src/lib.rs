@@ -29,6 +29,6 @@ mod tables;
 pub mod transmittance;
 
 pub use bands::{Bands, Camera, Interval, channel_iops};
-pub use error::MediaError;
+pub use error::{MediaError, meant};
 pub use iops::Iops;
 pub use jerlov::{SpectralIop, WaterType, spectrum};

@@ -1,6 +1,14 @@
 //! Stage 4: sums of radiance and of its square per pixel.
 
+mod coarse;
+mod finite;
+
+pub use finite::NotFinite;
+
+use rayon::prelude::*;
+
 use crate::integrator::cpu::Scores;
+use coarse::Coarse;
 
 /// Radiance of one source or one way, or the variance of the whole.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,7 +31,10 @@ pub enum FilmLayer {
 /// direct and backscatter.
 #[derive(Clone, Debug)]
 pub struct Row {
+    /// None before the first batch, so that a film that is never filled takes no memory.
     sums: Vec<[f64; 3]>,
+    /// Number of pixels.
+    width: usize,
     /// Sums and squares of the total over all pixels, from which the variance of means follows even where pixels share
     /// walks; none in a film that a graphics adapter has filled.
     lines: Option<[[f64; 3]; 2]>,
@@ -45,6 +56,8 @@ pub struct Film {
     /// Rows from the top.
     pub rows: Vec<Row>,
     lamps: usize,
+    /// What rows without samples show.
+    coarse: Option<Box<Coarse>>,
 }
 
 /// Fixed entries of a pixel before the lamps: total, squares, ambient, direct, backscatter.
@@ -54,7 +67,8 @@ impl Film {
     /// An empty film for `lamps` lamps.
     pub fn new(width: u32, height: u32, lamps: usize) -> Self {
         let row = Row {
-            sums: vec![[0.0; 3]; width as usize * (FIXED + lamps)],
+            sums: Vec::new(),
+            width: width as usize,
             lines: Some([[0.0; 3]; 2]),
             line: [0.0; 3],
             batches: 0,
@@ -65,6 +79,7 @@ impl Film {
             height,
             rows: vec![row; height as usize],
             lamps,
+            coarse: None,
         }
     }
 
@@ -76,6 +91,7 @@ impl Film {
         let (width, n) = (self.width as usize, samples as f64);
         let pixels = width * self.rows.len();
         for (y, row) in self.rows.iter_mut().enumerate() {
+            row.make_room(self.lamps);
             for (x, sums) in row.sums.chunks_exact_mut(stride).enumerate() {
                 let value = |plane: usize| planes[plane * pixels + y * width + x].map(f64::from);
                 for (plane, sum) in sums.iter_mut().enumerate() {
@@ -96,15 +112,16 @@ impl Film {
         self.lamps
     }
 
-    /// Mean radiance (or its variance) of every pixel, row by row from the top.
+    /// Mean radiance (or its variance) of every pixel, row by row from the top. Rows without samples are black, or show
+    /// the coarse picture that stands in for them.
     pub fn layer(&self, layer: FilmLayer) -> Vec<[f64; 3]> {
-        let stride = FIXED + self.lamps;
-        let mut out = Vec::with_capacity(self.width as usize * self.height as usize);
-        for row in &self.rows {
-            for pixel in row.sums.chunks_exact(stride) {
-                out.push(row.value(pixel, layer));
-            }
-        }
+        let width = self.width as usize;
+        let mut out = vec![[0.0; 3]; width * self.rows.len()];
+        let rows = out.par_chunks_mut(width.max(1)).zip(&self.rows).enumerate();
+        rows.for_each(|(y, (values, row))| match &self.coarse {
+            Some(coarse) if row.batches == 0 => coarse.show(y, layer, values),
+            _ => row.show(self.lamps, layer, values),
+        });
         out
     }
 
@@ -155,8 +172,22 @@ impl Film {
 }
 
 impl Row {
+    fn make_room(&mut self, lamps: usize) {
+        if self.sums.is_empty() {
+            self.sums = vec![[0.0; 3]; self.width * (FIXED + lamps)];
+        }
+    }
+
+    /// Writes the values of a layer, pixel by pixel.
+    fn show(&self, lamps: usize, layer: FilmLayer, values: &mut [[f64; 3]]) {
+        for (value, pixel) in values.iter_mut().zip(self.sums.chunks_exact(FIXED + lamps)) {
+            *value = self.value(pixel, layer);
+        }
+    }
+
     /// Adds the mean of a batch of `samples` samples at `column`; call [`Row::finish_batch`] after the last one.
     pub fn add(&mut self, column: usize, lamps: usize, batch: &BatchMean, samples: u32) {
+        self.make_room(lamps);
         let stride = FIXED + lamps;
         let n = f64::from(samples);
         let pixel = &mut self.sums[column * stride..(column + 1) * stride];

@@ -20,7 +20,7 @@ use crate::vehicle::Vehicle;
 /// Refractive index of the particles against water in the phase function.
 const PARTICLE_INDEX: f64 = 1.10;
 /// Refractive index of the water.
-const WATER_INDEX: f64 = 1.34;
+pub(crate) const WATER_INDEX: f64 = 1.34;
 /// Half the edge of a target, m.
 const TARGET_HALF_M: f64 = 12.0;
 /// How far an upright target goes on below the point the camera looks at, m; at least.
@@ -167,6 +167,14 @@ pub enum EnvironmentError {
 }
 
 impl WaterBody {
+    /// Whether the water can be: a backscatter fraction that its phase function has.
+    ///
+    /// # Errors
+    /// The fraction or the type's coefficients cannot be used.
+    pub fn check(&self) -> Result<(), EnvironmentError> {
+        self.water().map(|_| ())
+    }
+
     fn water(&self) -> Result<Water, EnvironmentError> {
         Ok(Water {
             iops: self.jerlov.iops()?,

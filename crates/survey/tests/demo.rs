@@ -2,6 +2,10 @@
 
 use std::process::Command;
 
+use uw_calib::Profile;
+use uw_guidance::advice::predict;
+use uw_guidance::{Candidate, Model, Objective, Observation};
+
 #[test]
 fn the_whole_way_gives_pictures_a_profile_and_suggestions_inside_the_calibration() {
     let folder = tempfile::tempdir().expect("folder");
@@ -43,6 +47,7 @@ fn the_whole_way_gives_pictures_a_profile_and_suggestions_inside_the_calibration
         }
     }
     for file in [
+        "depth_1m.png",
         "report.md",
         "profile.json",
         "contrast.png",
@@ -51,6 +56,22 @@ fn the_whole_way_gives_pictures_a_profile_and_suggestions_inside_the_calibration
     ] {
         assert!(folder.path().join(file).is_file(), "{file}");
     }
+    let told = std::fs::read_to_string(folder.path().join("report.md")).expect("a report");
+    for words in [
+        "**K_z**",
+        "**K_c**",
+        "**Score**",
+        "A pilot would",
+        "**Why.**",
+        "`uw stats`",
+        "depth_1m.png",
+    ] {
+        assert!(told.contains(words), "{words}: {told}");
+    }
+    // Two pictures beside each other, with a line above them.
+    let (one, both) = ("depth_1m_before.png", "depth_1m.png");
+    let size = |name: &str| image::image_dimensions(folder.path().join(name)).expect("a picture");
+    assert!(size(both).0 >= size(one).0 && size(both).1 < size(one).1);
     // The written pictures make a profile, too, through the command that users have.
     let profile = folder.path().join("from_pictures.json");
     let status = Command::new(env!("CARGO_BIN_EXE_uw"))
@@ -61,4 +82,92 @@ fn the_whole_way_gives_pictures_a_profile_and_suggestions_inside_the_calibration
         .status()
         .expect("the program runs");
     assert!(status.success() && profile.is_file());
+}
+
+#[test]
+fn bad_arguments_are_refused_before_the_first_step_and_folders_of_others_left_alone() {
+    let folder = tempfile::tempdir().expect("folder");
+    let here = |name: &str| folder.path().join(name).display().to_string();
+    let text = folder.path().join("others/notes.txt");
+    std::fs::create_dir(here("others")).expect("made");
+    std::fs::write(&text, "mine").expect("written");
+    std::fs::write(here("model.json"), "{}").expect("written");
+    let cases: [(&[&str], &str); 8] = [
+        (&["--jerlov", "3c"], "--jerlov"),
+        (&["--jerlov", "IB-II@2"], "[0, 1]"),
+        (&["--backscatter-fraction", "0.6"], "backscatter_fraction"),
+        (&["--backscatter-fraction", "nan"], "backscatter_fraction"),
+        (&["--target", "ship"], "--target"),
+        (&["--model", &here("none.json")], "none.json"),
+        (&["--model", &here("model.json")], "model.json"),
+        (&["--threads", "0"], "--threads"),
+    ];
+    let refused = |arguments: &[&str], output: &str, words: &str| {
+        let run = Command::new(env!("CARGO_BIN_EXE_uw"))
+            .args(["demo", "-o", output])
+            .args(arguments)
+            .output()
+            .expect("the program runs");
+        let told = String::from_utf8_lossy(&run.stderr);
+        assert_eq!(run.status.code(), Some(2), "{arguments:?} {output}: {told}");
+        assert!(told.contains(words), "{words}: {told}");
+        assert!(!told.contains("1/4"), "{told}");
+    };
+    for (arguments, words) in cases {
+        refused(arguments, &here("new"), words);
+        assert!(!folder.path().join("new").exists(), "{arguments:?}");
+    }
+    refused(&[], &here("others"), "no demonstration's");
+    refused(&[], &here("others/notes.txt"), "must be a folder");
+    refused(&[], &here("others/notes.txt/below"), "cannot be written to");
+    assert_eq!(std::fs::read_to_string(&text).expect("still there"), "mine");
+    assert_eq!(
+        std::fs::read_dir(here("others"))
+            .expect("still there")
+            .count(),
+        1
+    );
+}
+
+#[test]
+fn every_shipped_profile_goes_with_the_shipped_model() {
+    let assets = uw_survey::assets::assets_dir().expect("assets");
+    let model = Model::read(&assets.join("models/default.json")).expect("a model");
+    let mut names = Vec::new();
+    for entry in std::fs::read_dir(assets.join("profiles")).expect("profiles") {
+        let path = entry.expect("an entry").path();
+        if path.extension().is_none_or(|e| e != "json") {
+            continue;
+        }
+        let profile = Profile::read(&path).expect("a profile");
+        assert_eq!(profile.depth_range_m(), (0.5, 6.0), "{}", path.display());
+        assert_eq!(profile.distance_range_m(), (0.5, 3.0), "{}", path.display());
+        // What a vehicle sees there with the lamps off, as the profile says.
+        let observation = Observation {
+            depth_m: 3.0,
+            distance_m: 1.5,
+            light_pct: 0.0,
+            mean: [60.0; 3],
+            std: profile.k_c_off(1.5).expect("inside"),
+        };
+        let candidates = [(1.0, 0.0), (2.0, 100.0)].map(|(distance_m, light_pct)| Candidate {
+            distance_m,
+            light_pct,
+        });
+        let objective = Objective::default();
+        let found = predict(&observation, &candidates, &profile, &model, &objective);
+        let found = found.expect("a prediction");
+        assert!(
+            found
+                .contrast
+                .iter()
+                .flatten()
+                .all(|c| (-0.5..60.0).contains(c)),
+            "{}: {found:?}",
+            path.display()
+        );
+        names.push(path.file_stem().expect("a name").display().to_string());
+    }
+    names.sort();
+    assert_eq!(names, ["1C", "5C", "9C", "IB", "III"]);
 }

@@ -7,7 +7,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::{ContrastSample, DepthSample, Profile, ProfileError, Source};
-use crate::json::{FieldError, Object};
+use crate::json::{FieldError, Object, expect_format};
 use crate::rig::Rig;
 
 /// Format name and version of a profile file.
@@ -35,6 +35,7 @@ impl Profile {
 
     /// A profile from the parsed JSON of a profile file.
     pub fn from_json(value: &Value) -> Result<Self, ProfileError> {
+        expect_format(value, PROFILE_FORMAT)?;
         let document = Object::new(value, "")?;
         let known = [
             "format",

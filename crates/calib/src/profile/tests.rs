@@ -122,3 +122,14 @@ fn wrong_files_are_refused_with_the_field() {
         assert!(message.contains(expected), "{pointer}: {message}");
     }
 }
+
+#[test]
+fn a_model_file_is_called_one() {
+    let model = json!({"format": "uw-mlp", "version": 1, "layers": []});
+    let error = Profile::from_json(&model).expect_err("a model").to_string();
+    assert!(
+        error
+            .contains("\"uw-profile/1\" (a calibration profile), got \"uw-mlp\" (a trained model)"),
+        "{error}"
+    );
+}

@@ -6,6 +6,7 @@ use std::{
 };
 
 use cpu_time::ProcessTime;
+use rayon::prelude::*;
 
 use super::{
     Gpu, GpuError,
@@ -16,7 +17,10 @@ use super::{
 };
 use crate::{
     film::{BatchMean, Film},
-    integrator::{Plan, Progress, RenderError, RenderStats, cpu::Selection, select},
+    integrator::{
+        Plan, Progress, RenderError, RenderStats, coarse::CoarseFirst, cpu::Selection, select,
+        thread_pool,
+    },
     prepare::Prepared,
 };
 
@@ -59,15 +63,29 @@ pub(super) fn render_edited(
     let setup = Instant::now();
     let cpu_start = ProcessTime::now();
     let mut job = Job::new(gpu, scene, plan, cancel, observe, edit)?;
+    job.end = plan.end(setup);
     let setup_s = setup.elapsed().as_secs_f64();
+    let pool = thread_pool(plan.threads)?;
+    let coarse = pool.install(|| CoarseFirst::begin(scene, plan, cancel, setup));
     let mut film = Film::new(scene.camera.width, scene.camera.height, scene.lamps.len());
-    job.run(&mut film)?;
-    if film.samples() == 0 {
+    job.run(&mut film, coarse.as_ref())?;
+    if let Some(coarse) = coarse {
+        let done = pool.install(|| coarse.complete(&mut film));
+        job.work.paths += done.paths;
+        job.work.vertices += done.vertices;
+    }
+    if film.samples() == 0 && film.filled_pixels() == 0 {
         return Err(RenderError::Incomplete {
             rows: 0,
             total: film.rows.len(),
         });
     }
+    if job.work.lost_light > 0 {
+        return Err(RenderError::LightLost {
+            count: job.work.lost_light,
+        });
+    }
+    film.check_finite(&scene.lamp_names)?;
     let stats = RenderStats {
         seed: plan.seed,
         backend: "gpu",
@@ -78,9 +96,12 @@ pub(super) fn render_edited(
         path_vertices: job.work.vertices,
         cut_paths: u32::try_from(job.work.cut_paths).unwrap_or(u32::MAX),
         setup_s,
-        render_s: job.start.elapsed().as_secs_f64(),
+        render_s: setup.elapsed().as_secs_f64() - setup_s,
         cpu_s: cpu_start.elapsed().as_secs_f64(),
         relative_error: film.relative_error(),
+        filled_pixels: film.filled_pixels(),
+        coarse_step_px: film.coarse().map(|(step, _)| step),
+        coarse_samples: film.coarse().map(|(_, samples)| samples),
         interrupted: cancel.load(Ordering::Relaxed),
         share_walks: 1,
         needs: scene.needs,
@@ -135,6 +156,8 @@ struct Work {
     paths: u64,
     vertices: u64,
     cut_paths: u64,
+    /// Contributions of light that were left out because they were no finite numbers of single precision.
+    lost_light: u64,
 }
 
 /// Why a batch came to no end.
@@ -157,10 +180,16 @@ pub(super) struct Job<'a> {
     cancel: &'a AtomicBool,
     observe: &'a (dyn Fn(&Progress) + Sync),
     start: Instant,
+    /// When a render is to end.
+    end: Option<Instant>,
+    /// How long it takes to bring a batch from the device to the film.
+    fetch: Duration,
     kernels: Vec<Kernel>,
     work: Work,
     /// Rows finished in earlier batches.
     rows_before: u64,
+    /// Rows finished in the batch at work.
+    rows_in_batch: u32,
 }
 
 impl<'a> Job<'a> {
@@ -195,9 +224,12 @@ impl<'a> Job<'a> {
             cancel,
             observe,
             start: Instant::now(),
+            end: None,
+            fetch: Duration::ZERO,
             kernels,
             work: Work::default(),
             rows_before: 0,
+            rows_in_batch: 0,
         })
     }
 
@@ -206,14 +238,29 @@ impl<'a> Job<'a> {
         self.work.paths
     }
 
-    fn run(&mut self, film: &mut Film) -> Result<(), GpuError> {
-        let (cancel, start, limit) = (self.cancel, self.start, self.plan.time_limit);
+    /// All batches. Where the time does not last for the first one, `coarse` stands in for what it lacks; without that it
+    /// is finished whatever the time.
+    fn run(&mut self, film: &mut Film, coarse: Option<&CoarseFirst<'_>>) -> Result<(), GpuError> {
+        let cancel = self.cancel;
         let cancelled = || cancel.load(Ordering::Relaxed);
-        let late = || limit.is_some_and(|limit| start.elapsed() >= limit);
         let (mut batch, mut done) = (0, 0);
         while let Some(samples) = self.plan.next_batch(batch, done) {
-            let stop = || cancelled() || (batch > 0 && late());
-            if !self.add_batch(film, batch, samples, &stop)? {
+            let (end, fetch) = (self.end, self.fetch);
+            let late = || end.is_some_and(|end| Instant::now() + fetch >= end);
+            let stop = |share: f64| {
+                cancelled()
+                    || match coarse {
+                        Some(coarse) if batch == 0 => coarse.is_hopeless(share),
+                        _ => batch > 0 && late(),
+                    }
+            };
+            let rows = self.make_rows(batch, samples, &stop)?;
+            if rows > 0 && !cancelled() {
+                let start = Instant::now();
+                self.add_to(film, rows, samples)?;
+                self.fetch = start.elapsed();
+            }
+            if rows < film.rows.len() {
                 return Ok(());
             }
             batch += 1;
@@ -225,19 +272,22 @@ impl<'a> Job<'a> {
         Ok(())
     }
 
-    /// Adds batch number `batch` to `film`. Returns whether it was added, as in [`Job::make_batch`].
-    pub(super) fn add_batch(
+    /// Makes batch number `batch` on the device; `stop` is asked before every dispatch, with the part of the batch that
+    /// is done. Returns the number of rows that have it: of the first batch those that were finished, of later ones,
+    /// which all rows are to have alike, all or none.
+    fn make_rows(
         &mut self,
-        film: &mut Film,
         batch: u32,
         samples: u32,
-        stop: &dyn Fn() -> bool,
-    ) -> Result<bool, GpuError> {
-        let made = self.make_batch(batch, samples, stop)?;
-        if made {
-            self.add_to(film, samples)?;
+        stop: &dyn Fn(f64) -> bool,
+    ) -> Result<usize, GpuError> {
+        self.rows_in_batch = 0;
+        match self.run_batch(batch, samples, stop) {
+            Ok(()) => Ok(self.scene.camera.height as usize),
+            Err(Stop::Asked) if batch == 0 => Ok(self.rows_in_batch as usize),
+            Err(Stop::Asked) => Ok(0),
+            Err(Stop::Fault(error)) => Err(error),
         }
-        Ok(made)
     }
 
     /// Makes batch number `batch` on the device; `stop` is asked before every dispatch. Returns whether it was made:
@@ -248,7 +298,7 @@ impl<'a> Job<'a> {
         samples: u32,
         stop: &dyn Fn() -> bool,
     ) -> Result<bool, GpuError> {
-        match self.run_batch(batch, samples, stop) {
+        match self.run_batch(batch, samples, &|_| stop()) {
             Ok(()) => Ok(true),
             Err(Stop::Asked) => Ok(false),
             Err(Stop::Fault(error)) => Err(error),
@@ -261,17 +311,27 @@ impl<'a> Job<'a> {
     }
 
     /// All samples of one batch, of every kernel.
-    fn run_batch(&mut self, batch: u32, samples: u32, stop: &dyn Fn() -> bool) -> Result<(), Stop> {
+    fn run_batch(
+        &mut self,
+        batch: u32,
+        samples: u32,
+        stop: &dyn Fn(f64) -> bool,
+    ) -> Result<(), Stop> {
         self.loaded.clear(false);
-        for kernel in 0..self.kernels.len() {
+        let kernels = self.kernels.len();
+        for kernel in 0..kernels {
             self.loaded.clear(true);
             let mut first_pixel = 0;
             while first_pixel < self.loaded.pixels {
                 let count = self.block(kernel, first_pixel);
-                self.run_block(kernel, (batch, samples), first_pixel, count, stop)?;
+                let of_kernel = f64::from(first_pixel) / f64::from(self.loaded.pixels);
+                let share = (kernel as f64 + of_kernel) / kernels as f64;
+                let stop = || stop(share);
+                self.run_block(kernel, (batch, samples), first_pixel, count, &stop)?;
                 first_pixel += count;
-                if kernel + 1 == self.kernels.len() {
-                    self.report(first_pixel / self.scene.camera.width);
+                if kernel + 1 == kernels {
+                    self.rows_in_batch = first_pixel / self.scene.camera.width;
+                    self.report(self.rows_in_batch);
                 }
             }
             self.check_completed(kernel, samples)?;
@@ -367,24 +427,31 @@ impl<'a> Job<'a> {
     fn count(&mut self, counters: &Counters) {
         self.work.paths += u64::from(counters.paths);
         self.work.vertices += u64::from(counters.vertices);
-        // Light beyond the range of a float was left out: cut as well.
-        self.work.cut_paths += u64::from(counters.cut_paths) + u64::from(counters.not_finite);
+        self.work.cut_paths += u64::from(counters.cut_paths);
+        self.work.lost_light += u64::from(counters.not_finite);
     }
 
-    /// Adds the batch on the device to `film`.
-    fn add_to(&self, film: &mut Film, samples: u32) -> Result<(), GpuError> {
+    /// Adds the batch on the device to the first `rows` rows of `film`.
+    pub(super) fn add_to(
+        &self,
+        film: &mut Film,
+        rows: usize,
+        samples: u32,
+    ) -> Result<(), GpuError> {
         let values = self.loaded.read_film()?;
         let layers = self.loaded.film_layers as usize;
         let lamps = self.scene.lamps.len();
         let levels = levels(self.scene);
         let width = film.width as usize;
-        for (row, values) in film.rows.iter_mut().zip(values.chunks(3 * layers * width)) {
+        let values = values.par_chunks(3 * layers * width);
+        let rows = film.rows[..rows].par_iter_mut().zip(values);
+        rows.for_each(|(row, values)| {
             for (column, pixel) in values.chunks_exact(3 * layers).enumerate() {
                 let mean = BatchMean::of_sums(pixel, samples, &levels);
                 row.add(column, lamps, &mean, samples);
             }
             row.finish_batch(samples);
-        }
+        });
         Ok(())
     }
 

@@ -6,11 +6,15 @@ use uw_media::phase::CellParts;
 use crate::{
     integrator::{cpu::order::OrderLaw, sampling::sobol::DIRECTIONS},
     prepare::DaylightField,
-    scene::{Texture, TextureFilter},
+    scene::{Texels, Texture, TextureFilter},
 };
 
 /// Words of a row.
 const WIDTH: usize = 4;
+/// Bit of a texture's row: its look-up is bilinear.
+const BILINEAR: u32 = 1;
+/// Bit of a texture's row: its texels are codes, the 256 values they stand for before them.
+const CODED: u32 = 2;
 
 /// A piecewise function: per end the smallest key as bits and the first block; the word of the first block and the row of
 /// the first cell.
@@ -113,16 +117,33 @@ impl Rows {
         place
     }
 
-    /// Per texture a row of its first texel in `texels`, its width and height, and 1 for a bilinear one.
-    pub(super) fn textures(&mut self, textures: &[Texture], texels: &mut Vec<[f32; 4]>) -> u32 {
+    /// Per texture a row of the first word of its texels, its width and height, and [`BILINEAR`] and [`CODED`] or 0.
+    pub(super) fn textures(&mut self, textures: &[Texture], texels: &mut Vec<u32>) -> u32 {
         let place = self.next_row();
         for texture in textures {
-            let bilinear = u32::from(texture.filter == TextureFilter::Bilinear);
-            let first = texels.len() as u32;
-            texels.extend(texture.texels.iter().map(|[r, g, b]| [r, g, b, 0.0]));
+            let bilinear = match texture.filter {
+                TextureFilter::Bilinear => BILINEAR,
+                TextureFilter::Nearest => 0,
+            };
+            let (first, coded) = add_texels(&texture.texels, texels);
             self.0
-                .extend([first, texture.width, texture.height, bilinear]);
+                .extend([first, texture.width, texture.height, bilinear | coded]);
         }
         place
     }
+}
+
+/// Adds texels of 8 bits as the values of all codes and a word of three codes a texel, others as three words a texel.
+/// Returns the word of the first texel, and [`CODED`] or 0.
+fn add_texels(texels: &Texels, words: &mut Vec<u32>) -> (u32, u32) {
+    let Some((codes, values)) = texels.coded() else {
+        let first = words.len() as u32;
+        words.extend(texels.iter().flatten().map(f32::to_bits));
+        return (first, 0);
+    };
+    words.extend(values.iter().map(|value| value.to_bits()));
+    let first = words.len() as u32;
+    words.reserve_exact(texels.len());
+    words.extend(codes.map(|[r, g, b]| u32::from_le_bytes([r, g, b, 0])));
+    (first, CODED)
 }

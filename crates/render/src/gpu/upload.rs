@@ -33,7 +33,8 @@ pub(crate) struct Tables {
     pub(crate) near_rows: Vec<[u32; 4]>,
     /// Nodes, triangles and the field of daylight.
     pub(crate) far_rows: Vec<[u32; 4]>,
-    pub(crate) texels: Vec<[f32; 4]>,
+    /// Words of textures.
+    pub(crate) texels: Vec<u32>,
     /// The tree of lanes.
     pub(crate) wide_nodes: Vec<uw_lanes::tree::Node>,
 }

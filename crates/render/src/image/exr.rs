@@ -71,7 +71,8 @@ impl ExrImage {
     /// Writes the file, float32 and without loss. It appears whole or not at all.
     ///
     /// # Errors
-    /// A layer of another size than the picture, two layers of one name, or a file that cannot be written.
+    /// A picture with a value that is not finite (layers may have some, such as an infinite depth), a layer of another size
+    /// than the picture, two layers of one name, or a file that cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), ImageError> {
         self.write_as(path, FlatSamples::F32)
     }
@@ -93,6 +94,7 @@ impl ExrImage {
         path: &Path,
         encode: impl Fn(Vec<f32>) -> FlatSamples,
     ) -> Result<(), ImageError> {
+        self.check_finite(path)?;
         let channels: Vec<_> = self
             .channels(path)?
             .into_iter()
@@ -126,6 +128,29 @@ impl ExrImage {
                 .to_buffered(writer)
                 .map_err(|error| content(path, error))
         })
+    }
+
+    /// Whether all values of the picture are finite numbers.
+    fn check_finite(&self, path: &Path) -> Result<(), ImageError> {
+        let is_bad = |pixel: &[f32; 3]| pixel.iter().any(|value| !value.is_finite());
+        let Some(first) = self.picture.data.iter().position(is_bad) else {
+            return Ok(());
+        };
+        let count = self
+            .picture
+            .data
+            .iter()
+            .filter(|pixel| is_bad(pixel))
+            .count();
+        let width = self.picture.width.max(1) as usize;
+        let (column, row) = (first % width, first / width);
+        Err(content(
+            path,
+            format!(
+                "{count} pixels are no finite numbers, the first in column {column}, row {row} (from 0): {:?}",
+                self.picture.data[first]
+            ),
+        ))
     }
 
     /// The channels by name, in the order of their names.
@@ -422,6 +447,14 @@ mod tests {
                 .expect_err("twice")
                 .to_string()
                 .contains("lamp.left is given twice")
+        );
+        let mut dark = example();
+        dark.picture.data[6][1] = f32::NAN;
+        assert!(
+            dark.write(&path)
+                .expect_err("not a number")
+                .to_string()
+                .contains("1 pixels are no finite numbers, the first in column 2, row 1")
         );
         assert!(!path.exists());
         std::fs::write(&path, b"\x76\x2f\x31\x01 and no more").expect("writable");

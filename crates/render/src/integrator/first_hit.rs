@@ -1,5 +1,7 @@
 //! Layers without noise: what the ray through each pixel's centre meets first.
 
+use rayon::prelude::*;
+
 use crate::prepare::{Prepared, Primitive};
 
 /// The first surface behind a pixel's centre. Where nothing is met: infinite depth and zeros.
@@ -18,11 +20,9 @@ pub struct FirstHit {
 /// First hits of all pixels, row by row from the top, along straight rays (not bent at the water surface).
 pub fn first_hits(scene: &Prepared) -> Vec<FirstHit> {
     let camera = &scene.camera;
-    let pixels =
-        (0..camera.height).flat_map(|row| (0..camera.width).map(move |column| (column, row)));
-    pixels
-        .map(|(column, row)| first_hit(scene, column, row))
-        .collect()
+    let of_row = |row| (0..camera.width).map(move |column| first_hit(scene, column, row));
+    let rows = (0..camera.height).into_par_iter();
+    rows.flat_map_iter(of_row).collect()
 }
 
 fn first_hit(scene: &Prepared, column: u32, row: u32) -> FirstHit {

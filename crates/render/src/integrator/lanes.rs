@@ -2,7 +2,10 @@
 
 use uw_lanes::{Group, Instructions, Kernel, LANES, tree::Tree};
 
-use super::cpu::{RowBatch, Selection, Work};
+use super::{
+    cpu::{RowBatch, Selection},
+    method::Done,
+};
 use crate::{
     film::{BatchMean, Row},
     gpu::{
@@ -64,9 +67,7 @@ pub(super) struct Worker<'a> {
     shared: &'a Shared<'a>,
     groups: Vec<Group<'a>>,
     sums: Vec<f32>,
-    pub(super) work: Work,
-    /// Paths that were ended by a limit of the kernels, and light beyond the range of a float.
-    pub(super) cut_paths: u64,
+    pub(super) done: Done,
 }
 
 impl<'a> Worker<'a> {
@@ -76,7 +77,7 @@ impl<'a> Worker<'a> {
             scene: bytemuck::cast_slice(std::slice::from_ref(&shared.tables.scene)),
             near_rows: shared.tables.near_rows.as_flattened(),
             far_rows: far_words,
-            texels: bytemuck::cast_slice(&shared.tables.texels),
+            texels: &shared.tables.texels,
             tree: Tree {
                 nodes: &shared.tables.wide_nodes,
                 triangles: &far_words[4 * shared.tables.scene.triangle_rows as usize..],
@@ -90,8 +91,7 @@ impl<'a> Worker<'a> {
             shared,
             groups: shared.kernels.iter().map(group).collect(),
             sums: Vec::new(),
-            work: Work::default(),
-            cut_paths: 0,
+            done: Done::default(),
         }
     }
 
@@ -162,16 +162,17 @@ impl<'a> Worker<'a> {
                 *sum += value;
             }
             let [_, _, cut, paths, vertices, not_finite] = counters.map(u64::from);
-            self.work.paths += paths;
-            self.work.vertices += vertices;
-            self.cut_paths += cut + not_finite;
+            self.done.work.paths += paths;
+            self.done.work.vertices += vertices;
+            self.done.cut_paths += cut;
+            self.done.lost_light += not_finite;
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use std::{path::Path, sync::atomic::AtomicBool};
+    use std::{path::Path, sync::atomic::AtomicBool, time::Instant};
 
     use uw_lanes::Instructions;
 
@@ -224,7 +225,7 @@ mod tests {
         };
         let method = Method::lanes(scene, &plan, instructions).expect("few triangles");
         let go_on = AtomicBool::new(false);
-        let rendered = render_rows(scene, &plan, &method, &go_on, &|_| {});
+        let rendered = render_rows(scene, &plan, &method, Instant::now(), &go_on, &|_| {});
         rendered.unwrap_or_else(|e| panic!("{e}")).0
     }
 

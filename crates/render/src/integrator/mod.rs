@@ -1,5 +1,6 @@
 //! Stage 3: from the prepared scene to the film.
 
+pub(crate) mod coarse;
 pub mod cpu;
 pub mod first_hit;
 mod lanes;
@@ -18,11 +19,12 @@ use serde::Serialize;
 use uw_lanes::Instructions;
 
 use crate::{
-    film::{Film, Row},
+    film::{Film, NotFinite, Row},
     gpu::GpuError,
     prepare::{Needs, Prepared},
 };
-use cpu::{RowBatch, Selection};
+use coarse::CoarseFirst;
+use cpu::{RowBatch, Selection, Work};
 use method::{Method, RowWorker};
 
 /// Most samples of a pixel between two updates of the film.
@@ -37,7 +39,8 @@ const TRUSTED_BATCHES: u32 = 4;
 pub struct Plan {
     /// Samples per pixel; `None` to go on until another criterion stops the render.
     pub samples_per_pixel: Option<u32>,
-    /// Stop after this time.
+    /// Stop after this time, counted from the call. Where it does not last for a sample of every pixel, a coarse picture
+    /// stands in for the rows without one, see [`RenderStats::filled_pixels`].
     pub time_limit: Option<Duration>,
     /// Stop when the estimated relative error is at most this.
     pub target_error: Option<f64>,
@@ -78,6 +81,11 @@ impl Plan {
         Some(u64::from(all.div_ceil(size)) * u64::from(height))
     }
 
+    /// When the time is over, for a render that began at `start`; none for a limit too long for a clock.
+    pub(crate) fn end(&self, start: Instant) -> Option<Instant> {
+        start.checked_add(self.time_limit?)
+    }
+
     /// Whether `film` is as accurate as asked for.
     pub(crate) fn is_met_by(&self, film: &Film) -> bool {
         let enough = |target: f64| {
@@ -110,7 +118,7 @@ pub struct RenderStats {
     pub adapter: Option<String>,
     /// Worker threads.
     pub threads: usize,
-    /// Samples per pixel (the fewest over the rows).
+    /// Samples per pixel (the fewest over the rows; 0 where the time did not last for all of them).
     pub samples_per_pixel: u64,
     /// Walks started at the camera.
     pub paths: u64,
@@ -126,6 +134,13 @@ pub struct RenderStats {
     pub cpu_s: f64,
     /// Estimated relative error; none below two batches.
     pub relative_error: Option<f64>,
+    /// Pixels without a sample of their own, because the time did not last: they show a coarse picture of the same view,
+    /// and their `variance` is infinite. 0 in a picture that is what it should be.
+    pub filled_pixels: u64,
+    /// Width and height of the pixels of that coarse picture, pixels; none where no pixel shows it.
+    pub coarse_step_px: Option<u32>,
+    /// Samples per such pixel.
+    pub coarse_samples: Option<u64>,
     /// Whether the render was stopped from outside.
     pub interrupted: bool,
     /// Most neighbouring pixels that shared walks; 1 where the noise of every pixel is independent.
@@ -153,6 +168,17 @@ pub enum RenderError {
     /// The GPU cannot be used.
     #[error(transparent)]
     Gpu(#[from] GpuError),
+    /// The film holds values that are no numbers.
+    #[error(transparent)]
+    NotFinite(#[from] NotFinite),
+    /// Kernels met light that is no number, or too much of it for single precision.
+    #[error(
+        "{count} contributions of light are no finite numbers of single precision; nothing of such a render can be used"
+    )]
+    LightLost {
+        /// Number of contributions that were left out.
+        count: u64,
+    },
 }
 
 /// The worker threads could not be started.
@@ -187,7 +213,9 @@ pub fn render(
     cancel: &AtomicBool,
     observe: &(dyn Fn(&Progress) + Sync),
 ) -> Result<(Film, RenderStats), RenderError> {
-    render_rows(scene, plan, &Method::native(scene, plan), cancel, observe)
+    let start = Instant::now();
+    let method = Method::native(scene, plan);
+    render_rows(scene, plan, &method, start, cancel, observe)
 }
 
 /// Whether this processor has vector units that [`render_lanes`] has instructions for; without them it is slower than
@@ -210,56 +238,68 @@ pub fn render_lanes(
     let setup = Instant::now();
     let method = Method::lanes(scene, plan, Instructions::best())?;
     let setup_s = setup.elapsed().as_secs_f64();
-    let (film, mut stats) = render_rows(scene, plan, &method, cancel, observe)?;
+    let (film, mut stats) = render_rows(scene, plan, &method, setup, cancel, observe)?;
     stats.setup_s = setup_s;
+    stats.render_s -= setup_s;
     Ok((film, stats))
 }
 
-/// Renders row by row.
+/// Renders row by row; the time counts from `start`.
 fn render_rows(
     scene: &Prepared,
     plan: &Plan,
     method: &Method<'_>,
+    start: Instant,
     cancel: &AtomicBool,
     observe: &(dyn Fn(&Progress) + Sync),
 ) -> Result<(Film, RenderStats), RenderError> {
     let pool = thread_pool(plan.threads)?;
-    let start = Instant::now();
     let cpu_start = ProcessTime::now();
-    let job = Job {
-        scene,
-        plan,
-        method,
-        start,
-        cancel,
-        observe,
-        rows_done: AtomicU64::new(0),
-        paths: AtomicU64::new(0),
-        vertices: AtomicU64::new(0),
-        cut_paths: AtomicU64::new(0),
-    };
+    let coarse = pool.install(|| CoarseFirst::begin(scene, plan, cancel, start));
+    let mut job = Job::new(scene, plan, method, start, cancel, observe);
     let mut film = Film::new(scene.camera.width, scene.camera.height, scene.lamps.len());
-    pool.install(|| job.run(&mut film));
+    if let Some(coarse) = &coarse {
+        job.first_batch = FirstBatch::Backed(coarse);
+    }
+    if coarse
+        .as_ref()
+        .is_none_or(|coarse| coarse.leaves_time_for(method.speed()))
+    {
+        pool.install(|| job.run(&mut film));
+    }
+    let (mut work, cut_paths, lost_light) = job.into_work();
+    if let Some(coarse) = coarse {
+        let done = pool.install(|| coarse.complete(&mut film));
+        work.paths += done.paths;
+        work.vertices += done.vertices;
+    }
     let complete = film.rows.iter().filter(|r| r.batches > 0).count();
-    if complete < film.rows.len() {
+    if complete < film.rows.len() && film.filled_pixels() == 0 {
         return Err(RenderError::Incomplete {
             rows: complete,
             total: film.rows.len(),
         });
     }
+    if lost_light > 0 {
+        return Err(RenderError::LightLost { count: lost_light });
+    }
+    film.check_finite(&scene.lamp_names)?;
     let stats = RenderStats {
         seed: plan.seed,
         backend: method.backend(),
         adapter: method.adapter(),
         threads: pool.current_num_threads(),
         samples_per_pixel: film.samples(),
-        paths: job.paths.into_inner(),
-        path_vertices: job.vertices.into_inner(),
-        cut_paths: u32::try_from(job.cut_paths.into_inner()).unwrap_or(u32::MAX),
+        paths: work.paths,
+        path_vertices: work.vertices,
+        cut_paths: u32::try_from(cut_paths).unwrap_or(u32::MAX),
         setup_s: 0.0,
         render_s: start.elapsed().as_secs_f64(),
         cpu_s: cpu_start.elapsed().as_secs_f64(),
         relative_error: film.relative_error(),
+        filled_pixels: film.filled_pixels(),
+        coarse_step_px: film.coarse().map(|(step, _)| step),
+        coarse_samples: film.coarse().map(|(_, samples)| samples),
         interrupted: cancel.load(Ordering::Relaxed),
         share_walks: method.share_walks(),
         needs: scene.needs,
@@ -286,20 +326,71 @@ pub(crate) fn select(scene: &Prepared, plan: &Plan) -> Selection {
     }
 }
 
+/// What becomes of the first batch where the time does not last for it.
+enum FirstBatch<'a> {
+    /// It is finished whatever the time, so that there is a picture.
+    Whole,
+    /// It ends with the time.
+    InTime,
+    /// It ends with the time, or where too little of it would be done by then: a coarse picture stands in for the rest.
+    Backed(&'a CoarseFirst<'a>),
+}
+
 struct Job<'a> {
     scene: &'a Prepared,
     plan: &'a Plan,
     method: &'a Method<'a>,
     start: Instant,
+    end: Option<Instant>,
+    first_batch: FirstBatch<'a>,
     cancel: &'a AtomicBool,
     observe: &'a (dyn Fn(&Progress) + Sync),
     rows_done: AtomicU64,
     paths: AtomicU64,
     vertices: AtomicU64,
     cut_paths: AtomicU64,
+    lost_light: AtomicU64,
 }
 
-impl Job<'_> {
+impl<'a> Job<'a> {
+    fn new(
+        scene: &'a Prepared,
+        plan: &'a Plan,
+        method: &'a Method<'a>,
+        start: Instant,
+        cancel: &'a AtomicBool,
+        observe: &'a (dyn Fn(&Progress) + Sync),
+    ) -> Self {
+        Self {
+            scene,
+            plan,
+            method,
+            start,
+            end: plan.end(start),
+            first_batch: FirstBatch::Whole,
+            cancel,
+            observe,
+            rows_done: AtomicU64::new(0),
+            paths: AtomicU64::new(0),
+            vertices: AtomicU64::new(0),
+            cut_paths: AtomicU64::new(0),
+            lost_light: AtomicU64::new(0),
+        }
+    }
+
+    /// Work done, paths that were cut and contributions of light that were no numbers.
+    fn into_work(self) -> (Work, u64, u64) {
+        let work = Work {
+            paths: self.paths.into_inner(),
+            vertices: self.vertices.into_inner(),
+        };
+        (
+            work,
+            self.cut_paths.into_inner(),
+            self.lost_light.into_inner(),
+        )
+    }
+
     fn run(&self, film: &mut Film) {
         let mut batch = 0;
         let mut done = 0;
@@ -307,11 +398,9 @@ impl Job<'_> {
             film.rows.par_iter_mut().enumerate().for_each_init(
                 || self.method.worker(),
                 |worker, (index, row)| {
-                    // The first batch is finished whatever the time, so that there is a picture.
-                    if self.cancelled() || (batch > 0 && self.out_of_time()) {
-                        return;
+                    if !self.leaves(batch) {
+                        self.render_row(worker, index as u32, batch, samples, row);
                     }
-                    self.render_row(worker, index as u32, batch, samples, row);
                 },
             );
             batch += 1;
@@ -330,21 +419,26 @@ impl Job<'_> {
         samples: u32,
         row: &mut Row,
     ) {
-        let (before, cut_before) = worker.work();
+        let before = worker.work();
         let at = RowBatch {
             seed: self.plan.seed,
             row: index,
             batch,
             samples,
         };
-        worker.add_row(at, row, &|| false);
-        let (after, cut) = worker.work();
-        self.paths
-            .fetch_add(after.paths - before.paths, Ordering::Relaxed);
-        self.vertices
-            .fetch_add(after.vertices - before.vertices, Ordering::Relaxed);
-        self.cut_paths
-            .fetch_add(cut - cut_before, Ordering::Relaxed);
+        let complete = worker.add_row(at, row, &|| self.leaves(batch));
+        let after = worker.work();
+        for (sum, (after, before)) in [
+            (&self.paths, (after.work.paths, before.work.paths)),
+            (&self.vertices, (after.work.vertices, before.work.vertices)),
+            (&self.cut_paths, (after.cut_paths, before.cut_paths)),
+            (&self.lost_light, (after.lost_light, before.lost_light)),
+        ] {
+            sum.fetch_add(after - before, Ordering::Relaxed);
+        }
+        if !complete {
+            return;
+        }
         let rows_done = self.rows_done.fetch_add(1, Ordering::Relaxed) + 1;
         (self.observe)(&Progress {
             rows_done,
@@ -353,13 +447,24 @@ impl Job<'_> {
         });
     }
 
+    /// Whether to leave this batch as it is.
+    fn leaves(&self, batch: u32) -> bool {
+        let too_late = || match self.first_batch {
+            FirstBatch::Whole if batch == 0 => false,
+            FirstBatch::Backed(coarse) if batch == 0 => {
+                let rows = self.rows_done.load(Ordering::Relaxed) as f64;
+                coarse.is_hopeless(rows / f64::from(self.scene.camera.height))
+            }
+            _ => self.out_of_time(),
+        };
+        self.cancelled() || too_late()
+    }
+
     fn cancelled(&self) -> bool {
         self.cancel.load(Ordering::Relaxed)
     }
 
     fn out_of_time(&self) -> bool {
-        self.plan
-            .time_limit
-            .is_some_and(|limit| self.start.elapsed() >= limit)
+        self.end.is_some_and(|end| Instant::now() >= end)
     }
 }

@@ -103,7 +103,7 @@ impl<'a> Stepper<'a> {
         row: &mut Row,
         stop: &(dyn Fn() -> bool + Sync),
     ) {
-        let (before, _) = worker.work();
+        let before = worker.work().work;
         let at = RowBatch {
             seed: self.seed,
             row: index,
@@ -112,7 +112,7 @@ impl<'a> Stepper<'a> {
         };
         worker.add_row(at, row, stop);
         self.paths
-            .fetch_add(worker.work().0.paths - before.paths, Ordering::Relaxed);
+            .fetch_add(worker.work().work.paths - before.paths, Ordering::Relaxed);
     }
 }
 

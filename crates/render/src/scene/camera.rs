@@ -8,6 +8,10 @@ use super::{Camera, SceneError};
 
 /// Largest image side, pixels.
 pub(super) const MAX_SIDE_PX: u32 = 16_384;
+/// Smallest field of view, degrees.
+const LEAST_FIELD_DEG: f64 = 1e-6;
+/// Smallest focal length, pixels.
+const LEAST_FOCAL_PX: f64 = 1e-3;
 /// Most pixels of an image; about 1.5 GiB for one RGB picture and its variance in float32 and float64.
 const MAX_PIXELS: u64 = 1 << 26;
 /// Sine of the smallest angle between forward and up.
@@ -34,6 +38,20 @@ const FIELDS: [&str; 11] = [
     "width",
     "height",
 ];
+
+/// A size that no picture can have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "width and height must be in 1..={} pixels and at most {} pixels in all, got {width} × {height}",
+    MAX_SIDE_PX,
+    MAX_PIXELS
+)]
+pub struct SizeError {
+    /// Width asked for or implied, pixels.
+    pub width: u32,
+    /// Height asked for or implied, pixels.
+    pub height: u32,
+}
 
 /// What the `[camera]` table says.
 pub(super) enum CameraTable {
@@ -123,13 +141,13 @@ fn read_intrinsics(
         for field in ["fx", "fy", "cx", "cy"] {
             table.refuse(field, "where camera.hfov_deg is given")?;
         }
-        let hfov_deg = hfov.as_number(Range::open(0.0, 180.0, "degrees"))?;
+        let hfov_deg = hfov.as_number(Range::below(LEAST_FIELD_DEG, 180.0, "degrees"))?;
         return Ok((DVec2::splat(focal_length_px(hfov_deg, width)), centre));
     }
     if table.optional("fx").is_none() {
         return Err(table.missing("hfov_deg", "or fx, with fy, cx, cy, in pixels"));
     }
-    let positive = Range::positive("pixels");
+    let positive = Range::at_least(LEAST_FOCAL_PX, "pixels");
     let fx = table.number("fx", positive)?;
     let fy = table.number_or("fy", positive, fx)?;
     let cx = table.number_or("cx", Range::finite("pixels"), centre.x)?;
@@ -165,6 +183,44 @@ impl Camera {
             centre_px: size / 2.0,
             distortion: [0.0; 5],
         }
+    }
+
+    /// The same camera with another size, pixels; one side alone keeps the proportions. The horizontal field of view stays,
+    /// pixels keep their proportions.
+    ///
+    /// # Errors
+    /// A size that no picture can have.
+    pub fn resized(&self, width: Option<u32>, height: Option<u32>) -> Result<Self, SizeError> {
+        let scaled = |side: u32, factor: f64| (f64::from(side) * factor).round() as u32;
+        let (width, height) = match (width, height) {
+            (None, None) => return Ok(self.clone()),
+            (Some(width), Some(height)) => (width, height),
+            (Some(width), None) => {
+                let factor = f64::from(width) / f64::from(self.width);
+                (width, scaled(self.height, factor))
+            }
+            (None, Some(height)) => {
+                let factor = f64::from(height) / f64::from(self.height);
+                (scaled(self.width, factor), height)
+            }
+        };
+        let is_side = |side| (1..=MAX_SIDE_PX).contains(&side);
+        let in_all = u64::from(width) * u64::from(height);
+        if !is_side(width) || !is_side(height) || in_all > MAX_PIXELS {
+            return Err(SizeError { width, height });
+        }
+        let factor = f64::from(width) / f64::from(self.width);
+        let below_middle = self.centre_px.y - 0.5 * f64::from(self.height);
+        Ok(Self {
+            width,
+            height,
+            focal_px: factor * self.focal_px,
+            centre_px: DVec2::new(
+                factor * self.centre_px.x,
+                0.5 * f64::from(height) + factor * below_middle,
+            ),
+            ..self.clone()
+        })
     }
 
     /// Unit direction, in the world, of the ray through the image point (`px`, `py`), pixels from the top left corner.

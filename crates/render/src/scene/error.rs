@@ -16,6 +16,26 @@ pub enum SceneError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// Another kind of file.
+    #[error(
+        "{file}: is {kind}, not a scene file (TOML that begins with format = \"uw-scene/1\"){hint}"
+    )]
+    NotAScene {
+        /// The file.
+        file: String,
+        /// What it is, such as "a PNG picture".
+        kind: &'static str,
+        /// What to do with such a file; empty where nothing is to be said.
+        hint: &'static str,
+    },
+    /// A setting that takes the place of a value of the file cannot be used.
+    #[error("--set {setting}: {reason}")]
+    Setting {
+        /// The setting as written.
+        setting: String,
+        /// What is wrong with it.
+        reason: String,
+    },
     /// Not TOML.
     #[error("{file}:{line}: not valid TOML: {message}")]
     Syntax {
@@ -94,4 +114,19 @@ pub enum SceneError {
         /// What is wrong with it.
         source: Box<GltfError>,
     },
+}
+
+impl SceneError {
+    /// File and line, counted from 1, where the error has them.
+    pub(super) fn place(&self) -> Option<(&str, usize)> {
+        match self {
+            Self::Unreadable { .. } | Self::NotAScene { .. } | Self::Setting { .. } => None,
+            Self::Syntax { file, line, .. }
+            | Self::UnknownField { file, line, .. }
+            | Self::MissingField { file, line, .. }
+            | Self::InvalidValue { file, line, .. }
+            | Self::ReferencedFile { file, line, .. }
+            | Self::Gltf { file, line, .. } => Some((file, *line)),
+        }
+    }
 }

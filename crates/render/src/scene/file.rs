@@ -1,13 +1,19 @@
 //! The scene file as a whole: from TOML text to a checked scene.
 
 use std::fs;
+use std::io;
 use std::path::Path;
 
-use toml::de::DeTable;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
 
 use super::camera::{self, CameraTable};
+use super::kind::check_kind;
 use super::reader::{Document, Table};
-use super::{Camera, Lamp, Scene, SceneError, WaterSurface, light, object, phase, sections};
+use super::setting::Amended;
+use super::{
+    Camera, Lamp, Scene, SceneError, Setting, WaterSurface, light, object, phase, sections,
+};
 
 /// Value of the `format` field.
 const FORMAT: &str = "uw-scene/1";
@@ -21,12 +27,25 @@ impl Scene {
     /// # Errors
     /// The first thing that is wrong, with file, line and field.
     pub fn read(path: &Path) -> Result<Self, SceneError> {
+        Self::read_with(path, &[])
+    }
+
+    /// The same with `settings` in the place of what the file says.
+    ///
+    /// # Errors
+    /// As [`Scene::read`]; an error in a setting names it.
+    pub fn read_with(path: &Path, settings: &[Setting]) -> Result<Self, SceneError> {
         let file = path.display().to_string();
-        let text = fs::read_to_string(path).map_err(|source| SceneError::Unreadable {
+        let unreadable = |source| SceneError::Unreadable {
             file: file.clone(),
             source,
-        })?;
-        Self::parse(&text, path.parent().unwrap_or(Path::new("")), &file)
+        };
+        let bytes = fs::read(path).map_err(unreadable)?;
+        check_kind(&file, &bytes)?;
+        let text = String::from_utf8(bytes)
+            .map_err(|error| unreadable(io::Error::new(io::ErrorKind::InvalidData, error)))?;
+        let base_dir = path.parent().unwrap_or(Path::new(""));
+        Self::parse_with(&text, base_dir, &file, settings)
     }
 
     /// Reads a scene from text. Paths in it start from `base_dir`; error messages call it `name`.
@@ -34,16 +53,36 @@ impl Scene {
     /// # Errors
     /// As [`Scene::read`].
     pub fn parse(text: &str, base_dir: &Path, name: &str) -> Result<Self, SceneError> {
+        Self::parse_with(text, base_dir, name, &[])
+    }
+
+    /// The same with `settings` in the place of what the text says.
+    ///
+    /// # Errors
+    /// As [`Scene::read_with`].
+    pub fn parse_with(
+        text: &str,
+        base_dir: &Path,
+        name: &str,
+        settings: &[Setting],
+    ) -> Result<Self, SceneError> {
+        let amended = Amended::new(text, settings);
         let doc = Document {
             file: name,
-            text,
+            text: &amended.text,
             base_dir,
         };
         let parsed = DeTable::parse(text).map_err(|error| syntax_error(&doc, &error))?;
-        let root = Table::root(&doc, parsed.get_ref(), &FIELDS)?;
-        root.required("format", "\"uw-scene/1\"")?
-            .as_choice(&[(FORMAT, ())])?;
-        read_scene(&root)
+        let mut root = Spanned::new(parsed.span(), DeValue::Table(parsed.into_inner()));
+        amended.apply(&mut root)?;
+        let none = DeTable::new();
+        let table = root.get_ref().as_table().unwrap_or(&none);
+        let scene = Table::root(&doc, table, &FIELDS).and_then(|root| {
+            root.required("format", "\"uw-scene/1\"")?
+                .as_choice(&[(FORMAT, ())])?;
+            read_scene(&root)
+        });
+        scene.map_err(|error| amended.blame(error))
     }
 }
 

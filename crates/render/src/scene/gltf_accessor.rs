@@ -1,71 +1,134 @@
 //! Numbers out of glTF accessors, with every offset checked against its buffer.
 
-use gltf::Accessor;
-use gltf::accessor::DataType;
-use gltf::accessor::sparse::IndexType;
-
+use super::gltf_json::Accessor;
 use super::gltf_resource::{GltfError, GltfSource};
 
 /// Most elements of one accessor.
 const MAX_COUNT: usize = 1 << 28;
 
-/// Reads all elements of an accessor of `N` components each; normalised integers become fractions.
-/// `place` names the accessor's role in errors.
+/// What the components of an accessor are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Component {
+    I8,
+    U8,
+    I16,
+    U16,
+    U32,
+    F32,
+}
+
+impl Component {
+    /// The kind that the file's code stands for.
+    fn of(code: u64) -> Option<Self> {
+        match code {
+            5120 => Some(Self::I8),
+            5121 => Some(Self::U8),
+            5122 => Some(Self::I16),
+            5123 => Some(Self::U16),
+            5125 => Some(Self::U32),
+            5126 => Some(Self::F32),
+            _ => None,
+        }
+    }
+
+    fn size(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::U32 | Self::F32 => 4,
+        }
+    }
+}
+
+/// What vertices may consist of: with KHR_mesh_quantization all short numbers.
+pub(super) const OF_VERTICES: &[Component] = &[
+    Component::F32,
+    Component::I8,
+    Component::U8,
+    Component::I16,
+    Component::U16,
+];
+/// What indices may consist of.
+pub(super) const OF_INDICES: &[Component] = &[Component::U8, Component::U16, Component::U32];
+
+/// Reads all elements of an accessor, by its index, of `N` components each; normalised integers become fractions.
+/// `place` names the accessor's role in errors, `allowed` what its components may be.
 pub(super) fn read<const N: usize>(
     source: &GltfSource,
-    accessor: &Accessor<'_>,
+    index: usize,
+    allowed: &[Component],
     place: &str,
 ) -> Result<Vec<[f64; N]>, GltfError> {
-    let item = format!("{place} (accessor {})", accessor.index());
-    if accessor.dimensions().multiplicity() != N {
-        let got = accessor.dimensions();
-        return Err(source.resource(
-            &item,
-            format!("must have {N} components per element, got {got:?}"),
-        ));
+    let item = format!("{place} (accessor {index})");
+    let accessor = &source.document.accessors[index];
+    let refuse = |reason: String| source.resource(&item, reason);
+    if components(&accessor.shape) != Some(N) {
+        return Err(refuse(format!(
+            "must have {N} components per element, got type {:?}",
+            accessor.shape
+        )));
     }
-    if accessor.count() > MAX_COUNT {
-        return Err(source.resource(
-            &item,
-            format!(
-                "must have at most {MAX_COUNT} elements, got {}",
-                accessor.count()
-            ),
-        ));
+    let kind = Component::of(accessor.component_type).filter(|kind| allowed.contains(kind));
+    let Some(kind) = kind else {
+        return Err(refuse(format!(
+            "must have a componentType of {allowed:?}, got {}",
+            accessor.component_type
+        )));
+    };
+    if accessor.count > MAX_COUNT {
+        return Err(refuse(format!(
+            "must have at most {MAX_COUNT} elements, got {}",
+            accessor.count
+        )));
     }
     let reader = Reader {
         source,
         accessor,
+        kind,
         item: &item,
     };
-    let mut elements = match accessor.view() {
-        Some(view) => reader.elements(&view, accessor.offset(), accessor.count())?,
-        None => vec![[0.0; N]; accessor.count()],
+    let mut elements = match accessor.buffer_view {
+        Some(view) => {
+            let size = kind.size() * N;
+            let stride = source.document.buffer_views[view].byte_stride;
+            let stride = stride.unwrap_or(size);
+            reader.elements(view, accessor.byte_offset, accessor.count, stride)?
+        }
+        None => vec![[0.0; N]; accessor.count],
     };
-    if let Some(sparse) = accessor.sparse() {
-        reader.apply_sparse(&sparse, &mut elements)?;
-    }
+    reader.apply_sparse(&mut elements)?;
     Ok(elements)
+}
+
+/// Components of an element; `None` for matrices, which no vertex has.
+fn components(shape: &str) -> Option<usize> {
+    match shape {
+        "SCALAR" => Some(1),
+        "VEC2" => Some(2),
+        "VEC3" => Some(3),
+        "VEC4" => Some(4),
+        _ => None,
+    }
 }
 
 struct Reader<'a> {
     source: &'a GltfSource,
-    accessor: &'a Accessor<'a>,
+    accessor: &'a Accessor,
+    kind: Component,
     item: &'a str,
 }
 
 impl Reader<'_> {
-    /// `count` elements of a buffer view from `offset` on.
+    /// `count` elements of a buffer view from `offset` on, one every `stride` bytes.
     fn elements<const N: usize>(
         &self,
-        view: &gltf::buffer::View<'_>,
+        view: usize,
         offset: usize,
         count: usize,
+        stride: usize,
     ) -> Result<Vec<[f64; N]>, GltfError> {
-        let kind = self.accessor.data_type();
-        let (size, normalised) = (kind.size() * N, self.accessor.normalized());
-        let stride = view.stride().unwrap_or(size);
-        let bytes = self.strided(view, offset, count, stride, size)?;
+        let (kind, normalised) = (self.kind, self.accessor.normalized);
+        let bytes = self.strided(view, offset, count, stride, kind.size() * N)?;
         let element = |i: usize| {
             std::array::from_fn(|k| {
                 component(&bytes[i * stride + k * kind.size()..], kind, normalised)
@@ -77,15 +140,14 @@ impl Reader<'_> {
     /// The bytes from `offset` on, long enough for `count` elements of `size` bytes every `stride` bytes.
     fn strided(
         &self,
-        view: &gltf::buffer::View<'_>,
+        view: usize,
         offset: usize,
         count: usize,
         stride: usize,
         size: usize,
     ) -> Result<&[u8], GltfError> {
-        let view_bytes = self.source.view_bytes(view);
-        let bytes = view_bytes
-            .ok_or_else(|| self.beyond(format!("buffer view {}", view.index()), "its buffer"))?;
+        let bytes = self.source.view_bytes(view);
+        let bytes = bytes.map_err(|reason| self.source.resource(self.item, reason))?;
         let needed = match count {
             0 => Some(offset),
             _ => stride
@@ -96,7 +158,7 @@ impl Reader<'_> {
         let what = || {
             self.beyond(
                 format!("{count} elements"),
-                &format!("buffer view {} of {} bytes", view.index(), bytes.len()),
+                &format!("buffer view {view} of {} bytes", bytes.len()),
             )
         };
         if fits {
@@ -111,22 +173,26 @@ impl Reader<'_> {
             .resource(self.item, format!("{what} must not reach beyond {limit}"))
     }
 
-    /// Replaces the elements that the sparse part lists.
-    fn apply_sparse<const N: usize>(
-        &self,
-        sparse: &gltf::accessor::sparse::Sparse<'_>,
-        elements: &mut [[f64; N]],
-    ) -> Result<(), GltfError> {
-        let (indices, count) = (sparse.indices(), sparse.count());
-        let kind = match indices.index_type() {
-            IndexType::U8 => DataType::U8,
-            IndexType::U16 => DataType::U16,
-            IndexType::U32 => DataType::U32,
+    /// Replaces the elements that the sparse part, if there is one, lists.
+    fn apply_sparse<const N: usize>(&self, elements: &mut [[f64; N]]) -> Result<(), GltfError> {
+        let Some(sparse) = &self.accessor.sparse else {
+            return Ok(());
         };
+        let (indices, values, count) = (&sparse.indices, &sparse.values, sparse.count);
+        let kind = Component::of(indices.component_type).filter(|kind| OF_INDICES.contains(kind));
+        let kind = kind.ok_or_else(|| {
+            let reason = format!(
+                "sparse indices must have a componentType of {OF_INDICES:?}, got {}",
+                indices.component_type
+            );
+            self.source.resource(self.item, reason)
+        })?;
         let size = kind.size();
-        let index_bytes = self.strided(&indices.view(), indices.offset(), count, size, size)?;
+        let index_bytes =
+            self.strided(indices.buffer_view, indices.byte_offset, count, size, size)?;
+        let packed = self.kind.size() * N;
         let values: Vec<[f64; N]> =
-            self.elements(&sparse.values().view(), sparse.values().offset(), count)?;
+            self.elements(values.buffer_view, values.byte_offset, count, packed)?;
         for (i, value) in values.into_iter().enumerate() {
             let index = component(&index_bytes[i * size..], kind, false) as usize;
             let length = elements.len();
@@ -143,23 +209,23 @@ impl Reader<'_> {
 }
 
 /// One little-endian component at the start of `bytes`, which are at least as long as it.
-fn component(bytes: &[u8], kind: DataType, normalised: bool) -> f64 {
+fn component(bytes: &[u8], kind: Component, normalised: bool) -> f64 {
     let (value, largest) = match kind {
-        DataType::I8 => (f64::from(bytes[0] as i8), f64::from(i8::MAX)),
-        DataType::U8 => (f64::from(bytes[0]), f64::from(u8::MAX)),
-        DataType::I16 => (
+        Component::I8 => (f64::from(bytes[0] as i8), f64::from(i8::MAX)),
+        Component::U8 => (f64::from(bytes[0]), f64::from(u8::MAX)),
+        Component::I16 => (
             f64::from(i16::from_le_bytes([bytes[0], bytes[1]])),
             f64::from(i16::MAX),
         ),
-        DataType::U16 => (
+        Component::U16 => (
             f64::from(u16::from_le_bytes([bytes[0], bytes[1]])),
             f64::from(u16::MAX),
         ),
-        DataType::U32 => (
+        Component::U32 => (
             f64::from(u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])),
             f64::from(u32::MAX),
         ),
-        DataType::F32 => {
+        Component::F32 => {
             return f64::from(f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]));
         }
     };

@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use super::gltf_extension;
+use super::gltf_json::Node;
 use super::gltf_light::{self, GltfCamera};
 use super::gltf_material::MaterialReader;
 use super::gltf_mesh::PrimitiveReader;
@@ -10,12 +12,6 @@ use super::object::Objects;
 use super::{Lamp, Mesh};
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 
-/// Extensions that are honoured; any other gets a warning.
-const HONOURED: [&str; 3] = [
-    "KHR_lights_punctual",
-    "KHR_materials_emissive_strength",
-    "KHR_mesh_quantization",
-];
 /// glTF has +y up, the world +z: x → x, y → z, z → -y.
 const WORLD_FROM_GLTF: DMat3 = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::NEG_Y);
 
@@ -37,6 +33,7 @@ pub(super) fn read_into(
     objects: &mut Objects,
 ) -> Result<(), GltfError> {
     let source = GltfSource::read(path)?;
+    gltf_extension::refuse_required(&source)?;
     let Contents {
         meshes,
         lamps,
@@ -79,82 +76,81 @@ struct Walk<'a> {
 impl<'a> Walk<'a> {
     fn warn_about_file(&mut self) {
         let document = &self.source.document;
-        for extension in document
-            .extensions_used()
-            .filter(|name| !HONOURED.contains(name))
-        {
-            self.materials
-                .warn(&format!("extension {extension} is not used"));
+        for warning in gltf_extension::warnings(document) {
+            self.materials.warn(&warning);
         }
-        if document.animations().len() > 0 {
+        if !document.animations.is_empty() {
             self.materials
                 .warn("animations are not used; nodes stand in their rest position");
         }
-        if document.skins().len() > 0 {
+        if !document.skins.is_empty() {
             self.materials
                 .warn("skins are not used; meshes stand in their rest position");
         }
     }
 
-    fn root_nodes(&self) -> Vec<gltf::Node<'a>> {
-        let document = &self.source.document;
-        if let Some(scene) = document
-            .default_scene()
-            .or_else(|| document.scenes().next())
+    fn warn_about_light(&mut self, index: usize) {
+        match self.source.document.extensions.punctual.lights[index]
+            .shape
+            .as_str()
         {
-            return scene.nodes().collect();
+            "directional" => self
+                .materials
+                .warn("directional lights are not used; describe the sun in the scene file"),
+            other => self.materials.warn(&format!(
+                "light {index} is of the unknown type {other:?} and is not used"
+            )),
         }
-        let mut is_child = vec![false; document.nodes().len()];
-        document
-            .nodes()
-            .flat_map(|node| node.children())
-            .for_each(|child| is_child[child.index()] = true);
-        document
-            .nodes()
-            .filter(|node| !is_child[node.index()])
+    }
+
+    fn root_nodes(&self) -> Vec<usize> {
+        let document = &self.source.document;
+        let scene = document.scene.map(|scene| &document.scenes[scene]);
+        if let Some(scene) = scene.or(document.scenes.first()) {
+            return scene.nodes.clone();
+        }
+        let mut is_child = vec![false; document.nodes.len()];
+        let children = document.nodes.iter().flat_map(|node| &node.children);
+        children.for_each(|&child| is_child[child] = true);
+        (0..is_child.len())
+            .filter(|&node| !is_child[node])
             .collect()
     }
 
     fn visit_all(&mut self, world_from_gltf: DAffine3) -> Result<(), GltfError> {
-        let mut visited = vec![false; self.source.document.nodes().len()];
-        let mut waiting: Vec<_> = self
-            .root_nodes()
+        let nodes = &self.source.document.nodes;
+        let mut visited = vec![false; nodes.len()];
+        let roots = self.root_nodes();
+        let mut waiting: Vec<_> = roots
             .into_iter()
             .rev()
             .map(|node| (node, world_from_gltf))
             .collect();
-        while let Some((node, world_from_parent)) = waiting.pop() {
-            let place = item("node", node.index(), node.name());
-            if std::mem::replace(&mut visited[node.index()], true) {
+        while let Some((index, world_from_parent)) = waiting.pop() {
+            let node = &nodes[index];
+            let place = item("node", index, node.name.as_deref());
+            if std::mem::replace(&mut visited[index], true) {
                 return Err(self.source.resource(
                     &place,
-                    "must be reached once, but has two parents or is inside itself",
+                    "must be reached once, but the scene lists it twice or below another of its nodes",
                 ));
             }
-            let world_from_node = world_from_parent * self.local_transform(&node, &place)?;
-            self.visit(&node, &world_from_node)?;
-            let children: Vec<_> = node.children().collect();
-            waiting.extend(
-                children
-                    .into_iter()
-                    .rev()
-                    .map(|child| (child, world_from_node)),
-            );
+            if !gltf_extension::is_visible(node) {
+                continue;
+            }
+            let world_from_node = world_from_parent * self.local_transform(node, &place)?;
+            self.visit(node, &world_from_node)?;
+            let children = node.children.iter().rev();
+            waiting.extend(children.map(|&child| (child, world_from_node)));
         }
         Ok(())
     }
 
-    fn local_transform(&self, node: &gltf::Node<'_>, place: &str) -> Result<DAffine3, GltfError> {
-        let transform = match node.transform() {
-            gltf::scene::Transform::Matrix { matrix } => DAffine3::from_mat4(
-                DMat4::from_cols_array_2d(&matrix.map(|column| column.map(f64::from))),
-            ),
-            gltf::scene::Transform::Decomposed {
-                translation,
-                rotation,
-                scale,
-            } => {
-                let rotation = DQuat::from_array(rotation.map(f64::from));
+    fn local_transform(&self, node: &Node, place: &str) -> Result<DAffine3, GltfError> {
+        let transform = match node.matrix {
+            Some(matrix) => DAffine3::from_mat4(DMat4::from_cols_array(&matrix)),
+            None => {
+                let rotation = DQuat::from_array(node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]));
                 if !(rotation.length() > 0.0 && rotation.is_finite()) {
                     return Err(self.source.value(
                         format!("{place} rotation"),
@@ -163,9 +159,9 @@ impl<'a> Walk<'a> {
                     ));
                 }
                 DAffine3::from_scale_rotation_translation(
-                    DVec3::from_array(scale.map(f64::from)),
+                    DVec3::from_array(node.scale.unwrap_or([1.0; 3])),
                     rotation.normalize(),
-                    DVec3::from_array(translation.map(f64::from)),
+                    DVec3::from_array(node.translation.unwrap_or_default()),
                 )
             }
         };
@@ -179,35 +175,35 @@ impl<'a> Walk<'a> {
         Ok(transform)
     }
 
-    fn visit(
-        &mut self,
-        node: &gltf::Node<'_>,
-        world_from_node: &DAffine3,
-    ) -> Result<(), GltfError> {
-        if let Some(mesh) = node.mesh() {
-            for primitive in mesh.primitives() {
-                let name = item("mesh", mesh.index(), mesh.name());
+    fn visit(&mut self, node: &Node, world_from_node: &DAffine3) -> Result<(), GltfError> {
+        if let Some(index) = node.mesh {
+            let mesh = &self.source.document.meshes[index];
+            let name = item("mesh", index, mesh.name.as_deref());
+            for (i, primitive) in mesh.primitives.iter().enumerate() {
                 let mut reader = PrimitiveReader {
                     source: self.source,
                     materials: &mut self.materials,
                     world_from_node,
-                    place: format!("{name} primitive {}", primitive.index()),
+                    place: format!("{name} primitive {i}"),
                     dropped: 0,
                 };
-                self.meshes.extend(reader.read(&primitive)?);
+                self.meshes.extend(reader.read(primitive)?);
                 self.dropped += reader.dropped;
             }
         }
-        if let Some(light) = node.light() {
-            match gltf_light::read_light(self.source, &light, world_from_node)? {
+        if let Some(light) = &node.extensions.light {
+            match gltf_light::read_light(self.source, light.light, world_from_node)? {
                 Some(lamp) => self.lamps.push(lamp),
-                None => self
-                    .materials
-                    .warn("directional lights are not used; describe the sun in the scene file"),
+                None => self.warn_about_light(light.light),
             }
         }
-        if let (Some(camera), None) = (node.camera(), &self.camera) {
-            *self.camera = gltf_light::read_camera(self.source, &camera, world_from_node)?;
+        if let (Some(camera), None) = (node.camera, &self.camera) {
+            *self.camera = gltf_light::read_camera(self.source, camera, world_from_node)?;
+            if self.camera.is_none() {
+                self.materials.warn(&format!(
+                    "camera {camera} is not used; only perspective ones of less than half a turn are"
+                ));
+            }
         }
         Ok(())
     }

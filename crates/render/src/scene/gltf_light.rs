@@ -1,12 +1,13 @@
 //! glTF punctual lights as lamps, and glTF cameras.
 
 use glam::{DAffine3, DVec3};
-use gltf::khr_lights_punctual::Kind;
 
 use super::camera::MAX_SIDE_PX;
 use super::gltf_resource::{GltfError, GltfSource, item};
 use super::{Camera, Falloff, Lamp};
 
+/// Smallest vertical field of view, radians.
+const LEAST_FIELD: f64 = 1e-6;
 /// Rows of the table for the soft edge of a spot light.
 const SOFT_EDGE_ROWS: u32 = 64;
 /// Smallest difference of the cosines of a spot light's inner and outer angle (the extension's recommendation).
@@ -16,21 +17,21 @@ const DEFAULT_WIDTH: u32 = 1280;
 /// Aspect ratio of a glTF camera that has none of its own.
 const DEFAULT_ASPECT: f64 = 16.0 / 9.0;
 
-/// Reads a point or spot light; `None` for directional ones. Candela count as W/sr.
+/// Reads a point or spot light, by its index; `None` for any other. Candela count as W/sr.
 pub(super) fn read_light(
     source: &GltfSource,
-    light: &gltf::khr_lights_punctual::Light<'_>,
+    index: usize,
     world_from_node: &DAffine3,
 ) -> Result<Option<Lamp>, GltfError> {
-    let place = item("light", light.index(), light.name());
-    let (half_angle_deg, falloff) = match light.kind() {
-        Kind::Directional => return Ok(None),
-        Kind::Point => (180.0, Falloff::Uniform),
-        Kind::Spot {
-            inner_cone_angle,
-            outer_cone_angle,
-        } => {
-            let (inner, outer) = (f64::from(inner_cone_angle), f64::from(outer_cone_angle));
+    let light = &source.document.extensions.punctual.lights[index];
+    let place = item("light", index, light.name.as_deref());
+    let (half_angle_deg, falloff) = match light.shape.as_str() {
+        "point" => (180.0, Falloff::Uniform),
+        "spot" => {
+            let Some(spot) = &light.spot else {
+                return Err(source.resource(&place, "lacks the required field `spot`"));
+            };
+            let (inner, outer) = (spot.inner_cone_angle, spot.outer_cone_angle);
             if !(0.0 <= inner && inner <= outer && 0.0 < outer && outer <= std::f64::consts::PI) {
                 let expected = "0 <= inner <= outer <= pi radians, outer > 0";
                 return Err(source.value(
@@ -41,10 +42,9 @@ pub(super) fn read_light(
             }
             (outer.to_degrees(), spot_falloff(inner, outer))
         }
+        _ => return Ok(None),
     };
-    let intensity = light
-        .color()
-        .map(|channel| f64::from(channel) * f64::from(light.intensity()));
+    let intensity = light.color.map(|channel| channel * light.intensity);
     if !intensity
         .iter()
         .all(|channel| (0.0..=1e12).contains(channel))
@@ -56,7 +56,7 @@ pub(super) fn read_light(
         ));
     }
     let (position_m, forward, _) = pose(source, world_from_node, &place)?;
-    let name = lamp_name(light.name(), light.index());
+    let name = lamp_name(light.name.as_deref(), index);
     Ok(Some(Lamp {
         name,
         position_m,
@@ -142,25 +142,32 @@ pub(super) struct GltfCamera {
     aspect: f64,
 }
 
-/// Reads a perspective camera; `None` for orthographic ones.
+/// Reads a perspective camera; `None` for others and for views of half a turn and more, which no picture can show.
 pub(super) fn read_camera(
     source: &GltfSource,
-    camera: &gltf::Camera<'_>,
+    index: usize,
     world_from_node: &DAffine3,
 ) -> Result<Option<GltfCamera>, GltfError> {
-    let place = item("camera", camera.index(), camera.name());
-    let Some(perspective) = &source.document.as_json().cameras[camera.index()].perspective else {
+    let camera = &source.document.cameras[index];
+    let place = item("camera", index, camera.name.as_deref());
+    if camera.projection != "perspective" {
         return Ok(None);
+    }
+    let Some(perspective) = &camera.perspective else {
+        return Err(source.resource(&place, "lacks the required field `perspective`"));
     };
-    let vertical_field = f64::from(perspective.yfov);
-    if !(vertical_field > 0.0 && vertical_field < std::f64::consts::PI) {
+    let vertical_field = perspective.yfov;
+    if vertical_field >= std::f64::consts::PI {
+        return Ok(None);
+    }
+    if vertical_field < LEAST_FIELD {
         return Err(source.value(
             format!("{place} yfov"),
-            "in (0, pi) radians",
+            "in [1e-6, pi) radians",
             vertical_field,
         ));
     }
-    let aspect = perspective.aspect_ratio.map_or(DEFAULT_ASPECT, f64::from);
+    let aspect = perspective.aspect_ratio.unwrap_or(DEFAULT_ASPECT);
     if !(aspect > 0.0 && aspect.is_finite()) {
         return Err(source.value(format!("{place} aspectRatio"), "> 0", aspect));
     }

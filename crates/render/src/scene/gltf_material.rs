@@ -2,11 +2,16 @@
 
 use std::collections::HashMap;
 
-use gltf::material::AlphaMode;
-use gltf::texture::{MagFilter, WrappingMode};
+use glam::{DAffine2, DVec2};
 
+use super::gltf_json::{self, TextureInfo};
 use super::gltf_resource::{GltfError, GltfSource, item};
-use super::{Encoding, Material, Texture, TextureFilter};
+use super::{Encoding, Material, Texture, TextureFilter, texture};
+
+/// The file's code for looking up the nearest texel.
+const NEAREST: u64 = 9728;
+/// The file's code for textures that repeat.
+const REPEAT: u64 = 10497;
 
 /// Reads the materials of one file as they are asked for, each once.
 pub(super) struct MaterialReader<'a> {
@@ -18,13 +23,13 @@ pub(super) struct MaterialReader<'a> {
     read_textures: HashMap<(usize, TextureFilter), usize>,
 }
 
-/// A material of the scene, and which texture coordinates it needs.
+/// A material of the scene, and where its texture is looked up.
 #[derive(Clone, Copy)]
 pub(super) struct Surface {
     /// Index into the scene's materials.
     pub(super) material: usize,
-    /// Set of texture coordinates, if it has a texture.
-    pub(super) tex_coord: Option<u32>,
+    /// Set of texture coordinates and what is done to them, if it has a texture.
+    pub(super) look_up: Option<(u32, DAffine2)>,
 }
 
 impl<'a> MaterialReader<'a> {
@@ -53,31 +58,32 @@ impl<'a> MaterialReader<'a> {
         }
     }
 
-    /// The scene's material for a material of the file.
-    pub(super) fn surface(&mut self, material: &gltf::Material<'_>) -> Result<Surface, GltfError> {
-        if let Some(surface) = self.read_materials.get(&material.index()) {
+    /// The scene's material for a material of the file, by its index; `None` is the format's default material.
+    pub(super) fn surface(&mut self, index: Option<usize>) -> Result<Surface, GltfError> {
+        if let Some(surface) = self.read_materials.get(&index) {
             return Ok(*surface);
         }
-        let place = material
-            .index()
-            .map_or("default material".to_string(), |i| {
-                item("material", i, material.name())
-            });
-        self.warn_about(material, &place);
-        let pbr = material.pbr_metallic_roughness();
-        let [r, g, b, _] = pbr.base_color_factor().map(f64::from);
-        if ![r, g, b].iter().all(|factor| (0.0..=1.0).contains(factor)) {
-            return Err(self.source.value(
-                format!("{place} baseColorFactor"),
-                "in [0, 1]",
-                [r, g, b],
-            ));
+        let (default, source) = (gltf_json::Material::default(), self.source);
+        let (material, place) = match index {
+            Some(i) => {
+                let material = &source.document.materials[i];
+                (material, item("material", i, material.name.as_deref()))
+            }
+            None => (&default, "default material".to_string()),
+        };
+        if index.is_some() {
+            self.warn_about(material, &place);
         }
-        let base = pbr.base_color_texture();
-        let texture = base
-            .as_ref()
-            .map(|info| self.texture(&info.texture()))
-            .transpose()?;
+        let base = Base::of(material);
+        let [r, g, b, _] = base.factor;
+        if ![r, g, b].iter().all(|factor| (0.0..=1.0).contains(factor)) {
+            let place = format!("{place} {}", base.name);
+            return Err(source.value(place, "in [0, 1]", [r, g, b]));
+        }
+        let texture = match base.texture {
+            Some(info) => self.texture(info.index)?,
+            None => None,
+        };
         let emission = self.emission(material, &place)?;
         self.materials.push(Material {
             reflectance: [r, g, b],
@@ -86,28 +92,30 @@ impl<'a> MaterialReader<'a> {
         });
         let surface = Surface {
             material: self.materials.len() - 1,
-            tex_coord: base.map(|info| info.tex_coord()),
+            look_up: base.texture.filter(|_| texture.is_some()).map(look_up),
         };
-        self.read_materials.insert(material.index(), surface);
+        self.read_materials.insert(index, surface);
         Ok(surface)
     }
 
-    fn warn_about(&mut self, material: &gltf::Material<'_>, place: &str) {
-        let pbr = material.pbr_metallic_roughness();
-        // A material of the file that says nothing is metallic by the format's default and means nothing by it.
-        if material.index().is_some()
-            && (pbr.metallic_factor() > 0.0 || pbr.metallic_roughness_texture().is_some())
-        {
+    fn warn_about(&mut self, material: &gltf_json::Material, place: &str) {
+        let pbr = &material.pbr_metallic_roughness;
+        let is_metallic = pbr.metallic_factor > 0.0 || pbr.metallic_roughness_texture.is_some();
+        if is_metallic && material.extensions.specular_glossiness.is_none() {
             self.warn(&format!(
                 "{place} is metallic; it is rendered as a Lambertian surface of its base colour"
             ));
         }
-        if material.alpha_mode() != AlphaMode::Opaque {
+        if material
+            .alpha_mode
+            .as_ref()
+            .is_some_and(|mode| mode != "OPAQUE")
+        {
             self.warn(&format!(
                 "{place} is transparent in places; it is rendered opaque"
             ));
         }
-        if material.normal_texture().is_some() {
+        if material.normal_texture.is_some() {
             self.warn(&format!("{place} has a normal map, which is not used"));
         }
     }
@@ -115,13 +123,12 @@ impl<'a> MaterialReader<'a> {
     /// Emitted radiance, W/(m² sr). A texture counts with its mean value over the whole surface.
     fn emission(
         &mut self,
-        material: &gltf::Material<'_>,
+        material: &gltf_json::Material,
         place: &str,
     ) -> Result<[f64; 3], GltfError> {
-        let strength = f64::from(material.emissive_strength().unwrap_or(1.0));
-        let factor = material
-            .emissive_factor()
-            .map(|factor| f64::from(factor) * strength);
+        let strength = material.extensions.emissive_strength.as_ref();
+        let strength = strength.map_or(1.0, |strength| strength.emissive_strength);
+        let factor = material.emissive_factor.map(|factor| factor * strength);
         if !factor
             .iter()
             .all(|radiance| (0.0..=1e12).contains(radiance))
@@ -132,51 +139,109 @@ impl<'a> MaterialReader<'a> {
                 factor,
             ));
         }
-        let Some(info) = material.emissive_texture().filter(|_| factor != [0.0; 3]) else {
+        let info = material.emissive_texture.as_ref();
+        let Some(info) = info.filter(|_| factor != [0.0; 3]) else {
+            return Ok(factor);
+        };
+        let Some(image) = self.image_of(info.index) else {
             return Ok(factor);
         };
         self.warn(&format!(
             "{place} has an emissive texture; its mean is emitted all over the surface"
         ));
-        let mean = self
-            .decode(&info.texture(), TextureFilter::Bilinear)?
-            .mean();
+        let mean = self.decode(image, TextureFilter::Bilinear)?.mean();
         Ok(std::array::from_fn(|k| factor[k] * mean[k]))
     }
 
-    fn texture(&mut self, texture: &gltf::Texture<'_>) -> Result<usize, GltfError> {
-        let sampler = texture.sampler();
-        if sampler.wrap_s() != WrappingMode::Repeat || sampler.wrap_t() != WrappingMode::Repeat {
+    /// The scene's texture for a texture of the file; `None` where that has no image, which counts as white.
+    fn texture(&mut self, index: usize) -> Result<Option<usize>, GltfError> {
+        let Some(image) = self.image_of(index) else {
+            return Ok(None);
+        };
+        let document = &self.source.document;
+        let sampler = document.textures[index].sampler;
+        let sampler = sampler.map(|sampler| &document.samplers[sampler]);
+        let code = |field: fn(&gltf_json::Sampler) -> Option<u64>| sampler.and_then(field);
+        let wraps = [
+            code(|sampler| sampler.wrap_s),
+            code(|sampler| sampler.wrap_t),
+        ];
+        if wraps.into_iter().flatten().any(|wrap| wrap != REPEAT) {
             self.warn(&format!(
-                "texture {} does not repeat in the file; it does here",
-                texture.index()
+                "texture {index} does not repeat in the file; it does here"
             ));
         }
-        let nearest = sampler.mag_filter() == Some(MagFilter::Nearest);
-        let filter = if nearest {
+        let filter = if code(|sampler| sampler.mag_filter) == Some(NEAREST) {
             TextureFilter::Nearest
         } else {
             TextureFilter::Bilinear
         };
-        let key = (texture.source().index(), filter);
+        let key = (image, filter);
         if let Some(&index) = self.read_textures.get(&key) {
-            return Ok(index);
+            return Ok(Some(index));
         }
-        let decoded = self.decode(texture, filter)?;
+        let decoded = self.decode(image, filter)?;
         self.textures.push(decoded);
         self.read_textures.insert(key, self.textures.len() - 1);
-        Ok(self.textures.len() - 1)
+        Ok(Some(self.textures.len() - 1))
     }
 
-    fn decode(
-        &self,
-        texture: &gltf::Texture<'_>,
-        filter: TextureFilter,
-    ) -> Result<Texture, GltfError> {
-        let index = texture.source().index();
-        let bytes = self.source.image_bytes(index)?;
-        let uri = self.source.document.as_json().images[index].uri.as_deref();
-        Texture::from_bytes(&bytes, Encoding::Srgb, filter)
-            .map_err(|reason| self.source.resource(&item("image", index, uri), reason))
+    /// The image of a texture. The format lets an extension bring one instead, which is not read.
+    fn image_of(&mut self, texture: usize) -> Option<usize> {
+        let image = self.source.document.textures[texture].source;
+        if image.is_none() {
+            self.warn(&format!(
+                "texture {texture} has no source that is read here; it counts as white"
+            ));
+        }
+        image
     }
+
+    fn decode(&self, image: usize, filter: TextureFilter) -> Result<Texture, GltfError> {
+        let bytes = self.source.image_bytes(image)?;
+        let uri = self.source.document.images[image].uri.as_deref();
+        let room = texture::room_beside(self.textures);
+        Texture::from_bytes(&bytes, Encoding::Srgb, filter, room)
+            .map_err(|reason| self.source.resource(&item("image", image, uri), reason))
+    }
+}
+
+/// What a material's reflectance is made of.
+struct Base<'a> {
+    /// The file's name for the factor.
+    name: &'static str,
+    factor: [f64; 4],
+    texture: Option<&'a TextureInfo>,
+}
+
+impl<'a> Base<'a> {
+    /// The diffuse part of the specular-glossiness model where the material has that, else the base colour.
+    fn of(material: &'a gltf_json::Material) -> Self {
+        match &material.extensions.specular_glossiness {
+            Some(model) => Self {
+                name: "diffuseFactor",
+                factor: model.diffuse_factor,
+                texture: model.diffuse_texture.as_ref(),
+            },
+            None => Self {
+                name: "baseColorFactor",
+                factor: material.pbr_metallic_roughness.base_color_factor,
+                texture: material.pbr_metallic_roughness.base_color_texture.as_ref(),
+            },
+        }
+    }
+}
+
+/// Set of texture coordinates and what is done to them: scaled, turned, moved.
+fn look_up(info: &TextureInfo) -> (u32, DAffine2) {
+    let Some(transform) = &info.extensions.transform else {
+        return (info.tex_coord, DAffine2::IDENTITY);
+    };
+    // Counter-clockwise as the picture is seen, whose v points downwards.
+    let placed = DAffine2::from_scale_angle_translation(
+        DVec2::from_array(transform.scale),
+        -transform.rotation,
+        DVec2::from_array(transform.offset),
+    );
+    (transform.tex_coord.unwrap_or(info.tex_coord), placed)
 }

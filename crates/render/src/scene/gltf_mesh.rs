@@ -1,16 +1,18 @@
 //! glTF primitives as triangle meshes in world space.
 
-use glam::{DAffine3, DMat3, DVec3};
-use gltf::mesh::Mode;
-use gltf::{Primitive, Semantic};
+use glam::{DAffine2, DAffine3, DMat3, DVec2, DVec3};
 
 use super::Mesh;
-use super::gltf_accessor as accessor;
+use super::gltf_accessor::{self as accessor, OF_INDICES, OF_VERTICES};
+use super::gltf_json::Primitive;
 use super::gltf_material::MaterialReader;
 use super::gltf_resource::{GltfError, GltfSource};
 
 /// Largest coordinate of a vertex, m.
 const LARGEST_COORDINATE_M: f64 = 1e12;
+
+/// Smallest area, doubled, of a triangle: its normal exists in single precision.
+const LEAST_DOUBLED_AREA_M2: f64 = 1e-18;
 
 /// Reads one primitive of one node.
 pub(super) struct PrimitiveReader<'w, 'a> {
@@ -19,37 +21,40 @@ pub(super) struct PrimitiveReader<'w, 'a> {
     pub(super) world_from_node: &'w DAffine3,
     /// Name for messages, such as `mesh 0 (hull) primitive 1`.
     pub(super) place: String,
-    /// Triangles left out because they have no area.
+    /// Triangles left out because they have next to no area.
     pub(super) dropped: usize,
 }
 
 impl PrimitiveReader<'_, '_> {
     /// The mesh; `None` when no triangle is left.
-    pub(super) fn read(&mut self, primitive: &Primitive<'_>) -> Result<Option<Mesh>, GltfError> {
-        if matches!(
-            primitive.mode(),
-            Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip
-        ) {
+    pub(super) fn read(&mut self, primitive: &Primitive) -> Result<Option<Mesh>, GltfError> {
+        let Some(mode) = Mode::of(primitive.mode) else {
             self.materials.warn(&format!(
                 "{}: points and lines are not rendered",
                 self.place
             ));
             return Ok(None);
-        }
-        if primitive.get(&Semantic::Colors(0)).is_some() {
+        };
+        if primitive.attributes.contains_key("COLOR_0") {
             self.materials
                 .warn(&format!("{}: vertex colours are not used", self.place));
         }
-        let surface = self.materials.surface(&primitive.material())?;
-        let positions = self.positions(primitive)?;
+        let Some(positions) = self.positions(primitive)? else {
+            self.materials.warn(&format!(
+                "{}: has no POSITION attribute and is not rendered",
+                self.place
+            ));
+            return Ok(None);
+        };
+        let surface = self.materials.surface(primitive.material)?;
         let indices = self.indices(primitive, positions.len())?;
-        let triangles = self.triangles(primitive.mode(), &indices, &positions)?;
+        let triangles = self.triangles(mode, &indices, &positions)?;
         if triangles.is_empty() {
             return Ok(None);
         }
         let normals = self.normals(primitive, positions.len())?;
-        let uvs = match surface.tex_coord {
-            Some(set) => self.uvs(primitive, set, positions.len())?,
+        let uvs = match surface.look_up {
+            Some((set, transform)) => self.uvs(primitive, set, transform, positions.len())?,
             None => Vec::new(),
         };
         Ok(Some(Mesh {
@@ -64,15 +69,15 @@ impl PrimitiveReader<'_, '_> {
     /// An attribute with one finite element per vertex; `None` when the primitive has none of that name.
     fn attribute<const N: usize>(
         &self,
-        primitive: &Primitive<'_>,
-        semantic: &Semantic,
+        primitive: &Primitive,
+        name: &str,
         vertices: Option<usize>,
     ) -> Result<Option<Vec<[f64; N]>>, GltfError> {
-        let Some(accessor) = primitive.get(semantic) else {
+        let Some(&accessor) = primitive.attributes.get(name) else {
             return Ok(None);
         };
-        let place = format!("{} {}", self.place, semantic.to_string());
-        let elements: Vec<[f64; N]> = accessor::read(self.source, &accessor, &place)?;
+        let place = format!("{} {name}", self.place);
+        let elements: Vec<[f64; N]> = accessor::read(self.source, accessor, OF_VERTICES, &place)?;
         if let Some(vertices) = vertices.filter(|vertices| *vertices != elements.len()) {
             let expected = format!("{vertices}, the number of positions");
             return Err(self
@@ -90,12 +95,11 @@ impl PrimitiveReader<'_, '_> {
         }
     }
 
-    fn positions(&self, primitive: &Primitive<'_>) -> Result<Vec<DVec3>, GltfError> {
-        let local = self.attribute::<3>(primitive, &Semantic::Positions, None)?;
-        let local = local.ok_or_else(|| {
-            self.source
-                .resource(&self.place, "must have a POSITION attribute")
-        })?;
+    /// Positions in the world, if there are any.
+    fn positions(&self, primitive: &Primitive) -> Result<Option<Vec<DVec3>>, GltfError> {
+        let Some(local) = self.attribute::<3>(primitive, "POSITION", None)? else {
+            return Ok(None);
+        };
         let to_world = |p: &[f64; 3]| self.world_from_node.transform_point3(DVec3::from_array(*p));
         let world: Vec<DVec3> = local.iter().map(to_world).collect();
         let near = |p: &DVec3| p.is_finite() && p.abs().max_element() <= LARGEST_COORDINATE_M;
@@ -108,18 +112,13 @@ impl PrimitiveReader<'_, '_> {
                     world[i].to_array(),
                 ))
             }
-            None => Ok(world),
+            None => Ok(Some(world)),
         }
     }
 
     /// Unit normals in the world; empty where the primitive has none or one of them has no direction.
-    fn normals(
-        &mut self,
-        primitive: &Primitive<'_>,
-        vertices: usize,
-    ) -> Result<Vec<DVec3>, GltfError> {
-        let Some(local) = self.attribute::<3>(primitive, &Semantic::Normals, Some(vertices))?
-        else {
+    fn normals(&mut self, primitive: &Primitive, vertices: usize) -> Result<Vec<DVec3>, GltfError> {
+        let Some(local) = self.attribute::<3>(primitive, "NORMAL", Some(vertices))? else {
             return Ok(Vec::new());
         };
         // The cofactor matrix, which is the inverse transpose but for a factor, and exists for any matrix.
@@ -141,28 +140,40 @@ impl PrimitiveReader<'_, '_> {
         Ok(world.unwrap_or_default())
     }
 
+    /// Coordinates in the texture: those of the set, transformed.
     fn uvs(
         &self,
-        primitive: &Primitive<'_>,
+        primitive: &Primitive,
         set: u32,
+        transform: DAffine2,
         vertices: usize,
     ) -> Result<Vec<[f32; 2]>, GltfError> {
-        let uvs = self.attribute::<2>(primitive, &Semantic::TexCoords(set), Some(vertices))?;
-        let reason = || format!("must have TEXCOORD_{set}, which its material's texture needs");
+        let name = format!("TEXCOORD_{set}");
+        let uvs = self.attribute::<2>(primitive, &name, Some(vertices))?;
+        let reason = || format!("must have {name}, which its material's texture needs");
         let uvs = uvs.ok_or_else(|| self.source.resource(&self.place, reason()))?;
-        Ok(uvs
-            .into_iter()
-            .map(|uv| uv.map(|value| value as f32))
-            .collect())
+        let looked_up = |uv: &[f64; 2]| transform.transform_point2(DVec2::from_array(*uv));
+        let uvs: Vec<DVec2> = uvs.iter().map(looked_up).collect();
+        match uvs.iter().position(|uv| !uv.as_vec2().is_finite()) {
+            Some(i) => Err(self.source.value(
+                format!(
+                    "{} {name} {i} after its material's KHR_texture_transform",
+                    self.place
+                ),
+                "within single precision",
+                uvs[i].to_array(),
+            )),
+            None => Ok(uvs.iter().map(|uv| uv.as_vec2().to_array()).collect()),
+        }
     }
 
-    fn indices(&self, primitive: &Primitive<'_>, vertices: usize) -> Result<Vec<u32>, GltfError> {
-        let Some(accessor) = primitive.indices() else {
+    fn indices(&self, primitive: &Primitive, vertices: usize) -> Result<Vec<u32>, GltfError> {
+        let Some(accessor) = primitive.indices else {
             // An accessor has far fewer elements than 2³².
             return Ok((0..vertices as u32).collect());
         };
         let place = format!("{} index", self.place);
-        let elements: Vec<[f64; 1]> = accessor::read(self.source, &accessor, &place)?;
+        let elements: Vec<[f64; 1]> = accessor::read(self.source, accessor, OF_INDICES, &place)?;
         let valid = |index: f64| index >= 0.0 && index < vertices as f64 && index.fract() == 0.0;
         match elements.iter().position(|[index]| !valid(*index)) {
             Some(i) => {
@@ -177,7 +188,7 @@ impl PrimitiveReader<'_, '_> {
         }
     }
 
-    /// The triangles that have an area, their front counter-clockwise in the world.
+    /// The triangles that have an area worth the name, their front counter-clockwise in the world.
     fn triangles(
         &mut self,
         mode: Mode,
@@ -191,7 +202,7 @@ impl PrimitiveReader<'_, '_> {
         let all = listed_triangles(mode, indices);
         let has_area = |t: &[u32; 3]| {
             let [a, b, c] = t.map(|i| positions[i as usize]);
-            (b - a).cross(c - a) != DVec3::ZERO
+            (b - a).cross(c - a).length() >= LEAST_DOUBLED_AREA_M2
         };
         let mut kept: Vec<[u32; 3]> = all.iter().filter(|t| has_area(t)).copied().collect();
         self.dropped += all.len() - kept.len();
@@ -199,6 +210,26 @@ impl PrimitiveReader<'_, '_> {
             kept.iter_mut().for_each(|triangle| triangle.swap(1, 2));
         }
         Ok(kept)
+    }
+}
+
+/// How the vertices of a primitive form triangles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Mode {
+    Triangles,
+    TriangleStrip,
+    TriangleFan,
+}
+
+impl Mode {
+    /// What the file's code stands for; `None` for points and lines.
+    fn of(code: Option<u64>) -> Option<Self> {
+        match code {
+            None | Some(4) => Some(Self::Triangles),
+            Some(5) => Some(Self::TriangleStrip),
+            Some(6) => Some(Self::TriangleFan),
+            Some(_) => None,
+        }
     }
 }
 

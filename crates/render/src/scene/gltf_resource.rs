@@ -1,14 +1,22 @@
 //! A glTF file in memory: the document, its buffers and the bytes of its images.
 
+use std::borrow::Cow;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD as BASE64;
-use gltf::{Document, Gltf};
 
+use super::gltf_json::{Buffer, Document};
+
+/// First bytes of a binary glTF file.
+const GLB_MAGIC: &[u8] = b"glTF";
 /// Bytes of the header of a binary glTF file.
-const GLB_HEADER_BYTES: u32 = 12;
+const GLB_HEADER_BYTES: usize = 12;
+/// Bytes of the header of one of its chunks: length and kind.
+const CHUNK_HEADER_BYTES: usize = 8;
+const CHUNK_JSON: &[u8] = b"JSON";
+const CHUNK_BINARY: &[u8] = b"BIN\0";
 
 /// Why a glTF file cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -58,7 +66,8 @@ pub(super) struct GltfSource {
     pub(super) file: String,
     folder: PathBuf,
     pub(super) document: Document,
-    buffers: Vec<Vec<u8>>,
+    /// `None` for a buffer that has no bytes of its own, which an extension may fill.
+    buffers: Vec<Option<Vec<u8>>>,
 }
 
 impl GltfSource {
@@ -73,7 +82,8 @@ impl GltfSource {
             file: file.clone(),
             reason,
         };
-        let (document, blob) = parse(&bytes).map_err(malformed)?;
+        let chunks = Chunks::split(&bytes).map_err(malformed)?;
+        let document = Document::parse(chunks.json).map_err(malformed)?;
         let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
         let mut source = Self {
             file,
@@ -81,33 +91,33 @@ impl GltfSource {
             document,
             buffers: Vec::new(),
         };
-        source.buffers = source.read_buffers(blob)?;
+        source.buffers = source.read_buffers(&chunks)?;
         Ok(source)
     }
 
-    fn read_buffers(&self, mut blob: Option<Vec<u8>>) -> Result<Vec<Vec<u8>>, GltfError> {
-        let read = |buffer: gltf::Buffer<'_>| {
-            let (name, bytes) = match buffer.source() {
-                gltf::buffer::Source::Bin => (
-                    None,
-                    blob.take()
-                        .ok_or("the file has no binary chunk".to_string()),
-                ),
-                gltf::buffer::Source::Uri(uri) => (Some(uri), self.read_uri(uri)),
+    fn read_buffers(&self, chunks: &Chunks<'_>) -> Result<Vec<Option<Vec<u8>>>, GltfError> {
+        let read = |(index, buffer): (usize, &Buffer)| {
+            let item = item("buffer", index, buffer.uri.as_deref());
+            let bytes = match (&buffer.uri, chunks.binary) {
+                (Some(uri), _) => self.read_uri(uri),
+                (None, Some(binary)) if index == 0 => Ok(binary.to_vec()),
+                (None, None) if index == 0 && chunks.is_binary_file => {
+                    Err("the file has no binary chunk".to_string())
+                }
+                (None, _) => return Ok(None),
             };
-            let item = item("buffer", buffer.index(), name);
             let bytes = bytes.map_err(|reason| self.resource(&item, reason))?;
-            if bytes.len() < buffer.length() {
+            if bytes.len() < buffer.byte_length {
                 let reason = format!(
                     "must hold byteLength = {} bytes, got {}",
-                    buffer.length(),
+                    buffer.byte_length,
                     bytes.len()
                 );
                 return Err(self.resource(&item, reason));
             }
-            Ok(bytes)
+            Ok(Some(bytes))
         };
-        self.document.buffers().map(read).collect()
+        self.document.buffers.iter().enumerate().map(read).collect()
     }
 
     /// The bytes of a data URI or of a file beside this one.
@@ -119,32 +129,39 @@ impl GltfSource {
             return Err("only files and data URIs are read, not network addresses".to_string());
         }
         let name = String::from_utf8(percent_decoded(uri)).map_err(|error| error.to_string())?;
-        fs::read(self.folder.join(name)).map_err(|error| error.to_string())
+        let path = self.folder.join(name);
+        let kind = fs::metadata(&path).map_err(|error| error.to_string())?;
+        if !kind.is_file() {
+            return Err("must be a file; a folder, pipe or device is not read".to_string());
+        }
+        fs::read(path).map_err(|error| error.to_string())
     }
 
     /// The encoded bytes of an image.
-    pub(super) fn image_bytes(&self, index: usize) -> Result<Vec<u8>, GltfError> {
-        let image = &self.document.as_json().images[index];
+    pub(super) fn image_bytes(&self, index: usize) -> Result<Cow<'_, [u8]>, GltfError> {
+        let image = &self.document.images[index];
         let item = item("image", index, image.uri.as_deref());
         let bytes = match (&image.uri, image.buffer_view) {
-            (Some(uri), _) => self.read_uri(uri),
-            (None, Some(view)) => {
-                let view = self.document.views().nth(view.value());
-                view.and_then(|view| self.view_bytes(&view))
-                    .map(<[u8]>::to_vec)
-                    .ok_or_else(|| "its buffer view reaches beyond the buffer".to_string())
-            }
+            (Some(uri), _) => self.read_uri(uri).map(Cow::Owned),
+            (None, Some(view)) => self.view_bytes(view).map(Cow::Borrowed),
             (None, None) => Err("must have a uri or a bufferView".to_string()),
         };
         bytes.map_err(|reason| self.resource(&item, reason))
     }
 
-    /// The bytes of a buffer view; `None` when it reaches beyond its buffer.
-    pub(super) fn view_bytes(&self, view: &gltf::buffer::View<'_>) -> Option<&[u8]> {
-        let end = view.offset().checked_add(view.length())?;
-        self.buffers
-            .get(view.buffer().index())?
-            .get(view.offset()..end)
+    /// The bytes of a buffer view, by its index. The error says what is wrong.
+    pub(super) fn view_bytes(&self, index: usize) -> Result<&[u8], String> {
+        let view = &self.document.buffer_views[index];
+        let Some(buffer) = &self.buffers[view.buffer] else {
+            return Err(format!(
+                "buffer {} has no uri, and nothing else that is read here fills it",
+                view.buffer
+            ));
+        };
+        view.byte_offset
+            .checked_add(view.byte_length)
+            .and_then(|end| buffer.get(view.byte_offset..end))
+            .ok_or_else(|| format!("buffer view {index} must not reach beyond its buffer"))
     }
 
     /// The error for an unusable buffer, image or accessor.
@@ -182,60 +199,71 @@ pub(super) fn item(kind: &str, index: usize, name: Option<&str>) -> String {
     }
 }
 
-/// Refuses binary files whose length field cannot be right, which the parser takes for granted.
-fn check_header(bytes: &[u8]) -> Result<(), String> {
-    if !bytes.starts_with(b"glTF") {
-        return Ok(());
-    }
-    let Some(field) = bytes
-        .get(8..12)
-        .and_then(|field| <[u8; 4]>::try_from(field).ok())
-    else {
-        return Err(format!(
-            "the header must have {GLB_HEADER_BYTES} bytes, got {}",
-            bytes.len()
-        ));
-    };
-    let length = u32::from_le_bytes(field);
-    if length < GLB_HEADER_BYTES || length as usize > bytes.len() {
-        return Err(format!(
-            "its header states {length} bytes, the file has {}",
-            bytes.len()
-        ));
-    }
-    Ok(())
+/// The parts of a file.
+struct Chunks<'a> {
+    json: &'a [u8],
+    /// The binary chunk of a binary file.
+    binary: Option<&'a [u8]>,
+    is_binary_file: bool,
 }
 
-/// Parses and validates the file. What validation takes for granted is checked before it.
-fn parse(bytes: &[u8]) -> Result<(Document, Option<Vec<u8>>), String> {
-    check_header(bytes)?;
-    let Gltf { document, blob } =
-        Gltf::from_slice_without_validation(bytes).map_err(|error| describe(&error))?;
-    let json = document.into_json();
-    let accessors = json.accessors.len();
-    for (i, mesh) in json.meshes.iter().enumerate() {
-        for (j, primitive) in mesh.primitives.iter().enumerate() {
-            let listed = primitive.attributes.values().map(|index| index.value());
-            if let Some(index) = listed.max().filter(|index| *index >= accessors) {
-                let place = format!("meshes[{i}].primitives[{j}].attributes");
-                return Err(format!(
-                    "{place} must be accessors below {accessors}, got {index}"
-                ));
-            }
+impl<'a> Chunks<'a> {
+    /// A binary file's chunks; any other file is JSON.
+    fn split(bytes: &'a [u8]) -> Result<Self, String> {
+        if !bytes.starts_with(GLB_MAGIC) {
+            return Ok(Self {
+                json: bytes,
+                binary: None,
+                is_binary_file: false,
+            });
         }
+        let (Some(version), Some(length)) = (word(bytes, 4), word(bytes, 8)) else {
+            return Err(format!(
+                "the header must have {GLB_HEADER_BYTES} bytes, got {}",
+                bytes.len()
+            ));
+        };
+        if version != 2 {
+            return Err(format!("the header must state version 2, got {version}"));
+        }
+        if !(GLB_HEADER_BYTES..=bytes.len()).contains(&length) {
+            return Err(format!(
+                "its header states {length} bytes, the file has {}",
+                bytes.len()
+            ));
+        }
+        let (json, rest) = chunk(&bytes[GLB_HEADER_BYTES..length], CHUNK_JSON)?;
+        let json = json.ok_or("the first chunk must be JSON")?;
+        let (binary, _) = chunk(rest, CHUNK_BINARY)?;
+        Ok(Self {
+            json,
+            binary,
+            is_binary_file: true,
+        })
     }
-    let document = Document::from_json(json).map_err(|error| describe(&error))?;
-    Ok((document, blob))
 }
 
-fn describe(error: &gltf::Error) -> String {
-    match error {
-        gltf::Error::Validation(errors) => match errors.first() {
-            Some((path, error)) => format!("{path}: {error}"),
-            None => error.to_string(),
-        },
-        _ => error.to_string(),
+/// The chunk that `bytes` start with, if it is of the given kind, and what follows it.
+fn chunk<'a>(bytes: &'a [u8], kind: &[u8]) -> Result<(Option<&'a [u8]>, &'a [u8]), String> {
+    if bytes.is_empty() {
+        return Ok((None, bytes));
     }
+    let body = word(bytes, 0).and_then(|length| {
+        let end = length.checked_add(CHUNK_HEADER_BYTES)?;
+        Some((bytes.get(CHUNK_HEADER_BYTES..end)?, &bytes[end..]))
+    });
+    let Some((body, rest)) = body else {
+        return Err("a chunk must not reach beyond the file".to_string());
+    };
+    let is_wanted = &bytes[4..CHUNK_HEADER_BYTES] == kind;
+    Ok((is_wanted.then_some(body), rest))
+}
+
+/// The little-endian number at `place`, if the bytes reach so far.
+fn word(bytes: &[u8], place: usize) -> Option<usize> {
+    let word = bytes.get(place..place + 4)?;
+    let word = u32::from_le_bytes(word.try_into().ok()?);
+    usize::try_from(word).ok()
 }
 
 /// Decodes what follows `data:`.

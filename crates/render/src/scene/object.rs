@@ -8,7 +8,7 @@ use glam::{DAffine3, DMat3, DVec2, DVec3, EulerRot};
 use super::range::Range;
 use super::reader::Table;
 use super::value::Value;
-use super::{Encoding, Material, Quad, SceneError, Texture, TextureFilter, gltf_file};
+use super::{Encoding, Material, Quad, SceneError, Texture, TextureFilter, gltf_file, texture};
 
 const OBJECT_FIELDS: [&str; 7] = [
     "plane",
@@ -22,6 +22,8 @@ const OBJECT_FIELDS: [&str; 7] = [
 const PLANE_FIELDS: [&str; 4] = ["center_m", "normal", "up", "size_m"];
 const TEXTURE_FIELDS: [&str; 4] = ["texture", "encoding", "filter", "tile_m"];
 const REFLECTANCE_EXPECTED: &str = "[r, g, b] in [0, 1] or { texture = \"file.png\" }";
+/// Smallest edge of a plane and of a texture's tile, m.
+const LEAST_EDGE_M: f64 = 1e-6;
 /// Sine of the smallest angle between a plane's normal and its up direction.
 const PARALLEL_SINE: f64 = 1e-9;
 
@@ -75,7 +77,8 @@ impl Objects {
         if reflectance.is_table() {
             let texture = reflectance.as_table(&TEXTURE_FIELDS)?;
             if let Some(tile_m) = texture.optional("tile_m") {
-                quad.tile_m = DVec2::from_array(tile_m.as_numbers(Range::positive("m"))?);
+                quad.tile_m =
+                    DVec2::from_array(tile_m.as_numbers(Range::at_least(LEAST_EDGE_M, "m"))?);
             }
             material.texture = Some(self.add_texture(&texture)?);
         } else if reflectance.is_array() {
@@ -107,7 +110,8 @@ impl Objects {
         if let Some(&index) = self.read.get(&key) {
             return Ok(index);
         }
-        let texture = Texture::read(&key.0, encoding, filter)
+        let room = texture::room_beside(&self.textures);
+        let texture = Texture::read_within(&key.0, encoding, filter, room)
             .map_err(|reason| file.unusable_file(&key.0, reason))?;
         self.textures.push(texture);
         self.read.insert(key, self.textures.len() - 1);
@@ -144,7 +148,7 @@ fn read_plane(value: &Value<'_>) -> Result<Quad, SceneError> {
         });
     }
     let right = right.normalize();
-    let size_m = DVec2::from_array(table.numbers("size_m", Range::positive("m"))?);
+    let size_m = DVec2::from_array(table.numbers("size_m", Range::at_least(LEAST_EDGE_M, "m"))?);
     Ok(Quad {
         centre_m: table.vector("center_m")?,
         half_u: right * (size_m.x / 2.0),

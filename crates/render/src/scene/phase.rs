@@ -5,7 +5,7 @@ use std::str::FromStr;
 use uw_media::phase::{
     Draine, FournierForand, HenyeyGreenstein, Mixture, Phase, Rayleigh, Tabulated,
 };
-use uw_media::{Bands, Iops, MediaError, WaterType};
+use uw_media::{Bands, Iops, MediaError, WaterType, meant};
 
 use super::range::Range;
 use super::reader::Table;
@@ -208,7 +208,13 @@ fn read_parts(parts: &Value<'_>) -> Result<Vec<(f64, Phase)>, SceneError> {
 fn refused(value: &Value<'_>, error: MediaError) -> SceneError {
     match error {
         MediaError::OutOfRange { expected, .. } => value.invalid(expected),
-        MediaError::UnknownName { known, .. } => value.invalid(format!("one of {known}")),
+        MediaError::UnknownName { known, .. } => value.invalid_got(
+            format!("one of {known}"),
+            match meant(value.as_text().unwrap_or_default(), &known) {
+                Some(name) => format!("{} (did you mean {name:?}?)", value.written()),
+                None => value.written(),
+            },
+        ),
         MediaError::BadInterval { expected, .. } => value.invalid(expected),
         other => value.invalid_got(other.to_string(), value.written()),
     }

@@ -29,6 +29,10 @@ impl Range {
             ..Self::non_negative(unit)
         }
     }
+    /// `>= low`.
+    pub(super) const fn at_least(low: f64, unit: &'static str) -> Self {
+        Self::closed(low, f64::INFINITY, unit)
+    }
     /// `[low, high]`.
     pub(super) const fn closed(low: f64, high: f64, unit: &'static str) -> Self {
         Self {
@@ -50,14 +54,6 @@ impl Range {
     pub(super) const fn above(low: f64, high: f64, unit: &'static str) -> Self {
         Self {
             low_open: true,
-            ..Self::closed(low, high, unit)
-        }
-    }
-    /// `(low, high)`.
-    pub(super) const fn open(low: f64, high: f64, unit: &'static str) -> Self {
-        Self {
-            low_open: true,
-            high_open: true,
             ..Self::closed(low, high, unit)
         }
     }

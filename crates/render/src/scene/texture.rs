@@ -1,75 +1,104 @@
-//! Textures: decoding picture files to linear reflectances, and looking values up.
+//! Textures: reading picture files within bounds, and looking values up.
 
 use std::fs::File;
 use std::io::{BufReader, Cursor};
 use std::path::Path;
 
-use image::{DynamicImage, ImageDecoder, ImageReader, Limits};
+use image::{ColorType, DynamicImage, ImageDecoder, ImageReader, Limits};
 
-use super::{Encoding, Texture, TextureFilter};
-use crate::image::srgb_to_linear;
+use super::{Encoding, Texels, Texture, TextureFilter};
 
 /// Largest side of a texture, texels.
 const MAX_SIDE_TEXELS: u32 = 16_384;
+/// Most memory that the textures of one scene may take, bytes: one of the largest size with 8 bits a channel.
+const MAX_SCENE_BYTES: u64 = 1 << 30;
 /// Most memory that decoding one texture may take, bytes.
 const MAX_DECODE_BYTES: u64 = 1 << 31;
+
+/// Memory, bytes, that a scene has left for textures beside these.
+pub(super) fn room_beside(textures: &[Texture]) -> u64 {
+    let taken: u64 = textures.iter().map(|texture| texture.texels.bytes()).sum();
+    MAX_SCENE_BYTES.saturating_sub(taken)
+}
 
 impl Texture {
     /// Reads a PNG, JPEG or TIFF file. The error says what is wrong, without the path.
     pub fn read(path: &Path, encoding: Encoding, filter: TextureFilter) -> Result<Self, String> {
-        let file = File::open(path).map_err(|error| error.to_string())?;
-        let reader = ImageReader::new(BufReader::new(file)).with_guessed_format();
-        Self::decode(reader.map_err(|error| error.to_string())?, encoding, filter)
+        Self::read_within(path, encoding, filter, MAX_SCENE_BYTES)
     }
 
-    /// Reads an encoded picture from memory. The error says what is wrong.
+    /// As [`Texture::read`], with at most `room` bytes for the texels.
+    pub(super) fn read_within(
+        path: &Path,
+        encoding: Encoding,
+        filter: TextureFilter,
+        room: u64,
+    ) -> Result<Self, String> {
+        let file = File::open(path).map_err(|error| error.to_string())?;
+        let reader = ImageReader::new(BufReader::new(file)).with_guessed_format();
+        let reader = reader.map_err(|error| error.to_string())?;
+        Self::decode(reader, encoding, filter, room)
+    }
+
+    /// Reads an encoded picture from memory, with at most `room` bytes for the texels. The error says what is wrong.
     pub(super) fn from_bytes(
         bytes: &[u8],
         encoding: Encoding,
         filter: TextureFilter,
+        room: u64,
     ) -> Result<Self, String> {
         let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format();
-        Self::decode(reader.map_err(|error| error.to_string())?, encoding, filter)
+        let reader = reader.map_err(|error| error.to_string())?;
+        Self::decode(reader, encoding, filter, room)
     }
 
     fn decode<R: std::io::BufRead + std::io::Seek>(
         mut reader: ImageReader<R>,
         encoding: Encoding,
         filter: TextureFilter,
+        room: u64,
     ) -> Result<Self, String> {
         let mut limits = Limits::default();
         limits.max_alloc = Some(MAX_DECODE_BYTES);
         reader.limits(limits);
         let decoder = reader.into_decoder().map_err(|error| error.to_string())?;
         let (width, height) = decoder.dimensions();
+        // The header alone decides: a picture too large is never decoded.
         if width == 0 || height == 0 || width.max(height) > MAX_SIDE_TEXELS {
             return Err(format!(
                 "a texture must be 1 to {MAX_SIDE_TEXELS} texels wide and high, got {width} x {height}"
             ));
         }
+        let texel_bytes = texel_bytes(decoder.color_type());
+        let needed = u64::from(width) * u64::from(height) * texel_bytes;
+        if needed > room {
+            return Err(format!(
+                "{width} x {height} texels of {texel_bytes} bytes take {needed} bytes of memory; a scene's textures \
+                 may take {MAX_SCENE_BYTES} in all, of which {room} are left"
+            ));
+        }
         let decoded = DynamicImage::from_decoder(decoder).map_err(|error| error.to_string())?;
-        Self::from_stored(width, height, linear_texels(&decoded, encoding), filter)
+        Self::from_texels(width, height, Texels::of(decoded, encoding), filter)
     }
 
-    fn from_stored(
+    fn from_texels(
         width: u32,
         height: u32,
-        texels: Vec<[f32; 3]>,
+        texels: Texels,
         filter: TextureFilter,
     ) -> Result<Self, String> {
-        let outside = |texel: &[f32; 3]| texel.iter().any(|value| !(0.0..=1.0).contains(value));
-        match texels.iter().position(outside) {
+        match texels.first_outside() {
             Some(i) => {
                 let (row, column) = (i / width as usize, i % width as usize);
                 Err(format!(
                     "texel (column {column}, row {row}) must be in [0, 1], got {:?}",
-                    texels[i]
+                    texels.get(i)
                 ))
             }
             None => Ok(Self {
                 width,
                 height,
-                texels: texels.into(),
+                texels,
                 filter,
             }),
         }
@@ -118,14 +147,23 @@ impl Texture {
 
     /// Mean value over all texels.
     pub(super) fn mean(&self) -> [f64; 3] {
-        let count = self.texels.len() as f64;
-        std::array::from_fn(|k| {
-            self.texels
-                .iter()
-                .map(|texel| f64::from(texel[k]))
-                .sum::<f64>()
-                / count
-        })
+        let mut sum = [0.0; 3];
+        for texel in self.texels.iter() {
+            (0..3).for_each(|k| sum[k] += f64::from(texel[k]));
+        }
+        sum.map(|sum| sum / self.texels.len() as f64)
+    }
+}
+
+/// Bytes in memory of a texel of a picture, without alpha.
+fn texel_bytes(color: ColorType) -> u64 {
+    let channels = u64::from(color.channel_count());
+    let sample_bytes = u64::from(color.bytes_per_pixel()) / channels;
+    match sample_bytes {
+        // Floating-point values are kept as three.
+        4.. => 12,
+        _ if color.has_color() => 3 * sample_bytes,
+        _ => sample_bytes,
     }
 }
 
@@ -141,20 +179,6 @@ fn neighbours(x: f64, size: usize) -> (usize, usize, f64) {
     };
     let after = if before + 1 == size { 0 } else { before + 1 };
     (before, after, x - floor)
-}
-
-fn linear_texels(decoded: &DynamicImage, encoding: Encoding) -> Vec<[f32; 3]> {
-    match encoding {
-        Encoding::Linear => decoded.to_rgb32f().pixels().map(|pixel| pixel.0).collect(),
-        Encoding::Srgb => {
-            let linear = |value: f32| srgb_to_linear(f64::from(value)) as f32;
-            decoded
-                .to_rgb32f()
-                .pixels()
-                .map(|pixel| pixel.0.map(linear))
-                .collect()
-        }
-    }
 }
 
 impl std::fmt::Debug for Texture {
@@ -232,7 +256,8 @@ mod tests {
     #[test]
     fn values_outside_reflectances_are_refused_with_their_place() {
         let texels = vec![[0.5; 3], [0.5; 3], [0.5; 3], [0.5, 1.5, 0.5]];
-        let reason = Texture::from_stored(2, 2, texels, TextureFilter::Nearest).expect_err("1.5");
+        let texels = Texels::from(texels);
+        let reason = Texture::from_texels(2, 2, texels, TextureFilter::Nearest).expect_err("1.5");
         assert!(
             reason.contains("column 1, row 1") && reason.contains("1.5"),
             "{reason}"

@@ -44,7 +44,8 @@ pub(super) struct DatasetArguments {
     /// Write every image too: PNG per lamp level, EXR per place with layers for daylight, lamps, their backscatter and depth.
     #[arg(long)]
     keep_images: bool,
-    /// Instead of making anything, render the images of this many random entries plainly and compare their labels.
+    /// Instead of making anything, verify all files against their checksums and the tables against their parts, then render
+    /// the images of this many random entries plainly and compare their labels. Exit 1 where something differs.
     #[arg(long, value_name = "N")]
     check: Option<usize>,
     /// Samples of each pixel of the check.
@@ -81,7 +82,7 @@ impl DatasetArguments {
             )));
         }
         if !self.merge.is_empty() {
-            dataset::merge(&config, folder, &self.merge).map_err(explain)?;
+            dataset::merge(&config, folder, &self.merge, &tell_user).map_err(explain)?;
         }
         if let Some(entries) = self.check {
             return self.check(&config, folder, entries);
@@ -122,6 +123,7 @@ impl DatasetArguments {
         };
         let observer = Observer {
             progress: &progress,
+            tell: &|line| display.suspended(|| tell_user(line)),
             cancel: &cancel,
         };
         let plan = CheckPlan {
@@ -137,11 +139,19 @@ impl DatasetArguments {
         super::output::to_file(&folder.join("check.json"), |out| {
             out.write_all(text.as_bytes())
         })?;
+        let wrong = report.wrong();
         note(format_args!(
             "{entries} entries: mean absolute difference {:.3} counts ({:+.3} against 0.1 + 1 %), mean {:+.3} ± {:.3}",
             report.mean_absolute, report.mean_excess, report.mean, report.mean_error
         ));
-        Ok(())
+        if wrong.is_empty() {
+            return Ok(());
+        }
+        Err(CliError::failed(format_args!(
+            "{} of {entries} entries have labels further from plain renders than their errors, 0.1 counts and 1 % allow:\n{}",
+            wrong.len(),
+            wrong.join("\n")
+        )))
     }
 
     fn configuration(&self) -> Result<DatasetConfig, CliError> {
@@ -172,6 +182,7 @@ impl DatasetArguments {
         };
         let observer = Observer {
             progress: &progress,
+            tell: &|line| display.suspended(|| tell_user(line)),
             cancel: &cancel,
         };
         let options = RunOptions {
@@ -183,6 +194,11 @@ impl DatasetArguments {
         display.finish();
         result.map_err(explain)
     }
+}
+
+/// Tells what a user should know about the folder's files.
+fn tell_user(line: &str) {
+    note(format_args!("uw: {line}"));
 }
 
 fn explain(error: DatasetError) -> CliError {

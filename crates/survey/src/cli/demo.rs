@@ -23,7 +23,7 @@ pub(super) struct DemoArguments {
     /// What the vehicle looks at: a texture's name.
     #[arg(long, default_value = "hull_red")]
     target: String,
-    /// Folder for pictures, profile, plot and report.
+    /// Folder for pictures, profile, plot and report: a new or empty one, or that of an earlier demonstration.
     #[arg(short, long, value_name = "DIR", default_value = "demo")]
     output: PathBuf,
     /// Model file; by default the first one that ships.
@@ -39,7 +39,10 @@ pub(super) struct DemoArguments {
 
 impl DemoArguments {
     pub(super) fn run(&self) -> Result<(), CliError> {
-        let jerlov: WaterKind = self.jerlov.parse().map_err(CliError::input)?;
+        let jerlov: WaterKind = self
+            .jerlov
+            .parse()
+            .map_err(|e| CliError::input(format_args!("--jerlov: {e}")))?;
         let pattern = Pattern::from_name(&self.target).ok_or_else(|| {
             let known = Pattern::ALL.map(Pattern::name).join(", ");
             CliError::input(format_args!(
@@ -68,7 +71,7 @@ impl DemoArguments {
                 other => CliError::failed(other),
             })?;
         note(format_args!(
-            "Read {} and look at the pictures beside it.",
+            "Read {}; it explains itself. The pictures depth_*m.png beside it show before and after.",
             report.display()
         ));
         Ok(())

@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 use super::error::{CliError, note};
 use super::numbers::significant;
 use super::progress::ProgressDisplay;
+use super::values::{positive, relative_error};
 use super::{interrupt, output};
 use crate::error_time::backend::Backend;
 use crate::error_time::curve::{Curve, Rung, SecondsToError};
@@ -59,7 +60,7 @@ pub(super) struct ErrorTimeArguments {
     #[arg(long)]
     make_references: bool,
     /// With --make-references: stop at this estimated relative error (default 0.01 unless --spp is given).
-    #[arg(long, value_name = "E", requires = "make_references", conflicts_with = "spp", value_parser = positive)]
+    #[arg(long, value_name = "E", requires = "make_references", conflicts_with = "spp", value_parser = relative_error)]
     target_error: Option<f64>,
     /// Width instead of the scenes', pixels; alone it keeps the proportions.
     #[arg(long, value_name = "W")]
@@ -76,13 +77,6 @@ pub(super) struct ErrorTimeArguments {
     /// No progress on standard error.
     #[arg(long)]
     quiet: bool,
-}
-
-fn positive(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
-        _ => Err("must be a finite number > 0".to_owned()),
-    }
 }
 
 impl ErrorTimeArguments {

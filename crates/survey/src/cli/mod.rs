@@ -2,7 +2,7 @@
 //!
 //! Exit codes: 0 done, 1 a failure while running, 2 unusable arguments or input, 130 interrupted.
 //! [`error`] makes them, [`output`] writes results (whole or not at all), [`interrupt`] and [`progress`] serve
-//! the commands that take long, [`numbers`] reads and prints columns of numbers.
+//! the commands that take long, [`numbers`] reads and prints columns of numbers, [`values`] reads options.
 
 mod adapters;
 mod assets;
@@ -22,6 +22,7 @@ pub(crate) mod progress;
 mod render;
 mod sensor;
 mod stats;
+pub(crate) mod values;
 mod water;
 
 use std::process::ExitCode;
@@ -32,14 +33,20 @@ use error::CliError;
 
 /// Renders underwater scenes, shows water as numbers, measures pictures, calibrates and predicts.
 #[derive(Debug, Parser)]
-#[command(name = "uw", version)]
+#[command(name = "uw", version, after_help = ENVIRONMENT)]
 struct Arguments {
-    /// JSON instead of text: results of `stats` and `water`, and errors as one object on standard error.
+    /// JSON instead of text: results of `adapters`, `error-time`, `render`, `stats` and `water` on standard output, and errors
+    /// as one object on standard error.
     #[arg(long, global = true)]
     json: bool,
     #[command(subcommand)]
     command: Command,
 }
+
+const ENVIRONMENT: &str = "\
+Environment:
+  UW_ASSETS  Folder of the shipped textures, models and profiles; needed where `assets` is neither in the working directory nor
+             beside the program's build folder";
 
 #[derive(Debug, Subcommand)]
 enum Command {

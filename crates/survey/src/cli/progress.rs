@@ -65,6 +65,14 @@ impl ProgressDisplay {
         }
     }
 
+    /// Does something that writes to standard error, with the bar out of its way.
+    pub(crate) fn suspended(&self, write: impl FnOnce()) {
+        match &self.kind {
+            Kind::Bar(bar) => bar.suspend(write),
+            _ => write(),
+        }
+    }
+
     /// Takes the bar off the terminal.
     pub(crate) fn finish(self) {
         if let Kind::Bar(bar) = self.kind {

@@ -22,10 +22,11 @@ use uw_render::integrator::cpu::{Selection, Worker};
 use uw_render::integrator::sampling::Rng;
 use uw_render::prepare::Prepared;
 
-use super::check_files::{entry_path, image_name, keep, kept};
+use super::check_files::{self, entry_path, image_name, keep, kept};
 use super::group::{self, GroupLight, Place, group_scene};
 use super::plan::{Group, groups};
-use super::{DatasetConfig, DatasetError, Observer, Progress, Workshop, exposure, pool};
+use super::verdict::{ALLOWED_COUNTS, ALLOWED_SHARE};
+use super::{DatasetConfig, DatasetError, Observer, Progress, Workshop, exposure, pool, rows};
 use crate::estimate::radiance::{Estimates, Lattice, RadianceImage, Reflection};
 use crate::estimate::statistics::Shot;
 
@@ -42,6 +43,7 @@ pub struct CheckPlan {
 
 /// One entry checked: contrast of its label and of the render, 8-bit counts.
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct CheckedEntry {
     /// Environment and view.
     pub image: String,
@@ -51,8 +53,10 @@ pub struct CheckedEntry {
     pub distance_m: f64,
     /// Lamp level, percent.
     pub light_pct: f64,
-    /// Contrast of the label.
+    /// Contrast of the label: that of the table of images, or of its model where there is no table yet.
     pub label: [f64; 3],
+    /// Standard error that the label states; 0 of its model.
+    pub label_error: [f64; 3],
     /// Contrast of the render.
     pub render: [f64; 3],
     /// Standard error of the render's contrast.
@@ -78,10 +82,48 @@ pub struct CheckReport {
     pub entries: Vec<CheckedEntry>,
 }
 
+impl CheckReport {
+    /// Entries of which a label is further from its render than [`CheckedEntry::allowed`], a line each.
+    pub fn wrong(&self) -> Vec<String> {
+        let of = |e: &CheckedEntry| {
+            let allowed = e.allowed(self.entries.len());
+            let channel = |k: usize| {
+                format!(
+                    "{} {:.3} in the dataset, {:.3} in the render (allowed: {:.3})",
+                    ["red", "green", "blue"][k],
+                    e.label[k],
+                    e.render[k],
+                    allowed[k]
+                )
+            };
+            let channels: Vec<_> = e
+                .wrong_channels(self.entries.len())
+                .into_iter()
+                .map(channel)
+                .collect();
+            (!channels.is_empty()).then(|| {
+                format!(
+                    "{} at {} m depth, {} %: {}",
+                    e.image,
+                    e.depth_m,
+                    e.light_pct,
+                    channels.join(", ")
+                )
+            })
+        };
+        self.entries.iter().filter_map(of).collect()
+    }
+}
+
 /// Renders of one patch of each entry: what progress counts.
 const STEPS_PER_ENTRY: usize = 2 * PATCH_COLUMNS * PATCH_ROWS;
 
-/// Checks labels of the dataset in the `folder` of a finished run. Progress counts patches, [`STEPS_PER_ENTRY`] an entry.
+/// Checks the dataset in the `folder` of a finished run: its files against their checksums and parts, and then labels
+/// against plain renders. Progress counts patches, [`STEPS_PER_ENTRY`] an entry.
+///
+/// # Errors
+/// [`DatasetError::Faulty`] names files that are damaged or differ from their parts; then nothing is rendered. Labels that
+/// differ from the renders are no error here: see [`CheckReport::wrong`].
 pub fn check(
     config: &DatasetConfig,
     folder: &Path,
@@ -92,8 +134,15 @@ pub fn check(
 ) -> Result<CheckReport, DatasetError> {
     super::claim(config, folder)?;
     let pool = pool(threads)?;
-    let mut workshop = super::workshop(config, folder, assets, observer.cancel)?;
-    workshop.exposure = exposure::choose(&workshop, &pool)?;
+    let mut workshop = super::workshop(config, folder, assets, observer)?;
+    let mut faults: Vec<String> = check_files::exposure_fault(folder)?.into_iter().collect();
+    if faults.is_empty() {
+        workshop.exposure = exposure::choose(&workshop, &pool)?;
+        faults = check_files::faults(&workshop)?;
+    }
+    if !faults.is_empty() {
+        return Err(DatasetError::Faulty(faults));
+    }
     let all: Vec<Group> = groups(config).collect();
     let mut rng = Rng::new(config.seed, 0, 0, 0xc4ec);
     let mut pick = |n: usize| ((rng.uniform() * n as f64) as usize).min(n - 1);
@@ -120,13 +169,19 @@ pub fn check(
             .with_max_len(1)
             .map(|(group, depth_m, light_pct, index)| {
                 let path = entry_path(folder, plan, *index);
-                if let Some(entry) = kept(&path, group, *depth_m, *light_pct) {
-                    tick(STEPS_PER_ENTRY);
-                    return Ok(entry);
-                }
-                let entry = check_one(&workshop, group, *depth_m, *light_pct, plan, *index, &tick)?;
-                keep(&path, &entry)?;
-                Ok(entry)
+                let entry = match kept(&workshop, &path, group, *depth_m, *light_pct)? {
+                    Some(entry) => {
+                        tick(STEPS_PER_ENTRY);
+                        entry
+                    }
+                    None => {
+                        let entry =
+                            check_one(&workshop, group, *depth_m, *light_pct, plan, *index, &tick)?;
+                        keep(&workshop, &path, &entry)?;
+                        entry
+                    }
+                };
+                labelled(&workshop, group, entry)
             })
             .collect()
     });
@@ -139,7 +194,29 @@ pub fn check(
         },
         other => other,
     })?;
+    workshop.watch.tell_unsealed();
     Ok(report(plan, entries))
+}
+
+/// The entry with the label that the table of images holds now.
+fn labelled(
+    workshop: &Workshop,
+    group: &Group,
+    mut entry: CheckedEntry,
+) -> Result<CheckedEntry, DatasetError> {
+    let path = group.images_path(workshop.folder);
+    let rows = workshop
+        .watch
+        .accept(&path, rows::inspect(workshop, group)?);
+    let row = rows
+        .into_iter()
+        .flatten()
+        .find(|row| row.depth_m == entry.depth_m && row.light_pct == entry.light_pct);
+    if let Some(row) = row {
+        entry.label = row.stats.contrast;
+        entry.label_error = row.errors.contrast;
+    }
+    Ok(entry)
 }
 
 fn check_one(
@@ -174,6 +251,7 @@ fn check_one(
         distance_m: group.distance_m,
         light_pct,
         label: model.contrast,
+        label_error: [0.0; 3],
         render,
         error,
     })
@@ -377,7 +455,9 @@ fn report(plan: &CheckPlan, entries: Vec<CheckedEntry>) -> CheckReport {
         samples_per_pixel: plan.samples_per_pixel,
         pixels: plan.pixels_per_patch * PATCH_COLUMNS * PATCH_ROWS,
         mean_absolute: mean_of(|(label, render)| (label - render).abs()),
-        mean_excess: mean_of(|(label, render)| (label - render).abs() - 0.1 - 0.01 * render),
+        mean_excess: mean_of(|(label, render)| {
+            (label - render).abs() - ALLOWED_COUNTS - ALLOWED_SHARE * render
+        }),
         mean,
         mean_error: (spread / (m * (m - 1.0)).max(1.0)).sqrt(),
         entries,

@@ -1,13 +1,12 @@
-//! Entries of a check, a file each, so that a check goes on where it was stopped.
+//! The files of a check: entries, a file each, so that a check goes on where it was stopped; and a finished folder held
+//! against its own parts.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use uw_render::image::{ImageError, write_atomically};
-
-use super::DatasetError;
 use super::check::{CheckPlan, CheckedEntry};
-use super::plan::Group;
+use super::plan::{Group, Upward, groups};
+use super::seal::{self, Found};
+use super::{DatasetError, Workshop, exposure, finish, rows, store};
 
 /// Where an entry of this check is kept.
 pub(super) fn entry_path(folder: &Path, plan: &CheckPlan, index: u32) -> PathBuf {
@@ -18,21 +17,31 @@ pub(super) fn entry_path(folder: &Path, plan: &CheckPlan, index: u32) -> PathBuf
 
 /// The entry, where it was checked before.
 pub(super) fn kept(
+    workshop: &Workshop,
     path: &Path,
     group: &Group,
     depth_m: f64,
     light_pct: f64,
-) -> Option<CheckedEntry> {
-    let text = std::fs::read(path).ok()?;
-    let entry: CheckedEntry = serde_json::from_slice(&text).ok()?;
-    let same = entry.image == image_name(group)
-        && entry.depth_m == depth_m
-        && entry.light_pct == light_pct;
-    same.then_some(entry)
+) -> Result<Option<CheckedEntry>, DatasetError> {
+    let Some(text) = store::read_bytes(path)? else {
+        return Ok(None);
+    };
+    let found = match seal::from_json::<CheckedEntry>(&workshop.watch.name(path), &text) {
+        Found::Unsealed(_) => Found::Damaged("it carries no checksum".into()),
+        found => found,
+    };
+    let entry = workshop.watch.accept(path, found);
+    Ok(entry.filter(|e| {
+        e.image == image_name(group) && e.depth_m == depth_m && e.light_pct == light_pct
+    }))
 }
 
 /// Keeps the entry.
-pub(super) fn keep(path: &Path, entry: &CheckedEntry) -> Result<(), DatasetError> {
+pub(super) fn keep(
+    workshop: &Workshop,
+    path: &Path,
+    entry: &CheckedEntry,
+) -> Result<(), DatasetError> {
     let failed = |source: std::io::Error| DatasetError::Io {
         path: path.display().to_string(),
         source,
@@ -40,18 +49,62 @@ pub(super) fn keep(path: &Path, entry: &CheckedEntry) -> Result<(), DatasetError
     if let Some(folder) = path.parent() {
         std::fs::create_dir_all(folder).map_err(failed)?;
     }
-    let text = serde_json::to_vec_pretty(entry).map_err(|e| failed(e.into()))?;
-    write_atomically(path, |out| {
-        out.write_all(&text).map_err(|source| ImageError::System {
-            path: path.to_path_buf(),
-            action: "written",
-            source,
-        })
-    })?;
-    Ok(())
+    let text = seal::to_json(&workshop.watch.name(path), entry).map_err(|e| failed(e.into()))?;
+    Ok(store::write_bytes(path, text.as_bytes())?)
 }
 
 /// Name of the group's images.
 pub(super) fn image_name(group: &Group) -> String {
     group.images_path(Path::new("")).display().to_string()
+}
+
+/// What is wrong with the file that holds the exposure, if anything.
+pub(super) fn exposure_fault(folder: &Path) -> Result<Option<String>, DatasetError> {
+    let path = folder.join(exposure::EXPOSURE);
+    Ok(fault(&path, &exposure::read(&path)?))
+}
+
+/// What is wrong with the folder's files: renders and tables of images that are not as they were written, and, where
+/// the dataset is complete, profiles, tables and a manifest that are not what these parts give.
+pub(super) fn faults(workshop: &Workshop) -> Result<Vec<String>, DatasetError> {
+    let (config, folder) = (workshop.config, workshop.folder);
+    let mut faults = Vec::new();
+    let mut renders = Vec::new();
+    for water in config.waters() {
+        let depths = config.calibration_depths_m.iter();
+        renders.extend(depths.map(|&depth_m| Upward { water, depth_m }.render()));
+    }
+    renders.extend(groups(config).flat_map(|g| g.renders(config).collect::<Vec<_>>()));
+    for render in renders {
+        let path = render.path(folder);
+        faults.extend(fault(
+            &path,
+            &store::inspect(&workshop.watch.name(&path), &path)?,
+        ));
+    }
+    for group in groups(config) {
+        faults.extend(fault(
+            &group.images_path(folder),
+            &rows::inspect(workshop, &group)?,
+        ));
+    }
+    if faults.is_empty() && finish::is_complete(workshop) {
+        finish::outputs(workshop, &mut |path, made| {
+            match store::read_bytes(path)? {
+                Some(bytes) if bytes == made => {}
+                Some(_) => faults.push(format!(
+                    "{} differs from what its parts give",
+                    path.display()
+                )),
+                None => faults.push(format!("{} is missing", path.display())),
+            }
+            Ok(())
+        })?;
+    }
+    Ok(faults)
+}
+
+fn fault<T>(path: &Path, found: &Found<T>) -> Option<String> {
+    let reason = found.damage()?;
+    Some(format!("{} is damaged: {reason}", path.display()))
 }

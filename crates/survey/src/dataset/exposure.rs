@@ -1,9 +1,12 @@
 //! The exposure of the whole set, chosen once from preliminary renders of every environment.
 
+use std::path::Path;
+
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::plan::{Group, Render, groups};
+use super::seal::{self, Found};
 use super::{DatasetError, ExposureMode, Workshop, group, store};
 use crate::estimate::radiance::{Estimates, RadianceImage, Reflection};
 use crate::estimate::statistics::Shot;
@@ -12,8 +15,12 @@ use crate::estimate::target_model::Effort;
 /// Paths per group of a preliminary render.
 const PILOT_PATHS: u32 = 64;
 
-/// What the file `exposure.json` holds.
+/// Name of the file with the exposure in the output folder.
+pub(super) const EXPOSURE: &str = "exposure.json";
+
+/// What the file [`EXPOSURE`] holds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 struct Chosen {
     /// Linear signal per radiance, m² sr/W.
     exposure: f64,
@@ -27,11 +34,9 @@ pub(super) fn choose(workshop: &Workshop, pool: &rayon::ThreadPool) -> Result<f6
     if config.exposure != ExposureMode::Chosen {
         return Ok(config.vehicle.exposure);
     }
-    let path = workshop.folder.join("exposure.json");
-    if let Ok(text) = std::fs::read_to_string(&path)
-        && let Ok(known) = serde_json::from_str::<Chosen>(&text)
-    {
-        return Ok(known.exposure);
+    let path = workshop.folder.join(EXPOSURE);
+    if let Some(known) = workshop.watch.accept(&path, read(&path)?) {
+        return Ok(known);
     }
     let middle = |values: &[f64]| {
         let mut sorted = values.to_vec();
@@ -55,9 +60,21 @@ pub(super) fn choose(workshop: &Workshop, pool: &rayon::ThreadPool) -> Result<f6
         exposure: round(config.exposure_grey / typical.max(1e-12)),
     };
     let text =
-        serde_json::to_string(&chosen).map_err(|e| DatasetError::Inconsistent(e.to_string()))?;
+        seal::to_json(EXPOSURE, &chosen).map_err(|e| DatasetError::Inconsistent(e.to_string()))?;
     store::write_bytes(&path, text.as_bytes())?;
     Ok(chosen.exposure)
+}
+
+/// The exposure that the file at `path` holds.
+pub(super) fn read(path: &Path) -> Result<Found<f64>, DatasetError> {
+    let Some(text) = store::read_bytes(path)? else {
+        return Ok(Found::Absent);
+    };
+    let found = seal::from_json::<Chosen>(EXPOSURE, &text);
+    Ok(found.and_then("its exposure is not above 0", |chosen| {
+        let good = chosen.exposure > 0.0 && chosen.exposure.is_finite();
+        good.then_some(chosen.exposure)
+    }))
 }
 
 /// Mean radiance of the brightest channel of a group's image at the calibration's depth.

@@ -1,109 +1,77 @@
-//! The tables, once every part is there, and the merging of parts made elsewhere.
+//! Profiles, tables and manifest, once every part is there.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::plan::{environments, groups};
 use super::table::{self, Entries};
 use super::{
-    DatasetConfig, DatasetError, PARQUET_TABLE, TABLE, TableFormat, Workshop, manifest, parquet,
-    store,
+    DatasetError, MANIFEST, PARQUET_TABLE, TABLE, TableFormat, Workshop, manifest, parquet, store,
 };
 
-/// Writes profiles, tables and manifest when the images of all groups are there; the tables' paths.
+/// Whether the images of all groups are there.
+pub(super) fn is_complete(workshop: &Workshop) -> bool {
+    groups(workshop.config).all(|g| g.images_path(workshop.folder).exists())
+}
+
+/// Writes profiles, tables and manifest when the images of all groups are there; the tables' paths. One that is there
+/// and is not what the parts give is told of.
 pub(super) fn tables_if_complete(workshop: &Workshop) -> Result<Vec<PathBuf>, DatasetError> {
-    let (config, folder) = (workshop.config, workshop.folder);
-    if groups(config).any(|g| !g.images_path(folder).exists()) {
+    if !is_complete(workshop) {
         return Ok(Vec::new());
     }
+    outputs(workshop, &mut |path, made| {
+        match store::read_bytes(path)? {
+            Some(bytes) if bytes == made => return Ok(()),
+            Some(_) => workshop.watch.say(&format!(
+                "{} differs from what its parts give; it is written again",
+                path.display()
+            )),
+            None => {}
+        }
+        Ok(store::write_bytes(path, made)?)
+    })?;
+    remove_leftovers(workshop.folder)?;
+    let name = |format: &TableFormat| match format {
+        TableFormat::Csv => TABLE,
+        TableFormat::Parquet => PARQUET_TABLE,
+    };
+    let tables = workshop.config.tables.iter();
+    Ok(tables.map(|t| workshop.folder.join(name(t))).collect())
+}
+
+/// Makes profiles, tables and manifest from the parts and hands each to `each` with its path.
+pub(super) fn outputs(
+    workshop: &Workshop,
+    each: &mut dyn FnMut(&Path, &[u8]) -> Result<(), DatasetError>,
+) -> Result<(), DatasetError> {
+    let (config, folder) = (workshop.config, workshop.folder);
+    let mut sums = BTreeMap::new();
+    let mut hand_on = |name: String, bytes: &[u8]| {
+        let path = folder.join(&name);
+        sums.insert(name, format!("{:08x}", crc32fast::hash(bytes)));
+        each(&path, bytes)
+    };
     let mut all: Vec<Entries> = Vec::new();
     for environment in environments(config) {
         let (entries, profile) = table::entries(workshop, &environment)?;
-        let path = folder
-            .join("profiles")
-            .join(format!("{}.json", environment.name()));
-        profile
-            .write(&path)
-            .map_err(|e| DatasetError::Inconsistent(e.to_string()))?;
+        let name = format!("profiles/{}.json", environment.name());
+        hand_on(name, profile.to_json().as_bytes())?;
         all.push(entries);
     }
-    let mut tables = Vec::new();
     for format in &config.tables {
-        let path = match format {
+        match format {
             TableFormat::Csv => {
                 let mut text = table::header();
                 all.iter().for_each(|e| text.push_str(&table::lines(e)));
-                let path = folder.join(TABLE);
-                store::write_bytes(&path, text.as_bytes())?;
-                path
+                hand_on(TABLE.into(), text.as_bytes())?;
             }
-            TableFormat::Parquet => {
-                let path = folder.join(PARQUET_TABLE);
-                parquet::write(&path, &all)?;
-                path
-            }
-        };
-        tables.push(path);
-    }
-    manifest::write(workshop)?;
-    remove_leftovers(folder)?;
-    Ok(tables)
-}
-
-/// Copies the renders and images that `parts` hold into `folder`, which then lacks nothing that they have. All
-/// must have been made from the same configuration.
-pub fn merge(config: &DatasetConfig, folder: &Path, parts: &[PathBuf]) -> Result<(), DatasetError> {
-    let expected = config.to_text().map_err(DatasetError::Inconsistent)?;
-    for part in parts {
-        let path = part.join("config.toml");
-        let text = fs::read_to_string(&path).map_err(|e| {
-            DatasetError::Config(format!(
-                "{}: {e}; a folder to merge holds a part of this dataset",
-                path.display()
-            ))
-        })?;
-        if text != expected {
-            return Err(DatasetError::OtherConfig {
-                folder: part.display().to_string(),
-            });
+            TableFormat::Parquet => hand_on(PARQUET_TABLE.into(), &parquet::bytes(&all)?)?,
         }
     }
-    super::claim(config, folder)?;
-    for part in parts {
-        for kind in ["renders", "images"] {
-            for water in config.waters() {
-                copy_missing(
-                    &part.join(kind).join(water.name()),
-                    &folder.join(kind).join(water.name()),
-                )?;
-            }
-        }
-        let chosen = Path::new("exposure.json");
-        if part.join(chosen).exists() && !folder.join(chosen).exists() {
-            copy(&part.join(chosen), &folder.join(chosen))?;
-        }
-    }
-    Ok(())
-}
-
-/// Copies the finished files under `from` that `to` lacks, with the folders they are in.
-fn copy_missing(from: &Path, to: &Path) -> Result<(), DatasetError> {
-    fs::create_dir_all(to).map_err(|e| io(to, e))?;
-    for entry in fs::read_dir(from).map_err(|e| io(from, e))? {
-        let name = entry.map_err(|e| io(from, e))?.file_name();
-        let (source, target) = (from.join(&name), to.join(&name));
-        if source.is_dir() {
-            copy_missing(&source, &target)?;
-        } else if !name.to_string_lossy().starts_with('.') && !target.exists() {
-            copy(&source, &target)?;
-        }
-    }
-    Ok(())
-}
-
-fn copy(from: &Path, to: &Path) -> Result<(), DatasetError> {
-    let bytes = fs::read(from).map_err(|e| io(from, e))?;
-    Ok(store::write_bytes(to, &bytes)?)
+    let text = manifest::text(workshop, &sums)?;
+    each(&folder.join(MANIFEST), text.as_bytes())
 }
 
 /// Removes unfinished files that killed runs have left.
@@ -127,7 +95,7 @@ fn remove_leftovers(folder: &Path) -> Result<(), DatasetError> {
     Ok(())
 }
 
-fn io(path: &Path, source: std::io::Error) -> DatasetError {
+pub(super) fn io(path: &Path, source: std::io::Error) -> DatasetError {
     DatasetError::Io {
         path: path.display().to_string(),
         source,

@@ -1,32 +1,19 @@
 //! The renders of one group of images, and their statistics.
 
-use std::fmt::Write;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use uw_calib::ImageStats;
 use uw_render::prepare::Prepared;
 use uw_render::scene::Scene;
 
 use super::plan::{Group, Render};
+use super::rows::{self, ImageRow};
 use super::{DatasetError, Workshop, pictures, store};
 use crate::environment::{View, scene};
 use crate::estimate::fields::{Fields, GROUPS};
 use crate::estimate::radiance::{Estimates, Lattice, RadianceImage, Reflection, Source};
-use crate::estimate::statistics::{Shot, StandardErrors, standard_errors};
+use crate::estimate::statistics::{Shot, standard_errors};
 use crate::estimate::target_model::{Effort, TargetModel, daylight_alone, lamps_alone};
-
-/// One image: where it was taken, its statistics and their errors.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct ImageRow {
-    pub(super) depth_m: f64,
-    pub(super) light_pct: f64,
-    pub(super) exposure: f64,
-    pub(super) stats: ImageStats,
-    pub(super) errors: StandardErrors,
-    pub(super) daylight_paths: u32,
-    pub(super) lamp_paths: u32,
-}
 
 /// A depth of the group and the model of its view.
 pub(super) struct Place<'p> {
@@ -42,16 +29,19 @@ pub(super) struct GroupLight {
     pub(super) lamps: Fields,
 }
 
-/// Makes the group's renders and the statistics of its images, unless they are there.
+/// Makes the group's renders and the statistics of its images, unless they are there and as they were made.
 pub(super) fn make(workshop: &Workshop, group: &Group) -> Result<(), DatasetError> {
     let path = group.images_path(workshop.folder);
-    let kept = !workshop.keep_images || pictures::are_kept(workshop, group);
-    if path.exists() && kept {
+    let table = workshop
+        .watch
+        .accept(&path, rows::inspect(workshop, group)?);
+    let kept = !workshop.keep_images || pictures::are_kept(workshop, group)?;
+    if table.is_some() && kept && !any_damaged(workshop, group)? {
         return Ok(());
     }
     let places = places(workshop, group, &workshop.config.depths_m)?;
     let light = light(workshop, group, &places, |render| render, &workshop.effort)?;
-    if workshop.keep_images {
+    if workshop.keep_images && !kept {
         pictures::keep(workshop, group, &places, &light)?;
     }
     let started = Instant::now();
@@ -59,9 +49,22 @@ pub(super) fn make(workshop: &Workshop, group: &Group) -> Result<(), DatasetErro
     for (place, daylight) in places.iter().zip(&light.daylight) {
         rows.extend(measure(workshop, place, daylight, &light.lamps));
     }
-    store::write_bytes(&path, to_text(&rows).as_bytes())?;
+    let text = rows::to_text(&workshop.watch.name(&path), &rows);
+    store::write_bytes(&path, text.as_bytes())?;
     workshop.times.add_statistics(started.elapsed());
     Ok(())
+}
+
+/// Whether any render of a group is there but not as it was written.
+fn any_damaged(workshop: &Workshop, group: &Group) -> Result<bool, DatasetError> {
+    for render in group.renders(workshop.config) {
+        let path = render.path(workshop.folder);
+        let found = store::inspect(&workshop.watch.name(&path), &path)?;
+        if found.damage().is_some() {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }
 
 /// Scenes and models of a group at `depths_m`.
@@ -138,7 +141,7 @@ fn daylight_at(
     effort: &Effort,
 ) -> Result<Fields, DatasetError> {
     let path = render.path(workshop.folder);
-    if let Some(fields) = store::read_fields(&path)? {
+    if let Some(fields) = workshop.watch.read_fields(&path)? {
         return Ok(fields);
     }
     let started = Instant::now();
@@ -161,7 +164,7 @@ fn daylight_at(
         &mut enough,
     );
     let fields = fields.ok_or_else(|| workshop.stopped())?;
-    store::write_fields(&path, &fields)?;
+    workshop.watch.write_fields(&path, &fields)?;
     workshop
         .times
         .add_daylight(started.elapsed(), fields.samples_per_group);
@@ -177,7 +180,7 @@ fn lamps(
     effort: &Effort,
 ) -> Result<Fields, DatasetError> {
     let path = render.path(workshop.folder);
-    if let Some(fields) = store::read_fields(&path)? {
+    if let Some(fields) = workshop.watch.read_fields(&path)? {
         return Ok(fields);
     }
     let started = Instant::now();
@@ -212,7 +215,7 @@ fn lamps(
         &mut enough,
     );
     let fields = fields.ok_or_else(|| workshop.stopped())?;
-    store::write_fields(&path, &fields)?;
+    workshop.watch.write_fields(&path, &fields)?;
     workshop
         .times
         .add_lamps(started.elapsed(), fields.samples_per_group);
@@ -306,65 +309,4 @@ impl Workshop<'_> {
             DatasetError::Inconsistent("the paths of a render are too few for a fit".into())
         }
     }
-}
-
-/// The rows as text that keeps every digit.
-fn to_text(rows: &[ImageRow]) -> String {
-    let mut text = String::new();
-    for row in rows {
-        let numbers = [row.depth_m, row.light_pct, row.exposure]
-            .into_iter()
-            .chain(row.stats.mean)
-            .chain(row.stats.contrast)
-            .chain(row.errors.mean)
-            .chain(row.errors.contrast);
-        for number in numbers {
-            // Writing to a string cannot fail.
-            let _ = write!(text, "{number},");
-        }
-        let _ = writeln!(text, "{},{}", row.daylight_paths, row.lamp_paths);
-    }
-    text
-}
-
-/// Reads back what [`make`] wrote.
-pub(super) fn read_rows(workshop: &Workshop, group: &Group) -> Result<Vec<ImageRow>, DatasetError> {
-    let path = group.images_path(workshop.folder);
-    let text = std::fs::read_to_string(&path).map_err(|source| DatasetError::Io {
-        path: path.display().to_string(),
-        source,
-    })?;
-    let rows: Option<Vec<ImageRow>> = text.lines().map(parse_row).collect();
-    rows.ok_or_else(|| {
-        DatasetError::Inconsistent(format!(
-            "{} is damaged; delete it to have it made again",
-            path.display()
-        ))
-    })
-}
-
-fn parse_row(line: &str) -> Option<ImageRow> {
-    let values: Vec<f64> = line
-        .split(',')
-        .map(|v| v.parse().ok())
-        .collect::<Option<_>>()?;
-    let [depth_m, light_pct, exposure, rest @ ..] = values.as_slice() else {
-        return None;
-    };
-    let triple = |i: usize| -> Option<[f64; 3]> { rest.get(3 * i..3 * i + 3)?.try_into().ok() };
-    Some(ImageRow {
-        depth_m: *depth_m,
-        light_pct: *light_pct,
-        exposure: *exposure,
-        stats: ImageStats {
-            mean: triple(0)?,
-            contrast: triple(1)?,
-        },
-        errors: StandardErrors {
-            mean: triple(2)?,
-            contrast: triple(3)?,
-        },
-        daylight_paths: *rest.get(12)? as u32,
-        lamp_paths: *rest.get(13)? as u32,
-    })
 }

@@ -1,16 +1,22 @@
 //! What the dataset is made of: every parameter, seed and version, and the meaning of every column.
 
+use std::collections::BTreeMap;
+
 use serde_json::{Value, json};
 
 use super::plan::{Counts, groups};
-use super::{Column, DatasetError, ExposureMode, WORDS, Workshop, numbers, store};
+use super::{Column, DatasetError, ExposureMode, WORDS, Workshop, numbers};
 use crate::estimate::fields::GROUPS;
 
 /// Name of the manifest in the output folder.
 pub const MANIFEST: &str = "manifest.json";
 
-/// Writes the manifest. It holds no time and no place, so that the same dataset has the same bytes everywhere.
-pub(super) fn write(workshop: &Workshop) -> Result<(), DatasetError> {
+/// The manifest's text, with the CRC-32 of the other files that are made from the parts. It holds no time and no place, so
+/// that the same dataset has the same bytes everywhere.
+pub(super) fn text(
+    workshop: &Workshop,
+    sums: &BTreeMap<String, String>,
+) -> Result<String, DatasetError> {
     let config = workshop.config;
     let counts = Counts::of(config);
     let mut waters = Vec::new();
@@ -56,12 +62,9 @@ pub(super) fn write(workshop: &Workshop) -> Result<(), DatasetError> {
         "waters": waters,
         "columns": WORDS.iter().chain(&numbers()).map(describe).collect::<Vec<_>>(),
         "seeds": seeds,
+        "crc32": sums,
     });
-    let path = workshop.folder.join(MANIFEST);
-    Ok(store::write_bytes(
-        &path,
-        format!("{manifest:#}\n").as_bytes(),
-    )?)
+    Ok(format!("{manifest:#}\n"))
 }
 
 fn describe(column: &Column) -> Value {

@@ -9,6 +9,9 @@
 //! | 5 | `table`, `parquet` | profiles and entries |
 //! | 6 | `manifest` | every parameter, seed and version |
 //!
+//! Files that a later run reads carry a checksum (`seal`): `.sums` (`store`), tables of images (`rows`), `exposure.json`,
+//! entries of a check and lists of kept pictures. `check_files` holds a finished folder against its own parts.
+//!
 //! Everything follows from the configuration and the names of the renders: neither the number of threads, nor
 //! interruptions, nor the parts in which it was made change a byte of the result.
 
@@ -19,19 +22,23 @@ mod exposure;
 mod finish;
 mod group;
 mod manifest;
+mod merge;
 mod parquet;
 mod pictures;
 mod plan;
 mod presets;
+mod rows;
+mod seal;
 mod store;
 mod table;
 mod times;
 mod upward;
+mod verdict;
 mod views;
 
 pub use check::{CheckPlan, CheckReport, CheckedEntry, check};
 pub use config::{Accuracy, ConfigError, DatasetConfig, ExposureMode, TableFormat};
-pub use finish::merge;
+pub use merge::merge;
 pub use plan::{Counts, Shard};
 pub use table::{Column, WORDS, numbers};
 pub use times::Times;
@@ -53,7 +60,9 @@ use crate::estimate::statistics::Shot;
 use crate::estimate::target_model::Effort;
 use crate::routine::RoutineError;
 use crate::scenery::textures::Pattern;
+use manifest::MANIFEST;
 use plan::Task;
+use seal::Watch;
 
 /// Name of the text table in the output folder.
 pub const TABLE: &str = "dataset.csv";
@@ -97,6 +106,9 @@ pub enum DatasetError {
     /// A file of the dataset does not fit the others.
     #[error("{0}")]
     Inconsistent(String),
+    /// Files of the dataset are damaged or differ from their parts.
+    #[error("{}\nThe same command without --check makes them again.", .0.join("\n"))]
+    Faulty(Vec<String>),
     /// A render was stopped from outside.
     #[error("stopped")]
     Stopped,
@@ -125,6 +137,8 @@ pub struct Progress {
 pub struct Observer<'a> {
     /// Called from any thread after each task.
     pub progress: &'a (dyn Fn(&Progress) + Sync),
+    /// Called from any thread with what a user should know, such as the name of a damaged file.
+    pub tell: &'a (dyn Fn(&str) + Sync),
     /// Stops the run when set.
     pub cancel: &'a AtomicBool,
 }
@@ -160,6 +174,7 @@ struct Workshop<'a> {
     exposure: f64,
     keep_images: bool,
     cancel: &'a AtomicBool,
+    watch: Watch<'a>,
     times: Times,
 }
 
@@ -211,12 +226,13 @@ pub fn generate(
     views::check(config)?;
     claim(config, folder)?;
     let pool = pool(options.threads)?;
-    let mut workshop = workshop(config, folder, assets, observer.cancel)?;
+    let mut workshop = workshop(config, folder, assets, observer)?;
     workshop.keep_images = options.keep_images;
     let result = exposure::choose(&workshop, &pool);
     workshop.exposure = result.map_err(|e| interrupted(e, 0, config))?;
     render_all(&workshop, &pool, options.shard, observer)?;
     let tables = finish::tables_if_complete(&workshop)?;
+    workshop.watch.tell_unsealed();
     Ok(Summary {
         counts: Counts::of(config),
         exposure: workshop.exposure,
@@ -236,7 +252,7 @@ fn workshop<'a>(
     config: &'a DatasetConfig,
     folder: &'a Path,
     assets: &Path,
-    cancel: &'a AtomicBool,
+    observer: &Observer<'a>,
 ) -> Result<Workshop<'a>, DatasetError> {
     let patterns = config.patterns();
     let mut targets = Vec::new();
@@ -262,7 +278,8 @@ fn workshop<'a>(
         },
         exposure: config.vehicle.exposure,
         keep_images: false,
-        cancel,
+        cancel: observer.cancel,
+        watch: Watch::new(folder, observer.tell),
         times: Times::default(),
     })
 }

@@ -1,7 +1,6 @@
 //! The table as Parquet: columns with units and meanings, one row group.
 
 use std::io::Write;
-use std::path::Path;
 use std::sync::Arc;
 
 use parquet::basic::{Compression, ConvertedType, GzipLevel, Repetition, Type as Physical};
@@ -13,15 +12,15 @@ use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::{Type, TypePtr};
 
 use super::table::{Column, Entries, WORDS, numbers};
-use super::{DatasetError, store};
+use super::{DatasetError, PARQUET_TABLE};
 
-/// Writes all entries.
-pub(super) fn write(path: &Path, entries: &[Entries]) -> Result<(), DatasetError> {
+/// All entries as the bytes of a file.
+pub(super) fn bytes(entries: &[Entries]) -> Result<Vec<u8>, DatasetError> {
     let mut bytes = Vec::new();
     fill(&mut bytes, entries).map_err(|e| {
-        DatasetError::Inconsistent(format!("{}: cannot be encoded: {e}", path.display()))
+        DatasetError::Inconsistent(format!("{PARQUET_TABLE}: cannot be encoded: {e}"))
     })?;
-    Ok(store::write_bytes(path, &bytes)?)
+    Ok(bytes)
 }
 
 fn fill(out: &mut (impl Write + Send), entries: &[Entries]) -> Result<(), ParquetError> {

@@ -1,26 +1,102 @@
 //! The images themselves, for those who want to keep them: pictures as the sensor stores them, and one file per
 //! place with the radiance of each source and the depth.
 
+use std::collections::BTreeMap;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use serde::{Deserialize, Serialize};
 use uw_render::image::{ExrImage, Layer, LayerData, Picture, write_frame};
 
 use super::group::{GroupLight, Place};
 use super::plan::Group;
-use super::{DatasetError, Workshop};
+use super::seal::{self, Found, checksum, name_in};
+use super::{DatasetError, Workshop, store};
 use crate::environment::sensor;
 use crate::estimate::fields::Fields;
 use crate::estimate::radiance::{Estimates, RadianceImage, Reflection, Source};
 use crate::estimate::statistics::Shot;
 use crate::estimate::target_view::TargetView;
 
-/// Whether all pictures of a group are there.
-pub(super) fn are_kept(workshop: &Workshop, group: &Group) -> bool {
-    let depths = &workshop.config.depths_m;
-    depths
-        .iter()
-        .all(|&z| layers_path(workshop, group, z).exists())
+/// Name of the list of a group's pictures with their checksums, beside them.
+const LIST: &str = "pictures.json";
+
+/// What the file [`LIST`] holds.
+#[derive(Debug, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct List {
+    /// CRC-32 by file name.
+    pictures: BTreeMap<String, u32>,
+}
+
+/// Whether all pictures of a group are there and as they were written.
+pub(super) fn are_kept(workshop: &Workshop, group: &Group) -> Result<bool, DatasetError> {
+    let folder = group.images_path(workshop.folder).with_extension("");
+    let path = folder.join(LIST);
+    let found = read_list(workshop.folder, &path)?;
+    if found == Found::Absent {
+        // An earlier version kept no list, and wrote the layers of a place last.
+        let depths = &workshop.config.depths_m;
+        let mut layers = depths.iter().map(|&z| layers_path(workshop, group, z));
+        let all = layers.all(|path| path.exists());
+        return Ok(all && workshop.watch.accept(&path, Found::Unsealed(())).is_some());
+    }
+    let Some(pictures) = workshop.watch.accept(&path, found) else {
+        return Ok(false);
+    };
+    for name in pictures.keys() {
+        let picture = folder.join(name);
+        let found = inspect(workshop.folder, &picture)?;
+        if workshop.watch.accept(&picture, found).is_none() {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+/// Whether a picture, or the list of pictures itself, in the output `folder` is as it was written.
+pub(super) fn inspect(folder: &Path, path: &Path) -> Result<Found<()>, DatasetError> {
+    let list = path.with_file_name(LIST);
+    let found = read_list(folder, &list)?;
+    if path == list {
+        return Ok(found.and_then("", |_| Some(())));
+    }
+    let Some(bytes) = store::read_bytes(path)? else {
+        return Ok(Found::Absent);
+    };
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let Found::Sealed(pictures) = found else {
+        return Ok(Found::Unsealed(()));
+    };
+    Ok(match pictures.get(name.as_ref()) {
+        None => Found::Unsealed(()),
+        Some(sum) if *sum == checksum(&name_in(folder, path), &bytes) => Found::Sealed(()),
+        Some(_) => Found::changed(),
+    })
+}
+
+fn read_list(folder: &Path, path: &Path) -> Result<Found<BTreeMap<String, u32>>, DatasetError> {
+    let Some(text) = store::read_bytes(path)? else {
+        return Ok(Found::Absent);
+    };
+    let found = seal::from_json::<List>(&name_in(folder, path), &text);
+    Ok(found.and_then("", |list| Some(list.pictures)))
+}
+
+/// Writes the list of the pictures in the folder of a group.
+fn write_list(workshop: &Workshop, group: &Group, names: &[String]) -> Result<(), DatasetError> {
+    let folder = group.images_path(workshop.folder).with_extension("");
+    let mut list = List::default();
+    for name in names {
+        let path = folder.join(name);
+        let bytes = store::read_bytes(&path)?.unwrap_or_default();
+        let sum = checksum(&workshop.watch.name(&path), &bytes);
+        list.pictures.insert(name.clone(), sum);
+    }
+    let path = folder.join(LIST);
+    let text = seal::to_json(&workshop.watch.name(&path), &list)
+        .map_err(|e| DatasetError::Inconsistent(e.to_string()))?;
+    Ok(store::write_bytes(&path, text.as_bytes())?)
 }
 
 /// Writes the pictures of a group: `z…_light….png` per lamp level, and last `z….exr`. That holds the radiance with
@@ -32,6 +108,7 @@ pub(super) fn keep(
     places: &[Place],
     light: &GroupLight,
 ) -> Result<(), DatasetError> {
+    let mut names = Vec::new();
     for (place, daylight) in places.iter().zip(&light.daylight) {
         let layers = layers_path(workshop, group, place.depth_m);
         if let Some(folder) = layers.parent() {
@@ -64,7 +141,8 @@ pub(super) fn keep(
                 group.daylight(place.depth_m).seed(workshop.config.seed) ^ light_pct.to_bits(),
             );
             let name = format!("z{}_light{light_pct}.png", place.depth_m);
-            write_frame(&layers.with_file_name(name), &frame)?;
+            write_frame(&layers.with_file_name(&name), &frame)?;
+            names.push(name);
         }
         let mut exr = ExrImage::new(picture(&shot(100.0, 1.0), &ambient));
         exr.layers = vec![
@@ -78,8 +156,9 @@ pub(super) fn keep(
             },
         ];
         exr.write(&layers)?;
+        names.extend(layers.file_name().map(|n| n.to_string_lossy().into_owned()));
     }
-    Ok(())
+    write_list(workshop, group, &names)
 }
 
 fn layers_path(workshop: &Workshop, group: &Group, depth_m: f64) -> PathBuf {

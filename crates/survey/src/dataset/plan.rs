@@ -189,6 +189,12 @@ impl Group {
         Render::new(&self.water, &format!("{}_lamps", self.stem()))
     }
 
+    /// All renders of the group.
+    pub(super) fn renders(&self, config: &DatasetConfig) -> impl Iterator<Item = Render> {
+        let daylight = config.depths_m.iter().map(|&z| self.daylight(z));
+        daylight.chain([self.lamps()])
+    }
+
     /// The file with the statistics of the group's images.
     pub(super) fn images_path(&self, folder: &Path) -> PathBuf {
         let name = format!("{}.csv", self.stem());

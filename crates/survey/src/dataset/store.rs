@@ -7,33 +7,84 @@ use std::path::Path;
 use uw_render::image::{ImageError, write_atomically};
 
 use super::DatasetError;
+use super::seal::{self, Found, Watch};
 use crate::estimate::fields::{Fields, GROUPS};
 use crate::estimate::upward::UpwardImage;
 
-/// Start of every file: format and version.
-const MAGIC: &[u8; 16] = b"uw-render-sums/1";
+/// Start of every file: format and version. After header and numbers the file ends with its checksum.
+const MAGIC: &[u8; 16] = b"uw-render-sums/2";
+/// The version before, which had no checksum.
+const MAGIC_UNSEALED: &[u8; 16] = b"uw-render-sums/1";
 
-/// Writes the fields of a render.
-pub(super) fn write_fields(path: &Path, fields: &Fields) -> Result<(), DatasetError> {
-    let per_channel = fields.veil[0][0].len();
-    let header = [
-        u32::from(fields.lamps),
-        fields.samples_per_group,
-        GROUPS as u32,
-        per_channel as u32,
-    ];
-    let all = fields.veil.iter().chain(&fields.irradiance);
-    write(path, &header, all.flatten().flatten().copied())
+impl Watch<'_> {
+    /// Writes the fields of a render.
+    pub(super) fn write_fields(&self, path: &Path, fields: &Fields) -> Result<(), DatasetError> {
+        let per_channel = fields.veil[0][0].len();
+        let header = [
+            u32::from(fields.lamps),
+            fields.samples_per_group,
+            GROUPS as u32,
+            per_channel as u32,
+        ];
+        let all = fields.veil.iter().chain(&fields.irradiance);
+        self.write(path, &header, all.flatten().flatten().copied())
+    }
+
+    /// Reads the fields of a render; `None` when there is no file that can be believed.
+    pub(super) fn read_fields(&self, path: &Path) -> Result<Option<Fields>, DatasetError> {
+        let found = read(&self.name(path), path)?.and_then(NOT_A_RENDER, fields);
+        Ok(self.accept(path, found))
+    }
+
+    /// Writes an upward render.
+    pub(super) fn write_upward(
+        &self,
+        path: &Path,
+        image: &UpwardImage,
+    ) -> Result<(), DatasetError> {
+        let header = [2, image.samples_per_group, GROUPS as u32, 0];
+        self.write(path, &header, image.sums.iter().flatten().copied())
+    }
+
+    /// Reads an upward render; `None` when there is no file that can be believed.
+    pub(super) fn read_upward(&self, path: &Path) -> Result<Option<UpwardImage>, DatasetError> {
+        let found = read(&self.name(path), path)?.and_then(NOT_A_RENDER, upward);
+        Ok(self.accept(path, found))
+    }
+
+    fn write(
+        &self,
+        path: &Path,
+        header: &[u32; 4],
+        values: impl Iterator<Item = f64>,
+    ) -> Result<(), DatasetError> {
+        let mut bytes = MAGIC.to_vec();
+        header.iter().for_each(|h| bytes.extend(h.to_le_bytes()));
+        values.for_each(|v| bytes.extend(v.to_le_bytes()));
+        let sum = seal::checksum(&self.name(path), &bytes);
+        bytes.extend(sum.to_le_bytes());
+        Ok(write_bytes(path, &bytes)?)
+    }
 }
 
-/// Reads the fields of a render; `None` when there is no file.
-pub(super) fn read_fields(path: &Path) -> Result<Option<Fields>, DatasetError> {
-    let Some(([lamps, samples_per_group, groups, n], values)) = read(path)? else {
-        return Ok(None);
-    };
+/// Whether the render at `path`, by `name` inside its folder, is as it was written.
+pub(super) fn inspect(name: &str, path: &Path) -> Result<Found<()>, DatasetError> {
+    let found = read(name, path)?;
+    Ok(found.and_then(NOT_A_RENDER, |content| match content.0[0] {
+        2 => upward(content).map(|_| ()),
+        _ => fields(content).map(|_| ()),
+    }))
+}
+
+const NOT_A_RENDER: &str = "it is not a render of this program's format";
+
+/// Header and values of a file.
+type Content = ([u32; 4], Vec<f64>);
+
+fn fields(([lamps, samples_per_group, groups, n], values): Content) -> Option<Fields> {
     let (n, groups) = (n as usize, groups as usize);
-    if groups != GROUPS || n == 0 || values.len() != 2 * GROUPS * 3 * n {
-        return Err(damaged(path));
+    if groups != GROUPS || n == 0 || Some(values.len()) != n.checked_mul(2 * GROUPS * 3) {
+        return None;
     }
     let part = |start: usize| -> Vec<[Vec<f64>; 3]> {
         (0..GROUPS)
@@ -45,80 +96,57 @@ pub(super) fn read_fields(path: &Path) -> Result<Option<Fields>, DatasetError> {
             })
             .collect()
     };
-    Ok(Some(Fields {
+    Some(Fields {
         lamps: lamps == 1,
         samples_per_group,
         veil: part(0),
         irradiance: part(GROUPS * 3 * n),
-    }))
+    })
 }
 
-/// Writes an upward render.
-pub(super) fn write_upward(path: &Path, image: &UpwardImage) -> Result<(), DatasetError> {
-    let header = [2, image.samples_per_group, GROUPS as u32, 0];
-    write(path, &header, image.sums.iter().flatten().copied())
-}
-
-/// Reads an upward render; `None` when there is no file.
-pub(super) fn read_upward(path: &Path) -> Result<Option<UpwardImage>, DatasetError> {
-    let Some(([_, samples_per_group, _, _], values)) = read(path)? else {
-        return Ok(None);
-    };
+fn upward(([_, samples_per_group, _, _], values): Content) -> Option<UpwardImage> {
     let (sums, rest) = values.as_chunks::<4>();
-    if sums.len() != UpwardImage::SUMS || !rest.is_empty() {
-        return Err(damaged(path));
-    }
-    Ok(Some(UpwardImage {
+    (sums.len() == UpwardImage::SUMS && rest.is_empty()).then(|| UpwardImage {
         samples_per_group,
         sums: sums.to_vec(),
+    })
+}
+
+fn read(name: &str, path: &Path) -> Result<Found<Content>, DatasetError> {
+    let Some(bytes) = read_bytes(path)? else {
+        return Ok(Found::Absent);
+    };
+    let found = match bytes.split_last_chunk::<4>() {
+        Some((sealed, sum)) if sealed.starts_with(MAGIC) => {
+            if seal::checksum(name, sealed) == u32::from_le_bytes(*sum) {
+                Found::Sealed(sealed)
+            } else {
+                Found::changed()
+            }
+        }
+        _ if bytes.starts_with(MAGIC_UNSEALED) => Found::Unsealed(bytes.as_slice()),
+        _ => Found::Damaged(NOT_A_RENDER.into()),
+    };
+    Ok(found.and_then("it is cut short", |bytes| {
+        let (header, values) = bytes.get(MAGIC.len()..)?.split_first_chunk::<16>()?;
+        let (words, _) = header.as_chunks::<4>();
+        let header = words.first_chunk::<4>()?.map(u32::from_le_bytes);
+        let (values, left) = values.as_chunks::<8>();
+        let values = values.iter().map(|v| f64::from_le_bytes(*v)).collect();
+        left.is_empty().then_some((header, values))
     }))
 }
 
-fn write(
-    path: &Path,
-    header: &[u32; 4],
-    values: impl Iterator<Item = f64>,
-) -> Result<(), DatasetError> {
-    let mut bytes = MAGIC.to_vec();
-    header.iter().for_each(|h| bytes.extend(h.to_le_bytes()));
-    values.for_each(|v| bytes.extend(v.to_le_bytes()));
-    Ok(write_bytes(path, &bytes)?)
-}
-
-/// Header and values of a file.
-type Content = ([u32; 4], Vec<f64>);
-
-fn read(path: &Path) -> Result<Option<Content>, DatasetError> {
-    let bytes = match fs::read(path) {
-        Ok(bytes) => bytes,
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-        Err(source) => {
-            return Err(DatasetError::Io {
-                path: path.display().to_string(),
-                source,
-            });
-        }
-    };
-    let Some(rest) = bytes.strip_prefix(MAGIC.as_slice()) else {
-        return Err(damaged(path));
-    };
-    let (words, _) = rest.as_chunks::<4>();
-    let Some(header) = words.first_chunk::<4>() else {
-        return Err(damaged(path));
-    };
-    let (values, left) = rest[16..].as_chunks::<8>();
-    if !left.is_empty() {
-        return Err(damaged(path));
+/// The bytes of a file; `None` when there is none.
+pub(super) fn read_bytes(path: &Path) -> Result<Option<Vec<u8>>, DatasetError> {
+    match fs::read(path) {
+        Ok(bytes) => Ok(Some(bytes)),
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(None),
+        Err(source) => Err(DatasetError::Io {
+            path: path.display().to_string(),
+            source,
+        }),
     }
-    let values = values.iter().map(|v| f64::from_le_bytes(*v)).collect();
-    Ok(Some((header.map(u32::from_le_bytes), values)))
-}
-
-fn damaged(path: &Path) -> DatasetError {
-    DatasetError::Inconsistent(format!(
-        "{} is not a render of this program's format; delete it to have it made again",
-        path.display()
-    ))
 }
 
 /// Writes a file whole or not at all.

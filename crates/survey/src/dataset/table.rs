@@ -6,9 +6,9 @@ use uw_calib::{ContrastMeasurement, DepthMeasurement, Profile};
 use uw_guidance::features::{Candidate, FEATURES, FeatureValue, Situation};
 use uw_guidance::observation::Observation;
 
-use super::group::{ImageRow, read_rows};
 use super::plan::{Environment, Upward};
-use super::{DatasetError, ExposureMode, Workshop, store};
+use super::rows::{self, ImageRow};
+use super::{DatasetError, ExposureMode, Workshop};
 use crate::routine;
 
 /// A column of the table.
@@ -106,7 +106,7 @@ pub(super) fn entries(
     let config = workshop.config;
     let mut images: Vec<(f64, ImageRow)> = Vec::new();
     for &distance_m in &config.distances_m {
-        let rows = read_rows(workshop, &environment.group(distance_m))?;
+        let rows = rows::read(workshop, &environment.group(distance_m))?;
         images.extend(rows.into_iter().map(|row| (distance_m, row)));
     }
     let profile = profile(workshop, environment, &images)?;
@@ -208,7 +208,9 @@ fn depth_series(
             depth_m,
         };
         let path = upward.render().path(workshop.folder);
-        let image = store::read_upward(&path)?
+        let image = workshop
+            .watch
+            .read_upward(&path)?
             .ok_or_else(|| DatasetError::Inconsistent(format!("{} is missing", path.display())))?;
         let exposure =
             *exposure.get_or_insert(config.vehicle.up_mean / image.mean_radiance().max(1e-30));

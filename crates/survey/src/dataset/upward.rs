@@ -5,15 +5,15 @@ use std::time::Instant;
 use uw_render::prepare::Prepared;
 
 use super::plan::Upward;
-use super::{DatasetError, Workshop, store};
+use super::{DatasetError, Workshop};
 use crate::environment::{View, scene};
 use crate::estimate::upward::UpwardSampler;
 
-/// Makes the render, unless it is there.
+/// Makes the render, unless it is there and as it was written.
 pub(super) fn make(workshop: &Workshop, upward: &Upward) -> Result<(), DatasetError> {
     let render = upward.render();
     let path = render.path(workshop.folder);
-    if path.exists() {
+    if workshop.watch.read_upward(&path)?.is_some() {
         return Ok(());
     }
     let started = Instant::now();
@@ -41,7 +41,7 @@ pub(super) fn make(workshop: &Workshop, upward: &Upward) -> Result<(), DatasetEr
         }
         samples = (2 * samples).min(workshop.effort.most);
     }
-    store::write_upward(&path, sampler.image())?;
+    workshop.watch.write_upward(&path, sampler.image())?;
     workshop.times.add_upward(started.elapsed(), samples);
     Ok(())
 }

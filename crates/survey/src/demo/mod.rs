@@ -1,9 +1,12 @@
 //! The whole way, small: calibrate in a chosen water, ask the daemon over its socket, look at the result.
 
 mod ask;
+mod folder;
+mod pairs;
 mod plot;
 mod report;
 mod stages;
+mod why;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -24,7 +27,7 @@ use crate::routine::RoutineError;
 use crate::scenery::textures::Pattern;
 use crate::vehicle::Vehicle;
 
-pub use ask::Suggestion;
+pub use ask::{Choice, Suggestion};
 
 /// What to demonstrate.
 #[derive(Clone, Debug)]
@@ -85,6 +88,8 @@ pub struct Visit {
     pub contrast_before: [f64; 3],
     /// What the daemon suggests.
     pub suggestion: Suggestion,
+    /// What is predicted for staying, for the suggested distance with the lamps off and at full, and for the suggestion.
+    pub choices: Vec<Choice>,
     /// Contrast after following it, rendered, 8-bit counts.
     pub contrast_after: [f64; 3],
 }
@@ -110,7 +115,8 @@ fn daemon_of(model: Model, model_name: String, profile: Profile) -> Service {
     Service::with_settings(loaded, settings)
 }
 
-/// Gives the demonstration in `folder` and returns the path of the report. `tell` gets a line per stage.
+/// Gives the demonstration in `folder` and returns the path of the report. `tell` gets a line per stage. Nothing is rendered
+/// and `tell` gets nothing before all options are known to be good.
 pub fn run(
     options: &DemoOptions,
     folder: &Path,
@@ -125,6 +131,8 @@ pub fn run(
         .map_or_else(|| first_model(assets), Ok)?;
     let model = Model::read(&model_path).map_err(|e| DemoError::Input(e.to_string()))?;
     let target = Target::read(options.pattern, assets)?;
+    options.water.check()?;
+    folder::claim(folder)?;
     let vehicle = Vehicle::default();
     let pyramid = TexturePyramid::new(&target.texture, f64::from(options.pattern.tile_m()));
     let stage = stages::Stage {
@@ -138,7 +146,6 @@ pub fn run(
         folder,
         cancel,
     };
-    stage.make_folders()?;
     tell(&format!(
         "1/4 Calibrating in Jerlov {} water, backscatter fraction {}",
         options.water.jerlov, options.water.backscatter_fraction

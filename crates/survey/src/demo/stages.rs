@@ -11,7 +11,7 @@ use uw_render::image::{ImageError, write_atomically, write_frame};
 use uw_render::integrator::RenderError;
 use uw_render::scene::Sensor;
 
-use super::{DemoError, Visit, ask};
+use super::{DemoError, Visit, ask, pairs};
 use crate::environment::{Target, View, WaterBody, scene, sensor};
 use crate::estimate::pyramid::TexturePyramid;
 use crate::estimate::response::CountResponse;
@@ -40,14 +40,6 @@ pub(super) struct Stage<'a> {
 }
 
 impl Stage<'_> {
-    pub(super) fn make_folders(&self) -> Result<(), DemoError> {
-        let path = self.folder.join("calibration");
-        std::fs::create_dir_all(&path).map_err(|e| DemoError::Output {
-            path: path.display().to_string(),
-            reason: e.to_string(),
-        })
-    }
-
     fn quality(&self, samples_per_half: u32, seed: u64) -> Quality {
         Quality {
             samples_per_half,
@@ -170,10 +162,18 @@ impl Stage<'_> {
                 mean: stats.mean,
                 std: stats.contrast,
             };
-            let suggestion = ask::suggest(address, observation)?;
+            let suggestion = ask::suggest(address, &observation)?;
             for warning in &suggestion.warnings {
                 tell(&format!("    warning: {}", warning.message));
             }
+            let there = suggestion.distance_m;
+            let candidates = [
+                (distance_m, light_pct),
+                (there, 0.0),
+                (there, 100.0),
+                (there, suggestion.light_pct),
+            ];
+            let choices = ask::predict(address, &observation, &candidates)?;
             let after = self.look(depth_m, suggestion.distance_m, seed + 1)?;
             let contrast_after = self.measure(&after, suggestion.light_pct).contrast;
             let name = format!("depth_{depth_m}m_after.png");
@@ -182,14 +182,22 @@ impl Stage<'_> {
                 "    {depth_m} m deep: from {distance_m} m at {light_pct} % to {:.2} m at {:.0} %",
                 suggestion.distance_m, suggestion.light_pct
             ));
-            visits.push(Visit {
+            let visit = Visit {
                 depth_m,
                 distance_m,
                 light_pct,
                 contrast_before: stats.contrast,
                 suggestion,
+                choices,
                 contrast_after,
-            });
+            };
+            pairs::write(
+                &self.folder.join(format!("depth_{depth_m}m.png")),
+                &self.folder.join(format!("depth_{depth_m}m_before.png")),
+                &self.folder.join(name),
+                &visit,
+            )?;
+            visits.push(visit);
         }
         Ok(visits)
     }

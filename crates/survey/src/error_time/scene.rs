@@ -5,12 +5,9 @@ use std::sync::OnceLock;
 use std::time::Instant;
 
 use uw_render::prepare::Prepared;
-use uw_render::scene::{Scene, SceneError};
+use uw_render::scene::{Scene, SceneError, SizeError};
 
 use super::hash::{HashError, content_hash};
-
-/// Most pixels a side.
-const MAX_SIDE_PX: u32 = 16_384;
 
 /// Width and height that replace those of scene files; one alone keeps the proportions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -60,14 +57,12 @@ pub enum BenchmarkSceneError {
         other: PathBuf,
     },
     /// The picture would be too large or empty.
-    #[error("{}: width and height must be in 1..=16384 pixels, got {width} × {height}", path.display())]
+    #[error("{}: {source}", path.display())]
     Size {
         /// The scene file.
         path: PathBuf,
-        /// Width asked for or implied, pixels.
-        width: u32,
-        /// Height asked for or implied, pixels.
-        height: u32,
+        /// The size.
+        source: SizeError,
     },
 }
 
@@ -86,7 +81,11 @@ impl BenchmarkScene {
         let mut scene = Scene::read(path)?;
         let read_s = start.elapsed().as_secs_f64();
         let own = (scene.camera.width, scene.camera.height);
-        resize(&mut scene, path, size)?;
+        let resized = scene.camera.resized(size.width, size.height);
+        scene.camera = resized.map_err(|source| BenchmarkSceneError::Size {
+            path: path.to_path_buf(),
+            source,
+        })?;
         Ok(Self {
             name: name.to_string_lossy().into_owned(),
             path: path.to_path_buf(),
@@ -149,43 +148,6 @@ impl BenchmarkScene {
             (prepared, start.elapsed().as_secs_f64())
         })
     }
-}
-
-/// Gives the camera another size. The horizontal field of view stays, pixels keep their proportions.
-fn resize(scene: &mut Scene, path: &Path, size: Size) -> Result<(), BenchmarkSceneError> {
-    let camera = &mut scene.camera;
-    let (old_width, old_height) = (camera.width, camera.height);
-    let scaled = |side: u32, factor: f64| (f64::from(side) * factor).round() as u32;
-    let (width, height) = match (size.width, size.height) {
-        (None, None) => return Ok(()),
-        (Some(width), Some(height)) => (width, height),
-        (Some(width), None) => {
-            let factor = f64::from(width) / f64::from(old_width);
-            (width, scaled(old_height, factor))
-        }
-        (None, Some(height)) => {
-            let factor = f64::from(height) / f64::from(old_height);
-            (scaled(old_width, factor), height)
-        }
-    };
-    if ![width, height]
-        .iter()
-        .all(|side| (1..=MAX_SIDE_PX).contains(side))
-    {
-        let path = path.to_path_buf();
-        return Err(BenchmarkSceneError::Size {
-            path,
-            width,
-            height,
-        });
-    }
-    let factor = f64::from(width) / f64::from(old_width);
-    camera.focal_px *= factor;
-    camera.centre_px.x *= factor;
-    camera.centre_px.y =
-        0.5 * f64::from(height) + factor * (camera.centre_px.y - 0.5 * f64::from(old_height));
-    (camera.width, camera.height) = (width, height);
-    Ok(())
 }
 
 #[cfg(test)]

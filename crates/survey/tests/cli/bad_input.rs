@@ -31,6 +31,11 @@ fn scenes_are_refused_with_line_and_field() {
             &["water.jerlov", "IX", "3C"],
         ),
         (
+            "jerlov = \"IB\"",
+            "jerlov = \"ib\"",
+            &["water.jerlov", "did you mean \"IB\"?"],
+        ),
+        (
             "[0.5, 0.4, 0.3]",
             "{ texture = \"none.png\", encoding = \"srgb\" }",
             &["none.png"],
@@ -118,6 +123,36 @@ fn arguments_of_a_render_are_checked_before_it() {
         ),
         ("-o out.exr --spp 0", &["--spp", "0"]),
         ("-o out.exr --spp many", &["--spp", "many"]),
+        ("-o out.exr --spp 1.5", &["--spp", "1.5", "256 or 1e6"]),
+        ("-o out.exr --spp 1e12", &["--spp", "1..=1073741824"]),
+        (
+            "-o out.exr --target-error 5%%",
+            &["--target-error", "0.05 or 5%"],
+        ),
+        ("-o out.exr --width 0", &["--width", "1..=16384", "0 × 0"]),
+        ("-o out.exr --height 16384", &["--height", "29127 × 16384"]),
+        (
+            "-o out.exr --width 16384 --height 16384",
+            &["67108864 pixels in all"],
+        ),
+        ("-o out.exr --width wide", &["--width", "wide"]),
+        ("-o out.exr --set water.jerlov", &["--set", "KEY=VALUE"]),
+        (
+            "-o out.exr --set water.jerlow=3C",
+            &[
+                "--set water.jerlow=3C",
+                "`jerlow`",
+                "did you mean `jerlov`?",
+            ],
+        ),
+        (
+            "-o out.exr --set water.jerlov=3c",
+            &["--set water.jerlov=3c", "did you mean \"3C\"?"],
+        ),
+        (
+            "-o out.exr --set lamp.middle.level_pct=3",
+            &["--set lamp.middle.level_pct=3", "0 (left), 1 (right)"],
+        ),
         ("-o out.exr --threads 0", &["--threads"]),
         ("-o out.exr --time-limit-s nan", &["--time-limit-s", "> 0"]),
         ("-o out.exr --target-error=-0.1", &["--target-error", "> 0"]),
@@ -235,6 +270,7 @@ fn unknown_waters_and_bands_are_answered_with_the_known_ones() {
     let folder = Folder::new();
     for (arguments, words) in [
         ("--jerlov 4C", &["4C", "I IA IB II III 1C 3C 5C 7C 9C"][..]),
+        ("--jerlov 3c", &["\"3c\"", "did you mean \"3C\"?"]),
         ("--jerlov 3C --bands eye", &["eye", "camera:imx219"]),
         (
             "--jerlov 3C --bands 600-800,500-600,400-500",
@@ -269,12 +305,19 @@ fn pictures_and_manifests_are_refused_by_name() {
     folder.refused("sensor text.exr none.toml -o out.png", &["none.toml"]);
     folder.refused("calibrate none.csv -o out.json", &["none.csv"]);
     let header = "file,kind,depth_m,distance_m,light_pct\n";
-    folder.write("manifest.csv", format!("{header}none.png,depth,1,,0\n"));
+    let rest = "text.png,contrast,,1,0\ntext.png,contrast,,1,67\n";
+    folder.write(
+        "manifest.csv",
+        format!("{header}none.png,depth,1,,0\n{rest}"),
+    );
     folder.refused(
         "calibrate manifest.csv -o out.json",
         &["manifest.csv:2:", "none.png"],
     );
-    folder.write("manifest.csv", format!("{header}text.png,depth,1,,0\n"));
+    folder.write(
+        "manifest.csv",
+        format!("{header}text.png,depth,1,,0\n{rest}"),
+    );
     folder.refused(
         "calibrate manifest.csv -o out.json",
         &["manifest.csv:2:", "text.png"],
@@ -359,4 +402,47 @@ fn datasets_that_cannot_be_are_refused_with_what_would_be_right() {
         &["nothing to resume"],
     );
     folder.refused("dataset dataset.toml -o new --merge missing", &["missing"]);
+}
+
+#[test]
+fn other_files_in_the_place_of_a_scene_are_called_what_they_are() {
+    let folder = Folder::with_scene();
+    folder.good("render scene.toml -o picture.png --spp 1");
+    folder.good("render scene.toml -o picture.exr --spp 1");
+    folder
+        .write("profile.json", "{\"format\": \"uw-profile/1\"}")
+        .write("noise.bin", b"\x01\x02\0\x80");
+    for (scene, words) in [
+        (
+            "picture.png",
+            &[
+                "picture.png: is a PNG picture, not a scene file",
+                "uw-scene/1",
+            ][..],
+        ),
+        (
+            "picture.exr",
+            &["picture.exr: is an OpenEXR picture, not a scene file"],
+        ),
+        (
+            "profile.json",
+            &["profile.json: is a calibration profile, not a scene file"],
+        ),
+        (
+            "noise.bin",
+            &["noise.bin: is a binary file, not a scene file"],
+        ),
+    ] {
+        folder.refused(&format!("render {scene} -o out.exr"), words);
+    }
+    let model = shipped("../assets/models/default.json");
+    folder.refused(
+        &format!("render {} -o out.exr", model.display()),
+        &["default.json: is a model file, not a scene file"],
+    );
+    let hull = shipped("../assets/scenes/ship_hull.glb");
+    folder.refused(
+        &format!("render {} -o out.exr", hull.display()),
+        &["is a glTF file", "gltf = \"FILE\""],
+    );
 }

@@ -1,11 +1,14 @@
 //! The command line as a user meets it: the real binary on small inputs.
 
 mod bad_input;
+mod calibrate;
 mod error_time;
 mod interruption;
 mod irradiance;
 mod pictures;
 mod predict;
 mod render;
+mod render_limits;
+mod render_options;
 mod support;
 mod water;

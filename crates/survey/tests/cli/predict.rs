@@ -98,3 +98,19 @@ fn a_model_of_a_wrong_shape_is_refused() {
         &["text.json", "JSON"],
     );
 }
+
+#[test]
+fn a_profile_in_the_place_of_a_model_is_called_one() {
+    let (folder, table) = with_model();
+    folder.write("in.csv", &table).write(
+        "profile.json",
+        "{\"format\": \"uw-profile/1\", \"depth\": []}",
+    );
+    folder.refused(
+        "predict --model profile.json in.csv -o out.csv",
+        &[
+            "profile.json: format must be \"uw-mlp\" (a trained model)",
+            "got \"uw-profile/1\" (a calibration profile)",
+        ],
+    );
+}

@@ -31,6 +31,7 @@ fn a_stopped_check_goes_on_with_the_entries_it_has() {
         };
         let observer = Observer {
             progress: &progress,
+            tell: &|_| {},
             cancel: &cancel,
         };
         let report = check(&config, folder, &assets, &plan, Some(1), &observer);
@@ -61,6 +62,16 @@ fn a_stopped_check_goes_on_with_the_entries_it_has() {
     assert_eq!(json(&report), json(&mended.expect("a report")));
 }
 
+/// Gives the changed bytes of a render a checksum that fits, as a method that is wrong would.
+fn reseal(folder: &Path, path: &Path, bytes: &mut [u8]) {
+    let name = path.strip_prefix(folder).expect("inside").display();
+    let (sealed, sum) = bytes.split_last_chunk_mut::<4>().expect("a checksum");
+    let mut hasher = crc32fast::Hasher::new();
+    hasher.update(format!("{name}\0").as_bytes());
+    hasher.update(sealed);
+    *sum = hasher.finalize().to_le_bytes();
+}
+
 /// Makes the light of all renders of targets `factor` times brighter.
 fn brighten(renders: &Path, factor: f64) {
     for file in std::fs::read_dir(renders).expect("renders") {
@@ -78,6 +89,8 @@ fn brighten(renders: &Path, factor: f64) {
         for value in bytes[32..].as_chunks_mut::<8>().0 {
             *value = (factor * f64::from_le_bytes(*value)).to_le_bytes();
         }
+        let folder = renders.ancestors().nth(2).expect("the folder");
+        reseal(folder, &path, &mut bytes);
         std::fs::write(&path, bytes).expect("writable");
     }
 }
@@ -101,13 +114,17 @@ fn a_check_finds_wrong_labels_and_does_not_believe_them() {
     let report = || {
         let observer = Observer {
             progress: &|_| {},
+            tell: &|_| {},
             cancel: &AtomicBool::new(false),
         };
         check(&config, folder.path(), &assets, &plan, Some(2), &observer).expect("a report")
     };
     let right = report();
     std::fs::remove_dir_all(folder.path().join("check")).expect("entries");
+    assert_eq!(right.wrong(), [""; 0]);
     brighten(&folder.path().join("renders/II_B0.0183"), 1.5);
+    std::fs::remove_dir_all(folder.path().join("images")).expect("tables of images");
+    run(&config, folder.path(), &options(2, Shard::WHOLE));
     let wrong = report();
     for (right, wrong) in right.entries.iter().zip(&wrong.entries) {
         for k in 0..3 {

@@ -30,7 +30,7 @@ fn kept_images_are_those_of_the_labels_and_travel_with_their_part() {
     for (index, part) in (1..).zip(&parts) {
         run(&config, part, &keep(Shard { index, count: 2 }));
     }
-    merge(&config, &merged, &parts).expect("parts of one dataset");
+    merge(&config, &merged, &parts, &|_| {}).expect("parts of one dataset");
     run(&config, &merged, &options(1, Shard::WHOLE));
     assert_same(&whole, &merged);
 

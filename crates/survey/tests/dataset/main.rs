@@ -1,6 +1,7 @@
 //! A tiny dataset: its labels, its images, interruption, parts, and independence of the number of threads.
 
 mod check;
+mod damage;
 mod images;
 mod labels;
 
@@ -52,6 +53,7 @@ fn options(threads: usize, shard: Shard) -> RunOptions {
 fn run(config: &DatasetConfig, folder: &Path, options: &RunOptions) -> Summary {
     let observer = Observer {
         progress: &|_| {},
+        tell: &|_| {},
         cancel: &AtomicBool::new(false),
     };
     let assets = assets_dir().expect("assets");
@@ -102,7 +104,7 @@ fn a_dataset_has_the_same_bytes_whoever_makes_it() {
     assert_eq!(part.tables.len(), 0, "a part has no table");
     assert_eq!(run(&tiny(), &second, &shard(2)).tables.len(), 0);
     let merged = folder.path().join("merged");
-    merge(&tiny(), &merged, &[first, second]).expect("parts of one dataset");
+    merge(&tiny(), &merged, &[first, second], &|_| {}).expect("parts of one dataset");
     let joined = run(&tiny(), &merged, &options(1, Shard::WHOLE));
     assert_eq!((joined.tables.len(), joined.times.renders()), (2, 0));
     assert_same(&whole, &merged);
@@ -119,6 +121,7 @@ fn a_stopped_run_keeps_what_it_has_and_goes_on_from_there() {
     };
     let observer = Observer {
         progress: &progress,
+        tell: &|_| {},
         cancel: &cancel,
     };
     let assets = assets_dir().expect("assets");
@@ -201,6 +204,7 @@ fn a_folder_of_another_configuration_is_refused() {
     .expect("writable");
     let observer = Observer {
         progress: &|_| {},
+        tell: &|_| {},
         cancel: &AtomicBool::new(false),
     };
     let assets = assets_dir().expect("assets");

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use uw_render::{
     backend::Device,
-    film::Film,
+    film::{Film, NotFinite},
     gpu::{self, Gpu, GpuError, Statistics},
     integrator::{Plan, stepper::Stepper},
     prepare::Prepared,
@@ -133,6 +133,17 @@ impl<'a> Engine<'a> {
         match self {
             Self::Cpu { film, .. } => film.relative_error(),
             Self::Gpu { statistics, .. } => statistics.relative_error,
+        }
+    }
+
+    /// Whether every radiance is a finite number. Kernels leave out light that is not.
+    ///
+    /// # Errors
+    /// The first pixel that is not; `lamp_names` are those of the scene.
+    pub fn check_finite(&self, lamp_names: &[String]) -> Result<(), NotFinite> {
+        match self {
+            Self::Cpu { film, .. } => film.check_finite(lamp_names),
+            Self::Gpu { .. } => Ok(()),
         }
     }
 

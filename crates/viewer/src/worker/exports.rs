@@ -26,11 +26,16 @@ pub(super) fn serve(
         return Ok(());
     }
     let film = engine.film()?;
+    let sound = film.check_finite(&stage.scene.lamp_names);
     let (exports, sensor) = {
         let mut inbox = shared.inbox();
         (std::mem::take(&mut inbox.exports), inbox.view.sensor)
     };
     for export in exports {
+        if let Err(error) = &sound {
+            mouth.say(News::NotExported(error.to_string()));
+            continue;
+        }
         let written = match &export {
             Export::Exr { path, layers } => write_exr(stage, &film, path, layers.as_deref()),
             Export::Photograph { path, seed } => {

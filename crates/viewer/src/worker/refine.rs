@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use uw_render::{backend::Device, gpu::GpuError, integrator::Plan, prepare::Prepared};
 
 use super::{
-    Activity, Frame, Goal, Job, View,
+    Activity, Frame, Goal, Job, News, View,
     engine::Engine,
     exports,
     run::{NAP, Thread},
@@ -107,6 +107,13 @@ impl Thread<'_> {
             };
             let mark = (revision, activity, engine.mark());
             if complete && published != Some(mark) {
+                if let Err(error) = engine.check_finite(&stage.scene.lamp_names) {
+                    self.mouth.say(News::Failed {
+                        generation,
+                        message: error.to_string(),
+                    });
+                    return Ok(End::Left);
+                }
                 let figures = Figures {
                     samples_per_s: stage.rate(&engine),
                     relative_error: error,

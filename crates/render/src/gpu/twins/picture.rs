@@ -149,8 +149,9 @@ fn added_by_host(gpu: &Gpu, scene: &Prepared, plan: &Plan) -> Film {
         crate::gpu::render::Job::new(gpu, scene, plan, &go_on, &unobserved, &|t| t).expect("fits");
     let mut film = Film::new(scene.camera.width, scene.camera.height, scene.lamps.len());
     for (batch, samples) in (0..).zip(BATCHES) {
-        let added = job.add_batch(&mut film, batch, samples, &|| false);
-        assert!(added.expect("runs"));
+        assert!(job.make_batch(batch, samples, &|| false).expect("runs"));
+        let rows = film.rows.len();
+        job.add_to(&mut film, rows, samples).expect("comes back");
     }
     film
 }

@@ -1,21 +1,30 @@
-//! `uw render`: scene file -> picture, with layers, statistics and a way to stop early.
+//! `uw render`: scene file -> picture, with layers, statistics and a way to stop early. [`files`] writes, [`summary`] tells
+//! what came out, [`writing`] reckons how long that takes.
+
+mod files;
+mod summary;
+mod writing;
 
 use std::fmt;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use clap::{Args, ValueEnum, value_parser};
 use uw_render::backend::{self, Device};
 use uw_render::film::Film;
-use uw_render::image::{ImageFormat, write_frame};
+use uw_render::image::ImageFormat;
 use uw_render::integrator::{self, Plan, Progress, RenderError, RenderStats};
-use uw_render::layers::{RenderLayer, exr_image, picture};
+use uw_render::layers::RenderLayer;
 use uw_render::prepare::Prepared;
-use uw_render::scene::Scene;
+use uw_render::scene::{Scene, Setting};
 
 use super::error::{CliError, note};
 use super::progress::ProgressDisplay;
+use super::values::{positive, relative_error, samples};
 use super::{interrupt, output};
+use files::Rendered;
+use summary::Summary;
+use writing::Writing;
 
 /// Arguments of `uw render`.
 #[derive(Debug, Args)]
@@ -25,15 +34,27 @@ pub(super) struct RenderArguments {
     /// Picture: .exr holds linear radiance, .png and .tif go through the sensor of the scene.
     #[arg(short, long)]
     output: PathBuf,
-    /// Samples per pixel. Default: the scene's, or no limit where a time limit or target error is given.
-    #[arg(long, value_parser = value_parser!(u32).range(1..=1 << 30))]
+    /// Samples per pixel, 256 or 1e6. Default: the scene's, or no limit where a time limit or target error is given.
+    #[arg(long, value_name = "N", value_parser = samples)]
     spp: Option<u32>,
-    /// Stop after this time in seconds.
-    #[arg(long, value_parser = positive)]
+    /// Stop after this time in seconds, set-up and, for large pictures, writing included. Where it does not last for a
+    /// sample of every pixel the picture is coarse, and a warning says so.
+    #[arg(long, value_name = "SECONDS", value_parser = positive)]
     time_limit_s: Option<f64>,
-    /// Stop when the estimated relative error of the picture is at most this.
-    #[arg(long, value_parser = positive)]
+    /// Stop when the estimated relative error of the picture is at most this: 0.05 or 5%.
+    #[arg(long, value_name = "ERROR", value_parser = relative_error)]
     target_error: Option<f64>,
+    /// Width instead of the scene's, pixels; alone it keeps the proportions. The horizontal field of view stays.
+    #[arg(long, value_name = "PIXELS")]
+    width: Option<u32>,
+    /// Height instead of the scene's, pixels; alone it keeps the proportions.
+    #[arg(long, value_name = "PIXELS")]
+    height: Option<u32>,
+    /// Another value for a field of the scene file, as in water.jerlov=3C, camera.position_m=[0,0,-3],
+    /// lamp.left.level_pct=50 or object.0.reflectance=[0.5,0.4,0.3]; may be given many times. Values are TOML, bare words
+    /// are text; elements go by their number from 0, lamps also by their name.
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<Setting>,
     /// Seed of all random numbers, those of the sensor included.
     #[arg(long, default_value_t = 0)]
     seed: u64,
@@ -60,7 +81,7 @@ pub(super) struct RenderArguments {
     /// Write facts about the render to this JSON file.
     #[arg(long)]
     stats: Option<PathBuf>,
-    /// No progress on standard error.
+    /// No progress and no summary on standard error.
     #[arg(long)]
     quiet: bool,
 }
@@ -88,17 +109,11 @@ impl From<Backend> for backend::Backend {
     }
 }
 
-fn positive(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
-        _ => Err("must be a finite number > 0".to_owned()),
-    }
-}
-
 impl RenderArguments {
     /// Checks everything that can be checked, renders, writes. With `json` standard error holds nothing but an
     /// error object.
     pub(super) fn run(&self, json: bool) -> Result<(), CliError> {
+        let start = Instant::now();
         let format = self.check()?;
         let warn = |text: fmt::Arguments<'_>| {
             if !json {
@@ -113,9 +128,14 @@ impl RenderArguments {
                 "this processor has no AVX2, so that --backend cpu-simd is slower than --backend cpu"
             ));
         }
+        if let Some(error) = self.target_error.filter(|error| *error >= 1.0) {
+            warn(format_args!(
+                "--target-error {error} is an error of {} %; 5 % is 0.05 or 5%",
+                100.0 * error
+            ));
+        }
         let cancel = interrupt::cancel_flag()?;
-        let start = Instant::now();
-        let scene = Scene::read(&self.scene).map_err(CliError::input)?;
+        let scene = self.read_scene()?;
         let lamp_names: Vec<String> = scene.lamps.iter().map(|lamp| lamp.name.clone()).collect();
         let layers = RenderLayer::by_names(&self.layers, &lamp_names)
             .map_err(|error| CliError::input(format!("--layers: {error}")))?;
@@ -123,22 +143,75 @@ impl RenderArguments {
             warn(format_args!("{warning}"));
         }
         let prepared = Prepared::build(&scene);
+        let reserve = self.reserve(format, &scene, &layers);
         let setup_s = start.elapsed().as_secs_f64();
-        let plan = self.plan(&scene, &layers);
+        let plan = self.plan(&scene, &layers, start.elapsed() + reserve);
         let display = ProgressDisplay::start(
             self.quiet || json,
             plan.samples_per_pixel.is_some() || plan.time_limit.is_some(),
         );
         let observe = |progress: &Progress| show(&display, &plan, scene.camera.height, progress);
-        let render = |device: &Device| device.render(&prepared, &plan, &cancel, &observe);
-        let mut rendered = render(&device);
+        let render =
+            |device: &Device, plan: &Plan| device.render(&prepared, plan, &cancel, &observe);
+        let mut rendered = render(&device, &plan);
         if let Some(reason) = self.needs_native(&rendered) {
             warn(format_args!("{reason}; rendering with --backend cpu"));
-            rendered = render(&Device::Cpu);
+            rendered = render(&Device::Cpu, &self.plan(&scene, &layers, start.elapsed()));
         }
         display.finish();
         let (film, mut stats) = rendered.map_err(no_picture)?;
         stats.setup_s += setup_s;
+        self.warn_of(&stats, &warn);
+        let result = Rendered {
+            scene: &scene,
+            prepared: &prepared,
+            film: &film,
+            stats: &stats,
+        };
+        self.write(format, &layers, &result)?;
+        let summary = Summary {
+            file: &self.output,
+            size_px: (film.width, film.height),
+            stats: &stats,
+            seconds: start.elapsed().as_secs_f64(),
+        };
+        summary.tell(json, self.quiet)
+    }
+
+    /// Time that is left for writing under a time limit.
+    fn reserve(&self, format: ImageFormat, scene: &Scene, layers: &[RenderLayer]) -> Duration {
+        let Some(limit) = self.time_limit_s else {
+            return Duration::ZERO;
+        };
+        let writing = Writing {
+            file: &self.output,
+            format,
+            sensor: scene.sensor.unwrap_or_default(),
+            pixels: u64::from(scene.camera.width) * u64::from(scene.camera.height),
+            layers: layers.len(),
+        };
+        writing.reserve(limit_of(limit))
+    }
+
+    /// The scene file with what the command line says instead.
+    fn read_scene(&self) -> Result<Scene, CliError> {
+        let mut scene = Scene::read_with(&self.scene, &self.set).map_err(CliError::input)?;
+        let resized = scene.camera.resized(self.width, self.height);
+        scene.camera =
+            resized.map_err(|error| CliError::input(format!("--width, --height: {error}")))?;
+        Ok(scene)
+    }
+
+    /// What is not as it should be in a finished render.
+    fn warn_of(&self, stats: &RenderStats, warn: &dyn Fn(fmt::Arguments<'_>)) {
+        if let (Some(step), Some(samples)) = (stats.coarse_step_px, stats.coarse_samples) {
+            let limit = self.time_limit_s.unwrap_or_default();
+            warn(format_args!(
+                "{limit} s did not last for a sample of every pixel: {} pixels show a coarse picture, squares of {step} × \
+                 {step} pixels with {samples} samples each, and have an infinite variance",
+                stats.filled_pixels
+            ));
+        }
         if stats.cut_paths > 0 {
             warn(format_args!(
                 "{} of {} paths were cut by limits of the kernels, the picture is too dark; --backend cpu has no such limits",
@@ -150,13 +223,6 @@ impl RenderArguments {
                 "--share-walks had no effect: it needs daylight, water that holds nothing but lamps, and a camera in it"
             ));
         }
-        let result = Rendered {
-            scene: &scene,
-            prepared: &prepared,
-            film: &film,
-            stats: &stats,
-        };
-        self.write(format, &layers, &result)
     }
 
     /// Why the native path tracer has to render, where no backend is demanded: the kernels refuse the scene, or their
@@ -167,6 +233,9 @@ impl RenderArguments {
         }
         match rendered {
             Err(RenderError::Gpu(error)) => Some(error.to_string()),
+            Err(error @ RenderError::LightLost { .. }) if self.time_limit_s.is_none() => {
+                Some(error.to_string())
+            }
             Ok((_, stats)) if stats.cut_paths > 0 => {
                 let goes_on = !stats.interrupted && self.time_limit_s.is_none();
                 goes_on.then(|| "limits of the kernels cut paths".to_owned())
@@ -209,14 +278,15 @@ impl RenderArguments {
         Ok(format)
     }
 
-    fn plan(&self, scene: &Scene, layers: &[RenderLayer]) -> Plan {
+    /// What to render, where `gone` has gone of the time.
+    fn plan(&self, scene: &Scene, layers: &[RenderLayer], gone: Duration) -> Plan {
         let ends_otherwise = self.time_limit_s.is_some() || self.target_error.is_some();
         let of_scene = (!ends_otherwise).then_some(scene.render.samples_per_pixel);
-        // A limit too long for a duration is no limit.
-        let duration = |seconds| Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX);
         Plan {
             samples_per_pixel: self.spp.or(of_scene),
-            time_limit: self.time_limit_s.map(duration),
+            time_limit: self
+                .time_limit_s
+                .map(|limit| limit_of(limit).saturating_sub(gone)),
             target_error: self.target_error,
             seed: self.seed,
             threads: self.threads.map(usize::from),
@@ -225,59 +295,11 @@ impl RenderArguments {
             share_walks: self.share_walks,
         }
     }
-
-    fn write(
-        &self,
-        format: ImageFormat,
-        layers: &[RenderLayer],
-        result: &Rendered<'_>,
-    ) -> Result<(), CliError> {
-        let written = match format {
-            ImageFormat::Exr => {
-                let mut image = exr_image(result.prepared, result.film, layers);
-                image.attributes = self.attributes(result.stats);
-                image.write(&self.output)
-            }
-            ImageFormat::Png | ImageFormat::Tiff => {
-                let sensor = result.scene.sensor.unwrap_or_default();
-                let frame = sensor.expose(&picture(result.film), self.seed);
-                write_frame(&self.output, &frame)
-            }
-        };
-        written.map_err(CliError::failed)?;
-        if let Some(path) = &self.stats {
-            output::to_file(path, |file| {
-                serde_json::to_writer_pretty(&mut *file, result.stats)?;
-                writeln!(file)
-            })?;
-        }
-        if result.stats.interrupted {
-            return Err(kept(&self.output, result.stats));
-        }
-        Ok(())
-    }
-
-    /// What an EXR file says about its making.
-    fn attributes(&self, stats: &RenderStats) -> Vec<(String, String)> {
-        let scene = self.scene.file_name().unwrap_or_default();
-        [
-            ("uw.version", env!("CARGO_PKG_VERSION").to_owned()),
-            ("uw.scene", scene.to_string_lossy().into_owned()),
-            ("uw.seed", stats.seed.to_string()),
-            ("uw.samples_per_pixel", stats.samples_per_pixel.to_string()),
-            ("uw.backend", stats.backend.to_owned()),
-        ]
-        .map(|(name, value)| (name.to_owned(), value))
-        .to_vec()
-    }
 }
 
-/// A finished render and what it was made from.
-struct Rendered<'a> {
-    scene: &'a Scene,
-    prepared: &'a Prepared,
-    film: &'a Film,
-    stats: &'a RenderStats,
+/// A time limit; one too long for a duration is none.
+fn limit_of(seconds: f64) -> Duration {
+    Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX)
 }
 
 fn show(display: &ProgressDisplay, plan: &Plan, height: u32, progress: &Progress) {
@@ -299,27 +321,11 @@ fn no_picture(error: RenderError) -> CliError {
         RenderError::Incomplete { .. } => {
             CliError::Interrupted(format!("interrupted: {error}; nothing has been written"))
         }
-        RenderError::Threads { .. } | RenderError::Gpu(_) => CliError::failed(error),
-    }
-}
-
-fn kept(output: &Path, stats: &RenderStats) -> CliError {
-    let samples = stats.samples_per_pixel;
-    CliError::Interrupted(format!(
-        "interrupted: {} holds what was finished, {samples} samples per pixel",
-        output.display()
-    ))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn limits_are_finite_and_positive() {
-        assert_eq!(positive("1e-3"), Ok(1e-3));
-        for text in ["0", "-1", "nan", "inf", "", "1s"] {
-            assert!(positive(text).is_err(), "{text}");
+        RenderError::LightLost { .. } => CliError::failed(format!(
+            "{error}; --backend cpu reckons in double precision"
+        )),
+        RenderError::Threads { .. } | RenderError::Gpu(_) | RenderError::NotFinite(_) => {
+            CliError::failed(error)
         }
     }
 }

@@ -1,0 +1,427 @@
+//! The pictures of a manifest become a profile, also where they are not those of the plain routine.
+
+use std::path::Path;
+
+use crate::calibrate::{
+    CalibrateError, ContrastMeasurement, DepthMeasurement, average, relative_to_shallowest,
+};
+use crate::coverage::{Coverage, SAME_DEPTH_M, range};
+use crate::daylight::{self, Dark};
+use crate::encoding::Encoding;
+use crate::levels::{Lit, contrast_at};
+use crate::manifest::{Manifest, Row, RowKind};
+use crate::profile::{ContrastSample, DepthSample, Profile, Source};
+use crate::rig::Rig;
+use crate::stats::{ImageStats, PatchGrid, StatsError};
+
+/// Lamp level of the data from which the shipped models learnt, percent: preferred among equally covered levels.
+const USUAL_LIGHT_PCT: f64 = 67.0;
+
+/// Where K_z comes from.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Daylight {
+    /// From the manifest's pictures that look up.
+    #[default]
+    Pictures,
+    /// From measurements made elsewhere, where the manifest has no such pictures.
+    Measured {
+        /// Means of pictures that look up.
+        depth: Vec<DepthMeasurement>,
+        /// What they are, for the profile's note.
+        what: String,
+    },
+}
+
+/// How daylight falls with depth in pictures of the target.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DaylightFit {
+    /// K_d per channel, 1/m.
+    pub k_d_per_m: [f64; 3],
+    /// Its standard errors, 1/m; 0 where there are no more pictures than unknowns.
+    pub errors_per_m: [f64; 3],
+    /// Shallowest and deepest depth, m.
+    pub depths_m: [f64; 2],
+    /// Number of pictures.
+    pub pictures: usize,
+}
+
+/// How a manifest is made into a profile.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RoutineOptions {
+    /// Lamp level of K_c on, percent; `None` for the level with pictures from the most distances.
+    pub light_pct: Option<f64>,
+    /// How counts stand for light: needed where contrast is derived from other levels.
+    pub encoding: Encoding,
+    /// Where K_z comes from.
+    pub daylight: Daylight,
+}
+
+/// A profile, and what should be known of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Calibration {
+    /// The profile. Where parts of it are not measured as the plain routine does, its note begins with "approximate: ".
+    pub profile: Profile,
+    /// What a user should know, a sentence each.
+    pub warnings: Vec<String>,
+}
+
+/// Measures the images of a manifest and makes their profile; `made_by` names the program and its version.
+pub fn calibrate_manifest(path: &Path, made_by: &str) -> Result<Profile, CalibrateError> {
+    Ok(from_manifest(path, made_by, &RoutineOptions::default())?.profile)
+}
+
+/// The same with choices, and with what should be known of the result.
+pub fn from_manifest(
+    path: &Path,
+    made_by: &str,
+    options: &RoutineOptions,
+) -> Result<Calibration, CalibrateError> {
+    let (manifest, coverage) = examine(path, options.daylight != Daylight::Pictures)?;
+    let mut work = Work {
+        manifest: &manifest,
+        options,
+        coverage: &coverage,
+        warnings: coverage.warnings(),
+        approximate: Vec::new(),
+        size_px: None,
+    };
+    let (depth, target) = work.daylight()?;
+    let (on, off) = work.contrast(&target)?;
+    let note = (!work.approximate.is_empty())
+        .then(|| format!("{APPROXIMATE}{}", work.approximate.join("; ")));
+    let source = Source {
+        made_by: made_by.to_owned(),
+        images: manifest.rows.len() as u64,
+        note,
+    };
+    let rig = work.size_px.map(Rig::of_size).unwrap_or_default();
+    Ok(Calibration {
+        profile: Profile::new(depth, on, off, source)?.with_rig(rig),
+        warnings: work.warnings,
+    })
+}
+
+/// K_d of a manifest without pictures that look up, from its pictures of the target with the lamps off; `None` where there are
+/// pictures that look up.
+pub fn fit_daylight(
+    path: &Path,
+    encoding: Encoding,
+) -> Result<Option<DaylightFit>, CalibrateError> {
+    let (manifest, coverage) = examine(path, false)?;
+    if coverage.looks_up() {
+        return Ok(None);
+    }
+    let mut dark = Vec::new();
+    for t in manifest.rows.iter().filter_map(target) {
+        if let (0.0, Some(depth_m)) = (t.light_pct, t.depth_m) {
+            let light = measured(&manifest, t.row, |path| linear(path, encoding))?;
+            dark.push(Dark {
+                depth_m,
+                distance_m: t.distance_m,
+                light: light.stats.mean,
+            });
+        }
+    }
+    let (k_d_per_m, errors_per_m) =
+        daylight::fit(&dark).map_err(|reason| CalibrateError::Daylight {
+            manifest: path.display().to_string(),
+            reason,
+        })?;
+    let depths: Vec<f64> = dark.iter().map(|d| d.depth_m).collect();
+    let (least, most) = range(&depths);
+    Ok(Some(DaylightFit {
+        k_d_per_m,
+        errors_per_m,
+        depths_m: [least, most],
+        pictures: dark.len(),
+    }))
+}
+
+fn linear(path: &Path, encoding: Encoding) -> Result<PatchGrid, StatsError> {
+    PatchGrid::from_file_as(path, |counts| encoding.light(counts))
+}
+
+fn measured<T>(
+    manifest: &Manifest,
+    row: &Row,
+    measure: impl FnOnce(&Path) -> Result<T, StatsError>,
+) -> Result<T, CalibrateError> {
+    measure(&row.image).map_err(|source| CalibrateError::Image {
+        manifest: manifest.path.display().to_string(),
+        line: row.line,
+        source,
+    })
+}
+
+/// Reads a manifest and looks whether its pictures, of which none is opened, can make a profile. `daylight_given` says that
+/// K_z does not come from pictures.
+pub fn check_manifest(path: &Path, daylight_given: bool) -> Result<(), CalibrateError> {
+    examine(path, daylight_given).map(|_| ())
+}
+
+fn examine(path: &Path, daylight_given: bool) -> Result<(Manifest, Coverage), CalibrateError> {
+    let manifest = Manifest::parse(path)?;
+    let coverage = Coverage::of(&manifest.rows);
+    let lacks = coverage.lacks(daylight_given);
+    if !lacks.is_empty() {
+        return Err(CalibrateError::Incomplete {
+            manifest: path.display().to_string(),
+            has: coverage.has(),
+            lacks,
+        });
+    }
+    if daylight_given && coverage.looks_up() {
+        return Err(CalibrateError::Daylight {
+            manifest: path.display().to_string(),
+            reason: "the manifest has pictures that look up (kind depth); take them out, or leave --jerlov and --kd-per-m out"
+                .into(),
+        });
+    }
+    manifest.check_images()?;
+    Ok((manifest, coverage))
+}
+
+/// Begins the note of a profile of which a part is approximate.
+const APPROXIMATE: &str = "approximate: ";
+
+impl Source {
+    /// What of the profile is approximate, in words; `None` where all of it was measured as the routine does.
+    pub fn approximate(&self) -> Option<&str> {
+        self.note.as_deref()?.strip_prefix(APPROXIMATE)
+    }
+}
+
+/// A row of kind contrast.
+#[derive(Clone, Copy, Debug)]
+struct Target<'a> {
+    row: &'a Row,
+    distance_m: f64,
+    light_pct: f64,
+    depth_m: Option<f64>,
+}
+
+/// K_c with the lamps on and off.
+type Contrasts = (Vec<ContrastSample>, Vec<ContrastSample>);
+
+struct Work<'a> {
+    manifest: &'a Manifest,
+    options: &'a RoutineOptions,
+    coverage: &'a Coverage,
+    warnings: Vec<String>,
+    approximate: Vec<String>,
+    /// Width and height of the pictures of the target measured so far, pixels.
+    size_px: Option<[u32; 2]>,
+}
+
+impl<'a> Work<'a> {
+    fn approximately(&mut self, what: String) {
+        self.warnings.push(what.clone());
+        self.approximate.push(what);
+    }
+
+    /// Samples of K_z, and the pictures of the target that K_c is taken from.
+    fn daylight(&mut self) -> Result<(Vec<DepthSample>, Vec<Target<'a>>), CalibrateError> {
+        let manifest = self.manifest;
+        let target: Vec<Target<'a>> = manifest.rows.iter().filter_map(target).collect();
+        if let Daylight::Measured { depth, what } = &self.options.daylight {
+            self.approximately(format!("K_z {what}"));
+            return Ok((relative_to_shallowest(depth)?, self.of_one_depth(target)));
+        }
+        let mut depth = Vec::new();
+        for row in &manifest.rows {
+            if let RowKind::Depth { depth_m } = row.kind {
+                let mean = measured(manifest, row, ImageStats::from_file)?.mean;
+                depth.push(DepthMeasurement { depth_m, mean });
+            }
+        }
+        Ok((relative_to_shallowest(&depth)?, target))
+    }
+
+    /// The pictures of the depth from which most distances were seen: K_c must not mix depths.
+    fn of_one_depth(&mut self, target: Vec<Target<'a>>) -> Vec<Target<'a>> {
+        let near = |t: &Target, depth_m: f64| {
+            t.depth_m
+                .is_none_or(|z| (z - depth_m).abs() <= SAME_DEPTH_M)
+        };
+        let distances = |depth_m: f64, on: bool| {
+            let of = target
+                .iter()
+                .filter(|t| near(t, depth_m) && (t.light_pct > 0.0) == on);
+            average(of.map(|t| (t.distance_m, [0.0; 3]))).len()
+        };
+        let covered = |depth_m: f64| distances(depth_m, true).min(distances(depth_m, false));
+        let depths = target.iter().filter_map(|t| t.depth_m);
+        let best = depths.max_by(|x, y| covered(*x).cmp(&covered(*y)).then(y.total_cmp(x)));
+        let Some(best) = best else {
+            return target;
+        };
+        let (here, elsewhere): (Vec<Target>, Vec<Target>) =
+            target.iter().partition(|t| near(t, best));
+        let lit = elsewhere.iter().filter(|t| t.light_pct > 0.0).count();
+        if lit > 0 {
+            self.warnings.push(format!(
+                "K_c is that of {best} m depth; {lit} pictures with the lamps on from other depths are not used"
+            ));
+        }
+        here
+    }
+
+    /// K_c at the common lamp level and with the lamps off.
+    fn contrast(&mut self, target: &[Target]) -> Result<Contrasts, CalibrateError> {
+        let level = self.level();
+        let mut contrasts = Vec::new();
+        for t in target {
+            let contrast = self.contrast_of(t.row)?;
+            contrasts.push(ContrastMeasurement {
+                distance_m: t.distance_m,
+                light_pct: t.light_pct,
+                contrast,
+            });
+        }
+        let at = |level: f64| -> Vec<(f64, [f64; 3])> {
+            let of = contrasts.iter().filter(|m| m.light_pct == level);
+            average(of.map(|m| (m.distance_m, m.contrast)))
+        };
+        let mut on = at(level);
+        let mut derived = Vec::new();
+        for &distance_m in &distances(target) {
+            if on.iter().all(|s| s.0 != distance_m)
+                && let Some(contrast) = self.derive(level, distance_m, target)?
+            {
+                derived.push(distance_m);
+                on.push((distance_m, contrast));
+            }
+        }
+        if on.is_empty() {
+            return Err(CalibrateError::NoLevel {
+                manifest: self.manifest.path.display().to_string(),
+                light_pct: level,
+            });
+        }
+        self.tell_levels(level, &derived, &on, target);
+        let samples = |values: Vec<(f64, [f64; 3])>| {
+            let sample = |(distance_m, k_c)| ContrastSample { distance_m, k_c };
+            values.into_iter().map(sample).collect()
+        };
+        Ok((samples(average(on.into_iter())), samples(at(0.0))))
+    }
+
+    /// Contrast of a picture of the target, which must have the size of the others.
+    fn contrast_of(&mut self, row: &Row) -> Result<[f64; 3], CalibrateError> {
+        let grid = measured(self.manifest, row, PatchGrid::from_file)?;
+        // A picture that is decoded has far fewer pixels a side than this could hold.
+        let size = [grid.width, grid.height].map(|side| u32::try_from(side).unwrap_or(u32::MAX));
+        let first = *self.size_px.get_or_insert(size);
+        if first != size {
+            return Err(CalibrateError::MixedSizes {
+                manifest: self.manifest.path.display().to_string(),
+                line: row.line,
+                first,
+                second: size,
+            });
+        }
+        Ok(grid.stats.contrast)
+    }
+
+    /// The lamp level of K_c on: as asked for, or that with pictures from the most distances.
+    fn level(&self) -> f64 {
+        let usual = |level: f64| (level - USUAL_LIGHT_PCT).abs();
+        let best = self.coverage.lit().max_by(|x, y| {
+            let covered = x.1.len().cmp(&y.1.len());
+            covered.then(usual(y.0).total_cmp(&usual(x.0)))
+        });
+        let best = best.map_or(USUAL_LIGHT_PCT, |l| l.0);
+        self.options.light_pct.unwrap_or(best)
+    }
+
+    /// Contrast at a level from the two nearest levels at a distance, one of them with the lamps on.
+    fn derive(
+        &self,
+        level: f64,
+        distance_m: f64,
+        target: &[Target],
+    ) -> Result<Option<[f64; 3]>, CalibrateError> {
+        let mut here: Vec<&Target> = target
+            .iter()
+            .filter(|t| t.distance_m == distance_m)
+            .collect();
+        here.sort_by(|x, y| {
+            (x.light_pct - level)
+                .abs()
+                .total_cmp(&(y.light_pct - level).abs())
+        });
+        let Some(one) = here.first().copied() else {
+            return Ok(None);
+        };
+        let same_depth = |t: &Target| match (t.depth_m, one.depth_m) {
+            (Some(x), Some(y)) => (x - y).abs() <= SAME_DEPTH_M,
+            _ => true,
+        };
+        let other = here
+            .iter()
+            .find(|t| t.light_pct != one.light_pct && same_depth(t));
+        let Some(other) = other else {
+            return Ok(None);
+        };
+        let lit = |t: &Target| -> Result<Lit, CalibrateError> {
+            Ok(Lit {
+                light_pct: t.light_pct,
+                counts: measured(self.manifest, t.row, PatchGrid::from_file)?,
+                linear: measured(self.manifest, t.row, |path| {
+                    linear(path, self.options.encoding)
+                })?,
+            })
+        };
+        let contrast = contrast_at(level, &lit(one)?, &lit(other)?, self.options.encoding);
+        Ok(Some(contrast))
+    }
+
+    fn tell_levels(
+        &mut self,
+        level: f64,
+        derived: &[f64],
+        on: &[(f64, [f64; 3])],
+        target: &[Target],
+    ) {
+        if !derived.is_empty() {
+            let at: Vec<String> = derived.iter().map(f64::to_string).collect();
+            self.approximately(format!(
+                "K_c on at {level} % was derived from pictures at other levels, in linear light, at {} m",
+                at.join(", ")
+            ));
+        }
+        let lit = target
+            .iter()
+            .filter(|t| t.light_pct > 0.0 && t.light_pct != level);
+        let unused = lit
+            .filter(|t| on.iter().all(|s| s.0 != t.distance_m))
+            .count();
+        if unused > 0 {
+            self.warnings.push(format!(
+                "{unused} pictures are at other levels than {level} % from distances without a second level (the lamps off is \
+                 one) to bring them there; they are not used"
+            ));
+        }
+    }
+}
+
+fn target(row: &Row) -> Option<Target<'_>> {
+    match row.kind {
+        RowKind::Depth { .. } => None,
+        RowKind::Contrast {
+            distance_m,
+            light_pct,
+            depth_m,
+        } => Some(Target {
+            row,
+            distance_m,
+            light_pct,
+            depth_m,
+        }),
+    }
+}
+
+fn distances(target: &[Target]) -> Vec<f64> {
+    let all = average(target.iter().map(|t| (t.distance_m, [0.0; 3])));
+    all.into_iter().map(|d| d.0).collect()
+}
