@@ -1,6 +1,7 @@
 //! The vehicle that looks: its camera, lamps and sensor, and the daylight above it.
 
 use serde::{Deserialize, Serialize};
+use uw_calib::Rig;
 
 /// A vehicle and the daylight; every field has a default.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -57,6 +58,22 @@ impl Default for Vehicle {
 }
 
 impl Vehicle {
+    /// Camera, sensor and lamps as profiles and models state them; `exposure` in m² sr/W, `None` where every picture has
+    /// its own.
+    pub fn rig(&self, exposure: Option<f64>) -> Rig {
+        Rig {
+            hfov_deg: Some(self.hfov_deg),
+            exposure_m2_sr_per_w: exposure,
+            noise_a: Some(self.noise_a),
+            noise_b: Some(self.noise_b),
+            lamps: Some(2.0),
+            lamp_offset_m: Some(self.lamp_offset_m),
+            lamp_intensity_w_per_sr: Some(self.lamp_intensity),
+            lamp_half_angle_deg: Some(self.lamp_half_angle_deg),
+            ..Rig::of_size([self.width, self.height])
+        }
+    }
+
     /// Checks every value; the error names the field, the value and what would be right.
     pub fn check(&self) -> Result<(), String> {
         let positive = [

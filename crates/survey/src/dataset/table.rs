@@ -8,7 +8,7 @@ use uw_guidance::observation::Observation;
 
 use super::plan::{Environment, Upward};
 use super::rows::{self, ImageRow};
-use super::{DatasetError, Workshop};
+use super::{DatasetError, ExposureMode, Workshop};
 use crate::routine;
 
 /// A column of the table.
@@ -186,7 +186,12 @@ fn profile(
         }
     }
     let made_by = concat!("uw dataset ", env!("CARGO_PKG_VERSION"));
-    Ok(routine::profile(&depth, &contrast, made_by)?)
+    let exposure = match config.exposure {
+        ExposureMode::Auto => None,
+        ExposureMode::Chosen | ExposureMode::Fixed => Some(workshop.exposure),
+    };
+    let profile = routine::profile(&depth, &contrast, made_by)?;
+    Ok(profile.with_rig(config.vehicle.rig(exposure)))
 }
 
 /// Means of the images that look up: one exposure for all, set at the shallowest.

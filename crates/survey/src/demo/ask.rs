@@ -26,10 +26,22 @@ pub struct Suggestion {
     pub score: f64,
     /// Objective here.
     pub score_here: f64,
+    /// What the daemon warns of.
+    #[serde(default)]
+    pub warnings: Vec<Warning>,
     /// Candidates evaluated.
     pub evaluations: u64,
     /// Time the daemon took, microseconds.
     pub elapsed_us: u64,
+}
+
+/// Why a suggestion is to be taken with care.
+#[derive(Clone, Debug, Deserialize)]
+pub struct Warning {
+    /// A short name for programs.
+    pub reason: String,
+    /// In words.
+    pub message: String,
 }
 
 /// A candidate, and what is predicted for it.

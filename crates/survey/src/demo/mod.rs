@@ -9,12 +9,14 @@ mod stages;
 mod why;
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
+use uw_calib::Profile;
 use uw_guidance::daemon::{self, Limits};
-use uw_guidance::service::Service;
-use uw_guidance::{Model, Objective};
+use uw_guidance::service::{Loaded, Service, Settings};
+use uw_guidance::{Checks, Model, Strictness};
 use uw_render::image::ImageError;
 use uw_render::integrator::RenderError;
 
@@ -92,6 +94,27 @@ pub struct Visit {
     pub contrast_after: [f64; 3],
 }
 
+/// The daemon with its defaults, but that it warns where it would refuse to advise: a demonstration may go where the
+/// model has never been.
+fn daemon_of(model: Model, model_name: String, profile: Profile) -> Service {
+    let loaded = Loaded {
+        model,
+        model_name,
+        model_digest: String::new(),
+        profile: Some(Arc::new(profile)),
+    };
+    let checks = Checks {
+        training: Strictness::Warn,
+        misfit: Strictness::Warn,
+        ..Checks::default()
+    };
+    let settings = Settings {
+        checks,
+        ..Settings::default()
+    };
+    Service::with_settings(loaded, settings)
+}
+
 /// Gives the demonstration in `folder` and returns the path of the report. `tell` gets a line per stage. Nothing is rendered
 /// and `tell` gets nothing before all options are known to be good.
 pub fn run(
@@ -135,7 +158,7 @@ pub fn run(
     let name = model_path
         .file_name()
         .map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-    let service = Service::new(model, name, profile.clone(), Objective::default());
+    let service = daemon_of(model, name, profile.clone());
     let running = daemon::spawn("127.0.0.1:0", service, Limits::default())
         .map_err(|e| DemoError::Daemon(e.to_string()))?;
     tell(&format!(

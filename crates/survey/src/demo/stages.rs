@@ -133,7 +133,8 @@ impl Stage<'_> {
             &depth,
             &contrast,
             concat!("uw demo ", env!("CARGO_PKG_VERSION")),
-        )?;
+        )?
+        .with_rig(self.vehicle.rig(Some(self.vehicle.exposure)));
         let path = self.folder.join("profile.json");
         profile.write(&path).map_err(|e| DemoError::Output {
             path: path.display().to_string(),
@@ -162,6 +163,9 @@ impl Stage<'_> {
                 std: stats.contrast,
             };
             let suggestion = ask::suggest(address, &observation)?;
+            for warning in &suggestion.warnings {
+                tell(&format!("    warning: {}", warning.message));
+            }
             let there = suggestion.distance_m;
             let candidates = [
                 (distance_m, light_pct),
