@@ -16,8 +16,8 @@ use crate::app::{Options, Tab, Viewer};
 use crate::guidance::operation::Operation;
 use crate::model::{OpenScene, Settings, recent::Recent};
 use crate::ui::theme;
-use crate::window;
 use crate::worker::{Goal, Place};
+use crate::{screen, window};
 
 /// The water, its knobs and the advice in one window.
 #[derive(Clone, Debug, Parser)]
@@ -131,8 +131,12 @@ fn start(args: &Args) -> Result<(), Failure> {
     let options = options(args);
     let opened = first_scene(args, options.assets.as_deref()).map_err(Failure::Input)?;
     let advice = AdviceFiles::read(args).map_err(Failure::Input)?;
+    if screen::is_missing(|name| std::env::var_os(name)) {
+        return Err(Failure::Running(screen::missing(args.scene.as_deref())));
+    }
     let outcome = Outcome::default();
     let for_app = Arc::clone(&outcome);
+    let scene = args.scene.clone();
     let args = args.clone();
     let ended = eframe::run_native(
         "uwguide viewer",
@@ -165,7 +169,7 @@ fn start(args: &Args) -> Result<(), Failure> {
         .take();
     // What was kept is the cause of what the window says.
     outcome.unwrap_or(Ok(()))?;
-    ended.map_err(|e| Failure::Running(format!("cannot open a window: {e}")))
+    ended.map_err(|error| Failure::Running(screen::unusable(&error, scene.as_deref())))
 }
 
 /// How the program ends, once that is known.

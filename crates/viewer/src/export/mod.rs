@@ -45,6 +45,7 @@ const CHANNELS: [(&str, RGBColor); 3] = [
 const INK: RGBColor = RGBColor(0, 0, 0);
 const AMBER: RGBColor = RGBColor(224, 160, 32);
 const PINK: RGBColor = RGBColor(255, 80, 160);
+const PALE: RGBColor = RGBColor(190, 190, 190);
 const WHITE: RGBColor = RGBColor(255, 255, 255);
 
 /// Writes spectra, phase function and, where they are there, the profile and the objective to `path`, whose extension
@@ -183,7 +184,7 @@ fn profile_panels(profile: &uw_calib::Profile) -> [Panel; 3] {
 /// The objective with the search, the state and the suggestion.
 fn objective(answer: &Answer) -> Option<Panel> {
     let map = answer.map.clone()?;
-    let way = curve("search", PINK, answer.ascent());
+    let way = curve("search", PALE, answer.ascent());
     let now = answer.observation;
     Some(Panel {
         map: Some(map),

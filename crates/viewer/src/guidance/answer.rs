@@ -69,6 +69,16 @@ pub fn map_candidates(distance_m: [f64; 2], light_pct: [f64; 2]) -> Vec<Candidat
         .collect()
 }
 
+/// Index of the node below `value` among `of` even ones between `low` and `high`, and the share of the way to the next.
+fn cell(value: f64, [low, high]: [f64; 2], of: usize) -> Option<(usize, f64)> {
+    let at = (value - low) / (high - low) * (of - 1) as f64;
+    if !(0.0..=(of - 1) as f64).contains(&at) {
+        return None;
+    }
+    let below = (at as usize).min(of - 2);
+    Some((below, at - below as f64))
+}
+
 /// Distances that objective and calibration have in common, m.
 pub fn common_distances(profile: &Profile, objective: &Objective) -> Option<[f64; 2]> {
     let (min, max) = profile.distance_range_m();
@@ -120,13 +130,20 @@ impl Answer {
         }
     }
 
-    /// The way to the best candidate: every step that was better than all before it.
+    /// The way to the best candidate: from the best of those that are looked at first, all over the map, every step
+    /// that was better than all before it.
     pub fn ascent(&self) -> Vec<[f64; 2]> {
-        let mut best = f64::NEG_INFINITY;
+        let mut best: Option<(Candidate, f64)> = None;
         let mut way = Vec::new();
-        for (candidate, score) in &self.steps {
-            if *score > best {
-                best = *score;
+        let mut descends = false;
+        for &(candidate, score) in &self.steps {
+            // The first descent begins at the best that is known, which is looked at again.
+            descends |= best.is_some_and(|(known, _)| known == candidate);
+            if best.is_none_or(|(_, highest)| score > highest) {
+                best = Some((candidate, score));
+                if !descends {
+                    way.clear();
+                }
                 way.push([candidate.distance_m, candidate.light_pct]);
             }
         }
@@ -135,6 +152,21 @@ impl Answer {
 }
 
 impl ScoreMap {
+    /// The score at a distance in m and a lamp level in percent, from its neighbours; `None` outside the map.
+    pub fn at(&self, distance_m: f64, light_pct: f64) -> Option<f64> {
+        let (columns, rows) = MAP_SIZE;
+        let (column, across) = cell(distance_m, self.distance_m, columns)?;
+        let (row, up) = cell(light_pct, self.light_pct, rows)?;
+        let score = |row: usize, column: usize| self.scores.get(row * columns + column).copied();
+        let along = |row: usize| {
+            let (left, right) = (score(row, column)?, score(row, column + 1)?);
+            Some(left + across * (right - left))
+        };
+        let (below, above) = (along(row)?, along(row + 1)?);
+        let value = below + up * (above - below);
+        value.is_finite().then_some(value)
+    }
+
     /// Smallest and largest finite score; never the same.
     pub fn range(&self) -> (f64, f64) {
         let finite = self.scores.iter().copied().filter(|s| s.is_finite());
@@ -142,5 +174,31 @@ impl ScoreMap {
             (low.min(s), high.max(s))
         });
         if low < high { (low, high) } else { (0.0, 1.0) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_map_tells_scores_between_its_nodes_and_none_outside() {
+        let (distance_m, light_pct) = ([0.5, 3.0], [0.0, 100.0]);
+        let plane = |distance_m: f64, light_pct: f64| 2.0 - 0.4 * distance_m + 0.003 * light_pct;
+        let map = ScoreMap {
+            distance_m,
+            light_pct,
+            scores: map_candidates(distance_m, light_pct)
+                .iter()
+                .map(|c| plane(c.distance_m, c.light_pct))
+                .collect(),
+        };
+        for (distance_m, light_pct) in [(0.5, 0.0), (3.0, 100.0), (1.234, 56.7)] {
+            let score = map.at(distance_m, light_pct).expect("inside");
+            assert!((score - plane(distance_m, light_pct)).abs() < 1e-9);
+        }
+        for (distance_m, light_pct) in [(0.49, 50.0), (3.01, 50.0), (1.0, -1.0), (1.0, 101.0)] {
+            assert_eq!(map.at(distance_m, light_pct), None);
+        }
     }
 }

@@ -2,7 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use egui::{Id, Key, Modal, ScrollArea, TextEdit, Ui};
+use egui::text::{CCursor, CCursorRange};
+use egui::text_edit::TextEditState;
+use egui::{Id, Key, Modal, Response, ScrollArea, TextEdit, Ui};
 
 use crate::app::{FilePurpose, Viewer};
 
@@ -16,6 +18,8 @@ pub struct FileDialog {
     name: String,
     extensions: &'static [&'static str],
     saves: bool,
+    /// The name is to have the keyboard.
+    wants_keys: bool,
     /// Folders and files of the folder, or why it cannot be listed.
     entries: Result<Vec<Entry>, String>,
 }
@@ -104,6 +108,7 @@ impl FileDialog {
             name: name.to_owned(),
             extensions,
             saves: !name.is_empty(),
+            wants_keys: true,
             entries: Ok(Vec::new()),
         };
         dialog.list();
@@ -115,6 +120,7 @@ impl FileDialog {
     }
 
     fn enter(&mut self, folder: PathBuf) {
+        self.wants_keys = true;
         self.folder = folder;
         self.list();
     }
@@ -146,7 +152,7 @@ impl FileDialog {
         });
         ui.separator();
         ScrollArea::vertical()
-            .max_height(320.0)
+            .max_height((ui.ctx().content_rect().height() - 220.0).clamp(80.0, 320.0))
             .auto_shrink([false, false])
             .show(ui, |ui| self.rows(ui, &mut choice));
         ui.separator();
@@ -156,6 +162,7 @@ impl FileDialog {
                 .desired_width(f32::INFINITY)
                 .hint_text("a name, or a whole path");
             let response = ui.add(edit).labelled_by(label.id);
+            self.give_keys(&response);
             let entered = response.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
             if entered {
                 self.accept(&mut choice);
@@ -198,6 +205,7 @@ impl FileDialog {
                 }
             } else if response.clicked() {
                 self.name = entry.name.clone();
+                self.wants_keys = true;
             }
             if !entry.is_folder && response.double_clicked() {
                 self.accept(choice);
@@ -206,6 +214,22 @@ impl FileDialog {
         if entries.is_empty() {
             ui.weak(format!("no {} here", self.extensions.join(", ")));
         }
+    }
+
+    /// Gives the keyboard to the name where it is to have it, with all but its extension selected: what is typed takes
+    /// its place.
+    fn give_keys(&mut self, name: &Response) {
+        if !self.wants_keys {
+            return;
+        }
+        name.request_focus();
+        let stem = Path::new(&self.name).file_stem().unwrap_or_default();
+        let end = CCursor::new(stem.to_string_lossy().chars().count());
+        let mut state = TextEditState::load(&name.ctx, name.id).unwrap_or_default();
+        let selected = CCursorRange::two(CCursor::default(), end);
+        state.cursor.set_char_range(Some(selected));
+        state.store(&name.ctx, name.id);
+        self.wants_keys = !name.has_focus();
     }
 
     fn accept(&mut self, choice: &mut Choice) {

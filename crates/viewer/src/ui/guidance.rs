@@ -4,10 +4,32 @@ use egui::{ComboBox, ProgressBar, Ui};
 use uw_survey::routine::{DISTANCES_M, UP_DEPTHS_M};
 use uw_survey::scenery::textures::Pattern;
 
-use super::knobs::{heading, slider};
+use super::knobs::{Steps, heading, slider, stepped};
 use super::{look, operation, plots};
 use crate::app::{FilePurpose, Viewer};
 use crate::guidance::{Adviser, answer::Answer};
+
+/// Depth of the vehicle.
+const DEPTH: Steps = Steps {
+    range: (0.5, 6.0),
+    step: 0.1,
+    decimals: 2,
+    unit: " m",
+};
+/// Distance of the vehicle to the target.
+const DISTANCE: Steps = Steps {
+    range: (0.5, 3.0),
+    step: 0.05,
+    decimals: 2,
+    unit: " m",
+};
+/// Level of the vehicle's lamps.
+const LAMP: Steps = Steps {
+    range: (0.0, 100.0),
+    step: 1.0,
+    decimals: 0,
+    unit: " %",
+};
 
 /// Shows the panel.
 pub fn show(app: &mut Viewer, ui: &mut Ui) {
@@ -93,31 +115,28 @@ fn routine(app: &mut Viewer, ui: &mut Ui) {
 fn state(app: &mut Viewer, ui: &mut Ui) {
     heading(ui, "2  Where the vehicle is");
     let guidance = &mut app.guidance;
-    let before = guidance.place;
-    let mut changed = slider(ui, "depth", &mut guidance.place.depth_m, 0.5..=6.0, " m");
-    changed |= slider(
+    let mut changed = stepped(ui, "depth", &mut guidance.place.depth_m, DEPTH);
+    changed |= stepped(
         ui,
         "distance to the target",
         &mut guidance.place.distance_m,
-        0.5..=3.0,
-        " m",
+        DISTANCE,
     );
-    changed |= slider(ui, "lamp level", &mut guidance.light_pct, 0.0..=100.0, " %");
-    if changed.changed() || before != guidance.place {
+    changed |= stepped(ui, "lamp level", &mut guidance.light_pct, LAMP);
+    if changed {
         // A state set by hand takes the place of a recorded one.
         guidance.operation = None;
     }
     ui.horizontal(|ui| {
         if ui.button("Take the camera's place").clicked() {
-            let distance_m = app.distance_ahead_m().clamp(0.5, 3.0);
-            let place = &mut app.guidance.place;
-            place.distance_m = distance_m;
-            if let Some(depth_m) = app.settings.depth_m() {
-                place.depth_m = depth_m.clamp(0.5, 6.0);
-            }
-            if let Some(lamp) = app.settings.lamps.first() {
-                app.guidance.light_pct = lamp.level_pct;
-            }
+            let distance_m = DISTANCE.written(app.distance_ahead_m());
+            let depth_m = app.settings.depth_m().map(|m| DEPTH.written(m));
+            let lamp = app.settings.lamps.first();
+            let light_pct = lamp.map(|lamp| LAMP.written(lamp.level_pct));
+            let guidance = &mut app.guidance;
+            guidance.place.distance_m = distance_m;
+            guidance.place.depth_m = depth_m.unwrap_or(guidance.place.depth_m);
+            guidance.light_pct = light_pct.unwrap_or(guidance.light_pct);
         }
         let idle = app.guidance.progress().is_none();
         if ui
@@ -250,8 +269,8 @@ fn follow(app: &mut Viewer, ui: &mut Ui, answer: &Answer) {
         {
             app.go_to(Some(now.depth_m), answer.distance_m, answer.light_pct);
             if app.guidance.operation.is_none() {
-                app.guidance.place.distance_m = answer.distance_m;
-                app.guidance.light_pct = answer.light_pct;
+                app.guidance.place.distance_m = DISTANCE.written(answer.distance_m);
+                app.guidance.light_pct = LAMP.written(answer.light_pct);
                 let settings = app.settings.clone();
                 app.guidance.look(&settings, &mut app.toasts);
             }

@@ -1,6 +1,6 @@
 //! Rows of knobs that panels share.
 
-use egui::{DragValue, Slider, Ui};
+use egui::{DragValue, Slider, SliderClamping, Ui};
 use egui_plot::{AxisHints, GridInput, GridMark, Plot};
 use glam::DVec3;
 
@@ -15,6 +15,58 @@ pub fn slider(
     unit: &str,
 ) -> egui::Response {
     ui.add(Slider::new(value, range).text(name).suffix(unit))
+}
+
+/// How a number is set: in which steps by the slider, and how it is written.
+#[derive(Clone, Copy, Debug)]
+pub struct Steps {
+    /// Smallest and largest value.
+    pub range: (f64, f64),
+    /// Step of the slider and of the arrow keys on it.
+    pub step: f64,
+    /// Digits after the point, also of a number that is typed.
+    pub decimals: usize,
+    /// Unit, with a space before it.
+    pub unit: &'static str,
+}
+
+impl Steps {
+    /// A value as the number beside the slider writes it, within the range.
+    pub fn written(&self, value: f64) -> f64 {
+        let scale = 10_f64.powi(self.decimals as i32);
+        (value.clamp(self.range.0, self.range.1) * scale).round() / scale
+    }
+}
+
+/// A slider in round steps, with a number beside it that takes every value between them. A value that was set elsewhere
+/// stays as it is.
+pub fn stepped(ui: &mut Ui, name: &str, value: &mut f64, steps: Steps) -> bool {
+    let range = steps.range.0..=steps.range.1;
+    ui.horizontal(|ui| {
+        let slider = Slider::new(value, range.clone())
+            .clamping(SliderClamping::Edits)
+            .step_by(steps.step)
+            .show_value(false);
+        let slider = ui.add(slider);
+        let number = DragValue::new(value)
+            .range(range)
+            .clamp_existing_to_range(false)
+            .speed(0.2 * steps.step)
+            .fixed_decimals(steps.decimals)
+            .suffix(steps.unit);
+        let number = ui.add(number);
+        let label = ui.label(name);
+        let changed = slider.changed() || number.changed();
+        slider.labelled_by(label.id);
+        number.labelled_by(label.id);
+        changed
+    })
+    .inner
+}
+
+/// Height of a list of choices, so that all of it is seen where the window has room, points.
+pub fn list_height(ui: &Ui) -> f32 {
+    (ui.ctx().content_rect().height() - 80.0).max(120.0)
 }
 
 /// A slider over powers of ten.

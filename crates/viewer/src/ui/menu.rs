@@ -4,6 +4,7 @@ use egui::{MenuBar, Panel, ThemePreference, Ui, ViewportCommand};
 
 use crate::app::{FilePurpose, Viewer};
 use crate::model::ShownLayer;
+use crate::ui::knobs::list_height;
 use crate::ui::shortcuts::{self, text};
 
 /// Shows the bar.
@@ -21,7 +22,8 @@ pub fn show(app: &mut Viewer, ui: &mut Ui) {
             ui.separator();
             layers(app, ui);
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                ui.weak(&app.open.title);
+                let title = egui::RichText::new(&app.open.title).weak();
+                ui.add(egui::Label::new(title).truncate());
                 if app.is_loading() {
                     ui.spinner();
                 }
@@ -121,6 +123,7 @@ fn layers(app: &mut Viewer, ui: &mut Ui) {
     let label = ui.label("Layer");
     egui::ComboBox::from_id_salt("layer")
         .selected_text(name.unwrap_or("picture"))
+        .height(list_height(ui))
         .show_ui(ui, |ui| {
             for (layer, name) in &all {
                 ui.selectable_value(&mut app.display.layer, *layer, name);

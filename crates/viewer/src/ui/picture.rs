@@ -2,17 +2,17 @@
 
 use eframe::egui_wgpu::RenderState;
 use egui::{
-    Align2, Color32, FontId, PointerButton, Pos2, Rect, Role, Sense, Ui, Vec2, WidgetInfo, pos2,
-    vec2,
+    Align2, Color32, FontId, PointerButton, Rect, Role, Sense, Ui, Vec2, WidgetInfo, pos2, vec2,
 };
 use glam::{DVec2, DVec3};
 use uw_render::image::LayerData;
 use uw_render::prepare::Primitive;
 
 use super::canvas::Canvas;
-use super::theme;
+use super::scale::figure;
+use super::{overlay, theme};
 use crate::app::Viewer;
-use crate::model::{CameraSettings, camera::Motion, display::Legend};
+use crate::model::{CameraSettings, camera::Motion};
 use crate::worker::Frame;
 
 /// Most pixels that are rendered, whatever the size of the window.
@@ -96,28 +96,17 @@ pub fn show(app: &mut Viewer, ui: &mut Ui) {
     if !app.picture.canvas.draw(ui, rect, &frame) {
         ui.painter().rect_filled(rect, 0.0, backdrop);
     }
-    if let Some(legend) = &frame.shown.legend {
-        draw_legend(ui, rect, legend);
-    }
+    let legend = frame.shown.legend.as_ref();
+    let taken = legend.map(|legend| overlay::legend(ui, rect, legend));
     if !app.is_current() {
-        badge(
-            ui,
-            rect.left_top() + vec2(8.0, 8.0),
-            Align2::LEFT_TOP,
-            "updating: earlier settings",
-        );
+        overlay::note(ui, rect, taken, "updating: earlier settings");
     }
-    if let Some(at) = response.hover_pos() {
-        let place = (at - rect.min) / rect.size();
-        app.picture.probe = Some(DVec2::new(f64::from(place.x), f64::from(place.y)));
-    }
+    app.picture.probe = response.hover_pos().map(|at| {
+        let at = (at - rect.min) / rect.size();
+        DVec2::new(f64::from(at.x), f64::from(at.y))
+    });
     if let Some(text) = app.picture.probe.and_then(|at| probe_text(&frame, at)) {
-        badge(
-            ui,
-            rect.left_bottom() + vec2(8.0, -8.0),
-            Align2::LEFT_BOTTOM,
-            &text,
-        );
+        overlay::probe(ui, place, rect, taken, &text);
     }
     navigate(app, ui, &response, &frame);
 }
@@ -142,36 +131,6 @@ fn around(outer: Rect, inner: Rect) -> [Rect; 4] {
     ]
 }
 
-fn badge(ui: &Ui, at: Pos2, anchor: Align2, text: &str) {
-    let painter = ui.painter();
-    let galley = painter.layout_no_wrap(text.to_owned(), FontId::monospace(12.0), Color32::WHITE);
-    let rect = anchor.anchor_size(at, galley.size()).expand(5.0);
-    painter.rect_filled(rect, 4.0, Color32::from_black_alpha(170));
-    painter.galley(rect.min + vec2(5.0, 5.0), galley, Color32::WHITE);
-}
-
-fn draw_legend(ui: &Ui, picture: Rect, legend: &Legend) {
-    let bar = Rect::from_min_size(
-        picture.right_top() + vec2(-34.0, 30.0),
-        vec2(14.0, (picture.height() - 60.0).clamp(20.0, 200.0)),
-    );
-    let painter = ui.painter();
-    painter.rect_filled(bar.expand(1.0), 0.0, Color32::BLACK);
-    let steps = 64;
-    let height = bar.height() / steps as f32;
-    for i in 0..steps {
-        let t = 1.0 - (i as f32 + 0.5) / steps as f32;
-        let min = bar.min + vec2(0.0, i as f32 * height);
-        let step = Rect::from_min_size(min, vec2(bar.width(), height + 0.5));
-        painter.rect_filled(step, 0.0, legend.colours.colour(t));
-    }
-    let scale = if legend.logarithmic { " (log)" } else { "" };
-    for (value, y) in [(legend.high, bar.top()), (legend.low, bar.bottom())] {
-        let text = format!("{value:.3e} {}{scale}", legend.unit);
-        badge(ui, pos2(bar.left() - 8.0, y), Align2::RIGHT_CENTER, &text);
-    }
-}
-
 /// What is known about a place of the picture, in [0, 1] from its upper left corner.
 pub fn probe_text(frame: &Frame, at: DVec2) -> Option<String> {
     let (width, height) = (frame.camera.width, frame.camera.height);
@@ -182,18 +141,17 @@ pub fn probe_text(frame: &Frame, at: DVec2) -> Option<String> {
     }
     let (column, row) = (point.x as usize, point.y as usize);
     let index = row * width as usize + column;
-    let [r, g, b] = *frame.shown.radiance.get(index)?;
+    let radiance = frame.shown.radiance.get(index)?;
     let counts = frame.shown.counts(index)?;
-    let mut text = format!("radiance {r:.3e} {g:.3e} {b:.3e} W/(m² sr)");
+    let mut text = format!("radiance {} W/(m² sr)", three(radiance));
     let value = match &frame.shown.values {
-        Some(LayerData::Scalar(values)) => values.get(index).map(|v| format!("{v:.4e}")),
-        Some(LayerData::Colour(values) | LayerData::Vector(values)) => values
-            .get(index)
-            .map(|[x, y, z]| format!("{x:.3e} {y:.3e} {z:.3e}")),
+        Some(LayerData::Scalar(values)) => values.get(index).map(|v| figure(f64::from(*v), 4)),
+        Some(LayerData::Colour(values) | LayerData::Vector(values)) => values.get(index).map(three),
         None => None,
     };
     if let Some(value) = value {
-        text += &format!("\nlayer    {value}");
+        let unit = frame.shown.legend.map_or("", |legend| legend.unit);
+        text += format!("\nlayer    {value} {unit}").trim_end();
     }
     text += &format!(
         "\ncounts   {} {} {}   pixel {column}, {row} of {width} x {height}",
@@ -203,7 +161,7 @@ pub fn probe_text(frame: &Frame, at: DVec2) -> Option<String> {
         Some(point) => {
             let offset = point - frame.camera.position_m;
             text += &format!(
-                "\ndepth    {:.3} m along the axis, {:.3} m away, at ({:.2}, {:.2}, {:.2}) m",
+                "\ndepth    {:.3} m along the axis, {:.3} m away\nat       {:.2}, {:.2}, {:.2} m",
                 offset.dot(frame.camera.forward),
                 offset.length(),
                 point.x,
@@ -214,6 +172,11 @@ pub fn probe_text(frame: &Frame, at: DVec2) -> Option<String> {
         None => text += "\ndepth    nothing ahead",
     }
     Some(text)
+}
+
+/// A value per channel or axis.
+fn three(values: &[f32; 3]) -> String {
+    values.map(|value| figure(f64::from(value), 3)).join(" ")
 }
 
 /// The first surface behind a place of the picture, m.

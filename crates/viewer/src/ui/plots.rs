@@ -2,13 +2,17 @@
 
 use std::sync::Arc;
 
-use egui::{Color32, ColorImage, TextureHandle, TextureOptions, Ui};
+use egui::{
+    Color32, ColorImage, PopupAnchor, Response, Role, Sense, TextureHandle, TextureOptions,
+    Tooltip, Ui, WidgetInfo,
+};
 use egui_plot::{Line, LineStyle, MarkerShape, PlotImage, PlotPoint, PlotPoints, Points};
 use uw_calib::Profile;
 
 use uw_survey::routine::CONTRAST_LIGHT_PCT;
 
 use super::knobs::{still_plot, x_axis, y_axis};
+use super::scale;
 use super::theme::{CHANNELS, HERE, SUGGESTED, channel_colours};
 use crate::guidance::answer::{Answer, MAP_SIZE, ScoreMap};
 use crate::model::FalseColour;
@@ -75,10 +79,13 @@ pub fn profile(ui: &mut Ui, profile: &Arc<Profile>) {
 /// Shows the objective over distance and lamp level, with the state, the search and the suggestion.
 pub fn map(ui: &mut Ui, answer: &Answer) {
     let texture = answer.map.as_ref().map(|map| (map_texture(ui, map), map));
-    still_plot("objective", 180.0)
+    let shown = still_plot("objective", 180.0)
         .custom_x_axes(vec![x_axis("distance, m")])
         .custom_y_axes(vec![y_axis("lamp, %")])
         .set_margin_fraction(egui::vec2(0.03, 0.06))
+        // The value under the pointer is told below: the plot itself would tell the place of the nearest mark.
+        .show_x(false)
+        .show_y(false)
         .show(ui, |plot| {
             if let Some((texture, map)) = &texture {
                 let [near, far] = map.distance_m;
@@ -87,45 +94,92 @@ pub fn map(ui: &mut Ui, answer: &Answer) {
                 let size = egui::vec2((far - near) as f32, (bright - dim) as f32);
                 plot.image(PlotImage::new("score", texture.id(), centre, size));
             }
-            let seen: Vec<[f64; 2]> = answer
-                .steps
-                .iter()
-                .map(|(c, _)| [c.distance_m, c.light_pct])
-                .collect();
-            plot.points(
-                Points::new("looked at", PlotPoints::from(seen))
-                    .radius(1.2)
-                    .color(Color32::from_white_alpha(110)),
-            );
-            plot.line(
-                Line::new("better and better", PlotPoints::from(answer.ascent()))
-                    .color(SUGGESTED)
-                    .width(1.5),
-            );
-            let mark = |name: &str, at: [f64; 2], shape, colour| {
-                Points::new(name, vec![at])
-                    .shape(shape)
-                    .radius(7.0)
-                    .color(colour)
-            };
-            let now = answer.observation;
-            plot.points(mark(
-                "here",
-                [now.distance_m, now.light_pct],
-                MarkerShape::Cross,
-                HERE,
-            ));
-            plot.points(mark(
-                "suggestion",
-                [answer.distance_m, answer.light_pct],
-                MarkerShape::Diamond,
-                SUGGESTED,
-            ));
+            search(plot, answer);
+            marks(plot, answer);
         });
+    shown
+        .response
+        .widget_info(|| WidgetInfo::labeled(Role::Image, true, "Objective map"));
+    if let Some((_, map)) = &texture {
+        score_scale(ui, map);
+        if let Some(at) = shown.response.hover_pos() {
+            let at = shown.transform.value_from_position(at);
+            under_pointer(ui, &shown.response, map, [at.x, at.y]);
+        }
+    }
     ui.horizontal_wrapped(|ui| {
-        ui.colored_label(SUGGESTED, "pink: suggestion and search");
-        ui.weak("cross: here; dots: looked at");
+        ui.weak("cross: here");
+        ui.colored_label(SUGGESTED, "diamond: suggestion");
+        ui.weak("dots, line: the search");
     });
+}
+
+/// The candidates that the search looked at, and its way: faint, because they matter less than what lies beneath.
+fn search(plot: &mut egui_plot::PlotUi<'_>, answer: &Answer) {
+    let seen: Vec<[f64; 2]> = answer
+        .steps
+        .iter()
+        .map(|(c, _)| [c.distance_m, c.light_pct])
+        .collect();
+    plot.points(
+        Points::new("looked at", PlotPoints::from(seen))
+            .radius(1.0)
+            .color(Color32::from_white_alpha(70)),
+    );
+    // Leg by leg: where a line turns back on itself, the joint is drawn as a wedge as long as the line.
+    for leg in answer.ascent().windows(2) {
+        plot.line(
+            Line::new("better and better", PlotPoints::from(leg.to_vec()))
+                .color(Color32::from_white_alpha(120))
+                .width(1.0),
+        );
+    }
+}
+
+/// The present state and the suggestion, each on a darker one of its kind, so that it is seen on every colour.
+fn marks(plot: &mut egui_plot::PlotUi<'_>, answer: &Answer) {
+    let now = answer.observation;
+    let here = ("here", MarkerShape::Cross, HERE);
+    let there = ("suggestion", MarkerShape::Diamond, SUGGESTED);
+    for (at, (name, shape, colour)) in [
+        ([now.distance_m, now.light_pct], here),
+        ([answer.distance_m, answer.light_pct], there),
+    ] {
+        for (radius, colour) in [(8.5, Color32::BLACK), (7.0, colour)] {
+            let mark = Points::new(name, vec![at]).shape(shape);
+            plot.points(mark.radius(radius).color(colour));
+        }
+    }
+}
+
+/// The colours of the scores with their ends.
+fn score_scale(ui: &mut Ui, map: &ScoreMap) {
+    let (low, high) = map.range();
+    let [low, high] = scale::ends(low, high);
+    ui.horizontal(|ui| {
+        ui.weak("score");
+        ui.label(low);
+        let (bar, _) = ui.allocate_exact_size(egui::vec2(120.0, 10.0), Sense::hover());
+        scale::paint(ui.painter(), bar, FalseColour::Viridis);
+        ui.label(high);
+    });
+}
+
+/// Tells distance, lamp level and score at a place of the plot.
+fn under_pointer(ui: &Ui, plot: &Response, map: &ScoreMap, [distance_m, light_pct]: [f64; 2]) {
+    if let Some(score) = map.at(distance_m, light_pct) {
+        let text = format!(
+            "{distance_m:.2} m, {light_pct:.0} %: score {}",
+            scale::figure(score, 3)
+        );
+        Tooltip::always_open(
+            ui.ctx().clone(),
+            plot.layer_id,
+            plot.id.with("score"),
+            PopupAnchor::Pointer,
+        )
+        .show(|ui| ui.label(text));
+    }
 }
 
 /// The scores as a texture, made once per map.

@@ -3,7 +3,7 @@
 use egui::{ComboBox, DragValue, Ui};
 use uw_render::scene::{Encoding, Exposure, Noise};
 
-use super::knobs::{heading, log_slider};
+use super::knobs::{heading, list_height, log_slider};
 use super::{camera, lamps};
 use crate::app::{FilePurpose, Viewer};
 use crate::model::SensorSettings;
@@ -55,6 +55,7 @@ fn examples(app: &mut Viewer, ui: &mut Ui) {
     };
     ComboBox::from_label("examples")
         .selected_text("choose")
+        .height(list_height(ui))
         .show_ui(ui, |ui| {
             let mut paths: Vec<_> = std::fs::read_dir(&folder)
                 .into_iter()

@@ -1,6 +1,6 @@
 //! The bar at the bottom: samples, error, speed, pause, goal.
 
-use egui::{DragValue, Panel, Ui};
+use egui::{DragValue, Label, Panel, RichText, Ui};
 
 use crate::app::Viewer;
 use crate::worker::Activity;
@@ -58,12 +58,14 @@ fn figures(app: &Viewer, ui: &mut Ui) {
     };
     let size = format!("{} x {}", frame.camera.width, frame.camera.height);
     let speed = rate(frame.samples_per_s);
-    ui.label(format!(
+    let figures = format!(
         "{state}   {} samples/px   {error}   {speed}   {size}",
         frame.samples
-    ));
+    );
+    ui.add(Label::new(figures).truncate());
     ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-        ui.weak(frame.backend.as_ref());
+        let backend = RichText::new(frame.backend.as_ref()).weak();
+        ui.add(Label::new(backend).truncate());
     });
 }
 

@@ -3,7 +3,7 @@
 use egui::{ComboBox, Slider, Ui};
 use uw_media::{Bands, WaterType, phase::PhaseFunction};
 
-use super::knobs::{channels, heading, log_slider, slider};
+use super::knobs::{channels, heading, list_height, log_slider, slider};
 use super::{phase_plot, spectra};
 use crate::app::{FilePurpose, Viewer};
 use crate::model::{Coefficients, PhaseModel, Sun, Surface, Water, water};
@@ -119,6 +119,7 @@ fn bands_box(ui: &mut Ui, bands: &mut Bands) {
             Bands::Intervals(_) => "own intervals".to_owned(),
             other => other.to_string(),
         })
+        .height(list_height(ui))
         .show_ui(ui, |ui| {
             let cameras = uw_media::Camera::ALL.map(Bands::Camera);
             for choice in [Bands::Mean, Bands::Measured].into_iter().chain(cameras) {
@@ -133,6 +134,7 @@ fn phase(ui: &mut Ui, model: &mut PhaseModel) {
     heading(ui, "Phase function");
     ComboBox::from_label("model")
         .selected_text(model.name())
+        .height(list_height(ui))
         .show_ui(ui, |ui| {
             for choice in PhaseModel::CHOICES {
                 if ui

@@ -1,9 +1,11 @@
 //! Tests of the viewer: scene files and worker without a window, panels by clicking, the real program.
 
+mod advice;
 mod bad_files;
 #[path = "../common/mod.rs"]
 mod common;
 mod exports;
+mod layout;
 mod panels;
 mod program;
 mod scene_files;

@@ -33,7 +33,7 @@ pub(crate) fn viewer() -> Harness<'static, Viewer> {
 }
 
 /// Clicks what has this label, also where it has scrolled out of view, and lets the window answer.
-fn click(harness: &mut Harness<'_, Viewer>, label: &str) {
+pub(crate) fn click(harness: &mut Harness<'_, Viewer>, label: &str) {
     harness.get_by_label(label).click_accesskit();
     harness.run_steps(3);
 }
@@ -49,7 +49,7 @@ pub(crate) fn until(harness: &mut Harness<'_, Viewer>, what: &str, done: impl Fn
 }
 
 /// Sets a slider by its accessible value, as a screen reader does.
-fn set(harness: &mut Harness<'_, Viewer>, label: &str, value: f64) {
+pub(crate) fn set(harness: &mut Harness<'_, Viewer>, label: &str, value: f64) {
     harness
         .get_by_role_and_label(egui::Role::Slider, label)
         .set_value_accesskit(value);
@@ -292,6 +292,14 @@ fn the_guidance_panel_calibrates_advises_and_goes_there() {
         "{}",
         camera.position_m
     );
+    // The vehicle's settings are round: centimetres and whole percents.
+    let guidance = &viewer.guidance;
+    let [centimetres, percents] = [100.0 * guidance.place.distance_m, guidance.light_pct];
+    assert!((centimetres - 100.0 * answer.distance_m).abs() <= 0.5 + 1e-6);
+    assert!((percents - answer.light_pct).abs() <= 0.5 + 1e-6);
+    for value in [centimetres, percents] {
+        assert!((value - value.round()).abs() < 1e-6, "{value}");
+    }
 }
 
 #[test]

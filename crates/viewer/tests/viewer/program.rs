@@ -156,3 +156,36 @@ fn unusable_arguments_and_files_end_with_code_2() {
         assert!(said.contains(expected), "{said}");
     }
 }
+
+#[test]
+fn without_a_screen_the_message_says_what_to_do() {
+    let folder = tempfile::tempdir().expect("folder");
+    let scene = folder.path().join("scene.toml");
+    std::fs::write(&scene, SCENE).expect("written");
+    // None at all, an empty one, and one that nobody serves.
+    for display in [None, Some(""), Some(":64999")] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_viewer"));
+        command
+            .args(["--backend", "cpu", "--scene"])
+            .arg(&scene)
+            .env_remove("DISPLAY")
+            .env_remove("WAYLAND_DISPLAY")
+            .env_remove("WAYLAND_SOCKET")
+            .env("XDG_RUNTIME_DIR", folder.path())
+            .env("UW_ASSETS", repository().join("assets"))
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped());
+        command.envs(display.map(|name| ("DISPLAY", name)));
+        let output = wait(command.spawn().expect("built"));
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(1), "{display:?}: {said}");
+        let render = format!("uw render {}", scene.display());
+        for part in ["viewer: ", "DISPLAY", "xvfb-run", &render] {
+            assert!(said.contains(part), "{display:?}: {part} is not in {said}");
+        }
+        for part in [".rs", "panicked", "registry", "RUST_BACKTRACE"] {
+            assert!(!said.contains(part), "{display:?}: {said}");
+        }
+        assert_eq!(said.lines().count(), 1, "{said}");
+    }
+}
