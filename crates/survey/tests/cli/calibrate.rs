@@ -123,7 +123,10 @@ fn pictures_with_the_lamps_off_show_how_daylight_falls() {
     let told = folder.good("calibrate m.csv -o p.json").stderr;
     assert!(told.contains("one distance"), "{told}");
     // Rounding to whole counts takes its share.
-    assert!(told.contains("K_d of 0.299, 0.299, 0.299 per m of 4"), "{told}");
+    assert!(
+        told.contains("K_d of 0.299, 0.299, 0.299 per m of 4"),
+        "{told}"
+    );
     let made = profile(&folder, "p.json");
     assert_eq!(made.depth_range_m(), (0.5, 5.0));
     assert!(made.k_z(5.0).expect("inside")[0] < made.k_z(1.0).expect("inside")[0]);
