@@ -122,7 +122,7 @@ fn a_check_finds_wrong_labels_and_does_not_believe_them() {
     let right = report();
     std::fs::remove_dir_all(folder.path().join("check")).expect("entries");
     assert_eq!(right.wrong(), [""; 0]);
-    brighten(&folder.path().join("renders/II_B0.0183"), 1.5);
+    brighten(&folder.path().join("renders/II_B0.0183"), 2.0);
     std::fs::remove_dir_all(folder.path().join("images")).expect("tables of images");
     run(&config, folder.path(), &options(2, Shard::WHOLE));
     let wrong = report();
