@@ -41,11 +41,11 @@ pub(super) fn tables_if_complete(workshop: &Workshop) -> Result<Vec<PathBuf>, Da
     Ok(tables.map(|t| workshop.folder.join(name(t))).collect())
 }
 
+/// What becomes of an output, given its path and its bytes.
+type Taker<'a> = dyn FnMut(&Path, &[u8]) -> Result<(), DatasetError> + 'a;
+
 /// Makes profiles, tables and manifest from the parts and hands each to `each` with its path.
-pub(super) fn outputs(
-    workshop: &Workshop,
-    each: &mut dyn FnMut(&Path, &[u8]) -> Result<(), DatasetError>,
-) -> Result<(), DatasetError> {
+pub(super) fn outputs(workshop: &Workshop, each: &mut Taker<'_>) -> Result<(), DatasetError> {
     let (config, folder) = (workshop.config, workshop.folder);
     let mut sums = BTreeMap::new();
     let mut hand_on = |name: String, bytes: &[u8]| {

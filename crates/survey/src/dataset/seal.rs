@@ -88,7 +88,7 @@ pub(super) fn from_json<T: DeserializeOwned>(name: &str, text: &[u8]) -> Found<T
     let sum = checksum(name, object.to_string().as_bytes());
     let found = match stated {
         None => Found::Unsealed(object),
-        Some(stated) if stated == Value::from(sum) => Found::Sealed(object),
+        Some(stated) if stated == sum => Found::Sealed(object),
         Some(_) => Found::changed(),
     };
     found.and_then("its fields are not those of this program", |object| {
