@@ -138,7 +138,7 @@ fn runs(text: &str, outcome: &mut Outcome) -> Result<Vec<Run>, ReplayError> {
 
 /// Whether a line that is no JSON was a record once: cut, cut with another glued to it, or the zeros that a
 /// file system leaves where it lost power.
-fn is_torn(line: &str) -> bool {
+pub fn is_torn(line: &str) -> bool {
     let rest = line.trim_start_matches('\0');
     rest.starts_with('{') || (rest.is_empty() && !line.is_empty())
 }

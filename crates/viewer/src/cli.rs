@@ -56,7 +56,7 @@ pub struct Args {
     /// Network for the guidance panel, instead of the one that ships
     #[arg(long, value_name = "FILE.json")]
     pub model: Option<PathBuf>,
-    /// Recorded operation for the guidance panel, as `uwguide --record` writes it
+    /// Recorded operation for the guidance panel, as uwguide writes it (`operations.record`)
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
     /// Light instead of dark

@@ -8,11 +8,7 @@ use crate::service::Loaded;
 
 /// Why a picture of this size (pixels) does not fit the profile or the model, or these two each other; `None` where
 /// nothing speaks against it.
-pub(super) fn other_camera(
-    size_px: Option<[u32; 2]>,
-    profile: &Profile,
-    model: &Model,
-) -> Option<Reason> {
+pub fn other_camera(size_px: Option<[u32; 2]>, profile: &Profile, model: &Model) -> Option<Reason> {
     let made_for = |of: &str, rig: &Rig| {
         let (size, [width, height]) = (size_px?, rig.size_px()?);
         let same = size.map(f64::from) == [width, height];

@@ -32,6 +32,7 @@ mod subscription;
 mod suggestion;
 mod why;
 
+pub use fit::other_camera;
 pub use image::ImagePolicy;
 pub use session::{Answered, Pending, Session};
 pub(crate) use subscription::steering_with;

@@ -2,16 +2,18 @@
 
 use uw_calib::Profile;
 use uw_guidance::{
-    Candidate, Model, Objective, Observation,
+    Candidate, Checks, Model, Objective, Observation,
     advice::{predict, trace},
-    advise,
+    advise_checked,
+    service::other_camera,
 };
 
 /// Columns (distances) and rows (lamp levels) of the map.
 pub const MAP_SIZE: (usize, usize) = (60, 41);
 
-/// What an answer of the library hangs on: state, objective, and where profile and network lie in memory.
-pub type Question = (Observation, Objective, [usize; 2]);
+/// What an answer of the library hangs on: state, objective, width and height of the picture (pixels) where they are known, and
+/// where profile and network lie in memory.
+pub type Question = (Observation, Objective, Option<[u32; 2]>, [usize; 2]);
 
 /// Scores over distance and lamp level.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,8 +39,14 @@ pub struct Answer {
     pub light_pct: f64,
     /// Whether the vehicle may follow.
     pub valid: bool,
+    /// Whether it should move or change its lamps; else it should hold.
+    pub moves: bool,
     /// Why not, or with which limit.
     pub reason: Option<String>,
+    /// What was found wanting and is allowed.
+    pub warnings: Vec<String>,
+    /// How far the prediction for no change misses the picture's contrast, in units of what is allowed.
+    pub misfit: Option<f64>,
     /// Score of the suggestion.
     pub score: Option<f64>,
     /// Score of staying.
@@ -96,7 +104,8 @@ impl Answer {
         objective: &Objective,
         question: Question,
     ) -> Self {
-        let advice = advise(now, profile, model, objective);
+        let advice = advise_checked(now, profile, model, objective, &Checks::default());
+        let other = other_camera(question.2, profile, model);
         let map = common_distances(profile, objective).and_then(|distance_m| {
             let candidates = map_candidates(distance_m, objective.light_pct);
             let found = predict(now, &candidates, profile, model, objective).ok()?;
@@ -118,8 +127,14 @@ impl Answer {
             question: Some(question),
             distance_m: advice.distance_m,
             light_pct: advice.light_pct,
-            valid: advice.valid(),
-            reason: advice.reason.as_ref().map(ToString::to_string),
+            valid: advice.valid() && other.is_none(),
+            moves: advice.moves() && other.is_none(),
+            reason: other
+                .as_ref()
+                .or(advice.reason.as_ref())
+                .map(ToString::to_string),
+            warnings: advice.warnings.iter().map(ToString::to_string).collect(),
+            misfit: advice.residual_here.map(|residual| residual.misfit),
             score: advice.score,
             score_here: advice.score_here,
             predicted: advice.predicted_contrast,

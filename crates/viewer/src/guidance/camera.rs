@@ -160,6 +160,8 @@ impl<'a> VehicleCamera<'a> {
             );
         }
         let depth = routine::measure_depths(&up_sensor, &ups);
-        routine::profile(&depth, &contrast, MADE_BY).map_err(|e| e.to_string())
+        let profile = routine::profile(&depth, &contrast, MADE_BY).map_err(|e| e.to_string())?;
+        let vehicle = &self.job.vehicle;
+        Ok(profile.with_rig(vehicle.rig(Some(vehicle.exposure))))
     }
 }

@@ -53,10 +53,12 @@ impl Link {
         self.answer.is_some()
     }
 
-    /// Asks for a suggestion and a map of scores; with a profile, in its water.
+    /// Asks for a suggestion and a map of scores; with a profile, in its water. `size_px` are width and height of the picture
+    /// that was measured, where they are known.
     pub fn ask(
         &mut self,
         now: Observation,
+        size_px: Option<[u32; 2]>,
         profile: Option<Arc<Profile>>,
         objective: Objective,
         wake: impl Fn() + Send + 'static,
@@ -66,7 +68,7 @@ impl Link {
         let spawned = std::thread::Builder::new()
             .name("uwguide".to_owned())
             .spawn(move || {
-                let answer = ask(&address, &now, profile.as_deref(), &objective)
+                let answer = ask(&address, &now, size_px, profile.as_deref(), &objective)
                     .map_err(|reason| format!("uwguide at {address}: {reason}"));
                 // Without a listener the window has closed.
                 let _ = sender.send(answer);
@@ -155,6 +157,7 @@ impl Conversation {
 fn ask(
     address: &str,
     now: &Observation,
+    size_px: Option<[u32; 2]>,
     profile: Option<&Profile>,
     objective: &Objective,
 ) -> Result<(Answer, String), String> {
@@ -185,7 +188,12 @@ fn ask(
             },
         })
     };
-    let reply = talk.ask(&request("suggest", 3))?;
+    let mut suggest = request("suggest", 3);
+    if let Some([width, height]) = size_px {
+        suggest["width"] = width.into();
+        suggest["height"] = height.into();
+    }
+    let reply = talk.ask(&suggest)?;
     let mut answer = read_suggestion(now, &reply)?;
     if let Some(distance_m) = profile.and_then(|p| common_distances(p, objective)) {
         let mut map = request("predict", 4);
@@ -227,20 +235,28 @@ pub(super) fn read_suggestion(
     let number = |field: &str| reply.get(field).and_then(Value::as_f64);
     let needed = |field: &str| number(field).ok_or_else(|| format!("the reply has no {field}"));
     let whole = |field: &str| reply.get(field).and_then(Value::as_u64).unwrap_or(0);
+    let words = |value: Option<&Value>| value.and_then(Value::as_str).map(str::to_owned);
+    let warnings = reply.get("warnings").and_then(Value::as_array).into_iter();
+    let valid = reply.get("valid").and_then(Value::as_bool).unwrap_or(false);
     Ok(Answer {
         observation: *now,
         question: None,
         distance_m: needed("distance_m")?,
         light_pct: needed("light_pct")?,
-        valid: reply.get("valid").and_then(Value::as_bool).unwrap_or(false),
-        reason: reply
-            .get("reason")
-            .filter(|r| !r.is_null())
-            .map(|r| r.as_str().map_or_else(|| r.to_string(), str::to_owned)),
+        valid,
+        moves: words(reply.get("action")).map_or(valid, |action| action == "move"),
+        reason: words(reply.get("reason")).map(|name| words(reply.get("message")).unwrap_or(name)),
+        warnings: warnings
+            .flatten()
+            .filter_map(|w| words(w.get("message")))
+            .collect(),
+        misfit: reply
+            .get("residual_here")
+            .and_then(|r| r.get("misfit")?.as_f64()),
         score: number("score"),
         score_here: number("score_here"),
         predicted: reply.get("predicted_contrast").and_then(triple),
-        predicted_here: None,
+        predicted_here: reply.get("predicted_here").and_then(triple),
         evaluations: whole("evaluations") as usize,
         steps: Vec::new(),
         map: None,

@@ -212,7 +212,7 @@ impl Guidance {
             return;
         };
         let places = [Arc::as_ptr(profile) as usize, Arc::as_ptr(model) as usize];
-        let question = (now, self.objective, places);
+        let question = (now, self.objective, self.size_px(), places);
         if self
             .answer
             .as_ref()
@@ -238,9 +238,18 @@ impl Guidance {
             return;
         };
         let profile = self.profile.clone();
+        let size_px = self.size_px();
         let ctx = self.ctx.clone();
         self.link
-            .ask(now, profile, self.objective, move || ctx.request_repaint());
+            .ask(now, size_px, profile, self.objective, move || {
+                ctx.request_repaint()
+            });
+    }
+
+    /// Width and height of the picture that was measured, pixels; a recording does not tell them.
+    fn size_px(&self) -> Option<[u32; 2]> {
+        let looked = self.operation_observation().is_none();
+        looked.then_some([self.vehicle.width, self.vehicle.height])
     }
 
     /// What the recorded vehicle knew at the step that is shown.

@@ -1,10 +1,10 @@
-//! A recorded operation: the file that `uwguide --record` writes and `uwguide replay` answers again.
+//! A recorded operation: the file that `uwguide` writes where `operations.record` names it, and `uwguide replay` answers again.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 use serde_json::{Map, Value};
-use uw_guidance::{Observation, record::RECORD_FORMAT};
+use uw_guidance::{Observation, record::RECORD_FORMAT, replay::is_torn};
 
 use super::answer::Answer;
 use super::daemon::{read_suggestion, triple};
@@ -44,7 +44,9 @@ pub enum OperationError {
         problem: String,
     },
     /// There is no suggestion in it.
-    #[error("{path}: holds no suggestion with its state; record one with `uwguide --record FILE`")]
+    #[error(
+        "{path}: holds no suggestion with its state; record one: `operations.record` in the configuration of uwguide"
+    )]
     Empty {
         /// The file.
         path: String,
@@ -161,7 +163,12 @@ fn steps(text: &str, name: &str) -> Result<Vec<Step>, OperationError> {
             line: index + 1,
             problem,
         };
-        let record: Value = serde_json::from_str(line).map_err(|e| problem(e.to_string()))?;
+        let record: Value = match serde_json::from_str(line) {
+            Ok(record) => record,
+            // What a full disk has cut costs itself alone.
+            Err(_) if index > 0 && is_torn(line) => continue,
+            Err(error) => return Err(problem(error.to_string())),
+        };
         let kind = record.get("kind").and_then(Value::as_str).unwrap_or("");
         match kind {
             "start" | "reload" => {
@@ -251,6 +258,7 @@ mod tests {
             START.to_owned(),
             request(r#"{"op":"health"}"#, r#"{"ok":true}"#),
             request(whole, REPLY),
+            request(whole, REPLY)[..90].to_owned(),
             request(part, REPLY),
             request("garbage", r#"{"ok":false,"error":{}}"#),
         ]

@@ -1,6 +1,7 @@
 //! The guidance panel: calibration, state, advice.
 
 use egui::{ComboBox, ProgressBar, Ui};
+use uw_guidance::Checks;
 use uw_survey::routine::{DISTANCES_M, UP_DEPTHS_M};
 use uw_survey::scenery::textures::Pattern;
 
@@ -230,22 +231,7 @@ fn advice(app: &mut Viewer, ui: &mut Ui) {
         ui.weak("calibrate and look, and the advice appears here");
         return;
     };
-    let now = answer.observation;
-    if answer.valid {
-        ui.label(
-            egui::RichText::new(format!(
-                "go to {:.2} m ({:+.2} m), lamps to {:.0} % ({:+.0} %)",
-                answer.distance_m,
-                answer.distance_m - now.distance_m,
-                answer.light_pct,
-                answer.light_pct - now.light_pct
-            ))
-            .strong(),
-        );
-    }
-    if let Some(reason) = &answer.reason {
-        ui.colored_label(ui.visuals().warn_fg_color, reason);
-    }
+    verdict(ui, &answer);
     if let (Some(score), Some(here)) = (answer.score, answer.score_here) {
         ui.weak(format!(
             "score {score:.3}, here {here:.3}, {} candidates",
@@ -257,13 +243,37 @@ fn advice(app: &mut Viewer, ui: &mut Ui) {
     contrasts(app, ui, &answer);
 }
 
+/// What the vehicle should do, in bold only where it may follow; else that it should hold, and why.
+fn verdict(ui: &mut Ui, answer: &Answer) {
+    let now = answer.observation;
+    if answer.moves {
+        ui.strong(format!(
+            "go to {:.2} m ({:+.2} m), lamps to {:.0} % ({:+.0} %)",
+            answer.distance_m,
+            answer.distance_m - now.distance_m,
+            answer.light_pct,
+            answer.light_pct - now.light_pct
+        ));
+    } else if answer.valid {
+        ui.strong("hold: staying is as good");
+    } else {
+        ui.colored_label(
+            ui.visuals().error_fg_color,
+            "hold: there is no advice for this place",
+        );
+    }
+    for text in answer.reason.iter().chain(&answer.warnings) {
+        ui.colored_label(ui.visuals().warn_fg_color, text);
+    }
+}
+
 /// What can be done with a suggestion.
 fn follow(app: &mut Viewer, ui: &mut Ui, answer: &Answer) {
     let now = answer.observation;
     ui.horizontal(|ui| {
         let go = egui::Button::new("Go there");
         if ui
-            .add_enabled(answer.valid, go)
+            .add_enabled(answer.moves, go)
             .on_hover_text("Moves the camera and sets the lamps; the vehicle's place follows")
             .clicked()
         {
@@ -275,7 +285,7 @@ fn follow(app: &mut Viewer, ui: &mut Ui, answer: &Answer) {
                 app.guidance.look(&settings, &mut app.toasts);
             }
         }
-        let idle = app.guidance.progress().is_none() && answer.valid;
+        let idle = app.guidance.progress().is_none() && answer.moves;
         if ui
             .add_enabled(idle, egui::Button::new("Render it"))
             .on_hover_text("Renders the suggestion and compares its contrast with the prediction")
@@ -306,6 +316,13 @@ fn contrasts(app: &Viewer, ui: &mut Ui, answer: &Answer) {
             ui.label(cell(answer.predicted_here));
             ui.label(cell(Some(answer.observation.std)));
             ui.end_row();
+            if let Some(misfit) = answer.misfit {
+                ui.label("misfit here");
+                ui.label(format!("{misfit:.1}"))
+                    .on_hover_text("How far the prediction for no change misses the picture: 1 is 0.5 counts and 10 %");
+                ui.weak(format!("at most {:.1}", Checks::default().max_misfit));
+                ui.end_row();
+            }
             ui.label("suggestion");
             ui.label(cell(answer.predicted));
             ui.label(cell(check.map(|c| c.rendered)));

@@ -16,7 +16,9 @@ pub fn show(app: &mut Viewer, ui: &mut Ui) {
     ui.horizontal(|ui| {
         if ui
             .button("Open recording...")
-            .on_hover_text("What `uwguide --record FILE` wrote")
+            .on_hover_text(
+                "What uwguide wrote where `operations.record` of its configuration names a file",
+            )
             .clicked()
         {
             app.ask_file(FilePurpose::OpenRecord);

@@ -1,19 +1,25 @@
 //! What the guidance panel tells about advice.
 
-use egui_kittest::{Harness, kittest::Queryable};
-use uw_viewer::app::{Tab, Viewer};
+use egui_kittest::{
+    Harness,
+    kittest::{NodeT, Queryable},
+};
+use uw_viewer::app::{Options, Tab, Viewer};
+use uw_viewer::model::OpenScene;
+use uw_viewer::worker::Goal;
 
-use crate::panels::{set, viewer};
-use crate::support::{profile, recording};
+use crate::panels::{click, set, until, viewer};
+use crate::support::{profile, recording, repository};
 
 /// Candidates of the grid that the search looks at first.
 const GRID: usize = 17 * 9;
 
-/// The guidance panel with advice for the first state of a recording.
-fn advised() -> Harness<'static, Viewer> {
+/// The guidance panel with advice for the first state of a recording, whose picture has the contrast that the model predicts
+/// times `share`.
+fn advised(share: f64) -> Harness<'static, Viewer> {
     let folder = tempfile::tempdir().expect("folder");
     let path = folder.path().join("operation.jsonl");
-    std::fs::write(&path, recording()).expect("written");
+    std::fs::write(&path, recording(share)).expect("written");
     let mut harness = viewer();
     let viewer = harness.state_mut();
     viewer.tab = Tab::Guidance;
@@ -26,7 +32,7 @@ fn advised() -> Harness<'static, Viewer> {
 
 #[test]
 fn the_way_of_the_search_begins_at_the_best_of_the_grid() {
-    let harness = advised();
+    let harness = advised(1.0);
     let answer = harness.state().guidance.answer.clone().expect("advice");
     let best_of_grid = answer.steps[..GRID]
         .iter()
@@ -46,7 +52,7 @@ fn the_way_of_the_search_begins_at_the_best_of_the_grid() {
 
 #[test]
 fn the_map_tells_its_scale_and_the_score_under_the_pointer() {
-    let mut harness = advised();
+    let mut harness = advised(1.0);
     let answer = harness.state().guidance.answer.clone().expect("advice");
     let map = answer.map.expect("a map");
     let (low, high) = map.range();
@@ -108,4 +114,78 @@ fn the_vehicles_settings_step_roundly_and_take_every_number_that_is_typed() {
         .set_value_accesskit(1.43);
     harness.run_steps(4);
     assert!(near(harness.state().guidance.place.distance_m, 1.43));
+}
+
+#[test]
+fn a_place_that_the_model_does_not_know_is_told_instead_of_advice() {
+    let told = |share: f64| {
+        let harness = advised(share);
+        let answer = harness.state().guidance.answer.clone().expect("advice");
+        let count = |text: &str| harness.query_all_by_label_contains(text).count();
+        let shown = [
+            "go to ",
+            "hold: there is no advice for this place",
+            "the model does not fit here",
+        ];
+        let goes = !harness
+            .get_by_label("Go there")
+            .accesskit_node()
+            .is_disabled();
+        (
+            answer.valid,
+            goes,
+            shown.map(count),
+            answer.misfit.expect("known"),
+        )
+    };
+    let (valid, goes, shown, misfit) = told(1.0);
+    assert!(valid && goes && misfit < 0.1, "{misfit}");
+    assert_eq!(shown, [1, 0, 0]);
+    // As where the sun stands behind the target, which training did not know.
+    let (valid, goes, shown, misfit) = told(0.65);
+    assert!(!valid && !goes && misfit > 2.0, "{misfit}");
+    assert_eq!(shown, [0, 1, 1]);
+}
+
+#[test]
+fn in_the_opening_scene_the_sun_is_not_that_of_training_and_there_is_no_advice() {
+    let ctx = egui::Context::default();
+    let path = repository().join("assets/scenes/reef_daylight.toml");
+    let open = OpenScene::read(&path).expect("shipped");
+    let options = Options {
+        goal: Goal {
+            samples_per_pixel: 1,
+            target_error: None,
+        },
+        ..Options::default()
+    };
+    let viewer = Viewer::new(&ctx, open, options).expect("a thread");
+    let mut harness = Harness::builder()
+        .with_size([900.0, 1100.0])
+        .build_ui_state(|ui, viewer: &mut Viewer| viewer.show(ui), viewer);
+    harness.state_mut().tab = Tab::Guidance;
+    harness.state_mut().guidance.paths = 1024;
+    harness.run_steps(3);
+    let mut misfit_under = |azimuth_deg: f64| {
+        let settings = &mut harness.state_mut().settings;
+        settings.sun.as_mut().expect("a sun").azimuth_deg = azimuth_deg;
+        harness.run_steps(3);
+        click(&mut harness, "Run the routine");
+        until(&mut harness, "the calibration", |v| {
+            v.guidance.progress().is_none()
+        });
+        let guidance = &harness.state().guidance;
+        let answer = guidance.answer.clone().expect("an answer");
+        (answer.misfit, answer.reason)
+    };
+    let (behind, reason) = misfit_under(180.0);
+    assert!(
+        behind.is_some_and(|misfit| misfit > 1.0),
+        "{behind:?} {reason:?}"
+    );
+    let (trained, reason) = misfit_under(0.0);
+    assert!(
+        trained.is_some_and(|misfit| misfit < 1.0),
+        "{trained:?} {reason:?}"
+    );
 }

@@ -19,7 +19,7 @@ fn plots_hold_what_is_known_and_only_numbers() {
     assert!(text().contains("Jerlov IB") && text().contains("Phase function"));
     assert!(!text().contains("K_z"));
     let record = folder.path().join("operation.jsonl");
-    std::fs::write(&record, recording()).expect("written");
+    std::fs::write(&record, recording(1.0)).expect("written");
     guidance.profile = Some(Arc::new(profile()));
     guidance.open_record(&record).expect("a recording");
     guidance.poll(&mut uw_viewer::ui::toasts::Toasts::default());

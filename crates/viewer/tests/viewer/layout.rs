@@ -63,7 +63,7 @@ fn probe(harness: &mut Harness<'_, Viewer>) -> Rect {
 fn labels_and_buttons_are_whole_in_a_small_window() {
     let folder = tempfile::tempdir().expect("folder");
     let path = folder.path().join("operation.jsonl");
-    std::fs::write(&path, recording()).expect("written");
+    std::fs::write(&path, recording(1.0)).expect("written");
     let mut harness = window(SMALL, ShownLayer::Picture);
     let guidance = &mut harness.state_mut().guidance;
     guidance.profile = Some(std::sync::Arc::new(profile()));

@@ -324,26 +324,21 @@ fn the_routine_without_daylight_says_what_to_do_and_can_be_cancelled() {
 
 #[test]
 fn a_daemon_gives_the_same_advice_as_the_library() {
-    use uw_guidance::{Limits, Model, Objective, Observation, Service};
-    let model_path = crate::support::repository().join("assets/models/default.json");
-    let model = Model::read(&model_path).expect("shipped");
-    let profile = crate::support::profile();
-    let now = Observation {
-        depth_m: 2.0,
-        distance_m: 1.5,
-        light_pct: 20.0,
-        mean: [40.0, 80.0, 70.0],
-        std: [4.0, 8.0, 6.0],
-    };
+    use uw_guidance::{Checks, Limits, Objective, Service, advise_checked};
+    let (model, profile) = (crate::support::model(), crate::support::profile());
+    let now = crate::support::fitting(2.0, 1.5, 20.0, &model);
     let objective = Objective::default();
-    let expected = uw_guidance::advise(&now, &profile, &model, &objective);
+    let expected = advise_checked(&now, &profile, &model, &objective, &Checks::default());
+    assert!(expected.moves(), "{:?}", expected.reason);
     let service = Service::new(model, "default", profile.clone(), objective);
     let running = uw_guidance::spawn("127.0.0.1:0", service, Limits::default()).expect("a port");
     let address = running.local_addr().to_string();
     let mut link = uw_viewer::guidance::daemon::Link::to(address);
     let (sender, woken) = channel();
+    let size_px = Some([1280, 720]);
     link.ask(
         now,
+        size_px,
         Some(std::sync::Arc::new(profile)),
         objective,
         move || {
@@ -359,11 +354,29 @@ fn a_daemon_gives_the_same_advice_as_the_library() {
         (answer.distance_m, answer.light_pct),
         (expected.distance_m, expected.light_pct)
     );
-    assert_eq!(answer.predicted, expected.predicted_contrast);
+    assert!(answer.valid && answer.moves);
+    // Replies are rounded to hundredths of a count.
+    let predicted = answer.predicted.expect("predicted");
+    for (told, exact) in predicted
+        .iter()
+        .zip(expected.predicted_contrast.expect("predicted"))
+    {
+        assert!((told - exact).abs() < 0.006, "{told} {exact}");
+    }
+    // A picture of another size gets none.
+    let (sender, woken) = channel();
+    link.ask(now, Some([240, 135]), None, objective, move || {
+        let _ = sender.send(());
+    });
+    woken.recv_timeout(PATIENCE).expect("an answer");
+    let refused = link.poll(&mut toasts).expect("an answer");
+    assert!(!refused.valid && !refused.moves);
+    let reason = refused.reason.unwrap_or_default();
+    assert!(reason.contains("1280 x 720 pixels"), "{reason}");
     let map = answer.map.expect("a map");
     assert_eq!(map.scores.len(), 60 * 41);
     drop(running);
-    link.ask(now, None, objective, || {});
+    link.ask(now, size_px, None, objective, || {});
     let start = Instant::now();
     while link.is_waiting() && start.elapsed() < PATIENCE {
         assert!(link.poll(&mut toasts).is_none());
@@ -377,7 +390,7 @@ fn a_daemon_gives_the_same_advice_as_the_library() {
 fn a_recorded_operation_is_played_and_the_camera_follows() {
     let folder = tempfile::tempdir().expect("folder");
     let path = folder.path().join("operation.jsonl");
-    std::fs::write(&path, crate::support::recording()).expect("written");
+    std::fs::write(&path, crate::support::recording(1.0)).expect("written");
     let mut harness = viewer();
     harness.state_mut().guidance.profile = Some(std::sync::Arc::new(crate::support::profile()));
     harness.key_press(Key::F4);

@@ -155,7 +155,7 @@ fn files_that_are_dropped_are_opened_as_what_they_are() {
     let profile = folder.path().join("profile.json");
     crate::support::profile().write(&profile).expect("written");
     let record = folder.path().join("operation.jsonl");
-    std::fs::write(&record, crate::support::recording()).expect("written");
+    std::fs::write(&record, crate::support::recording(1.0)).expect("written");
     let scene = crate::support::repository().join("assets/scenes/clear_lamp.toml");
     let mut harness = crate::panels::viewer();
     for path in [profile, record, scene] {

@@ -87,7 +87,7 @@ fn advice_looks_as_it_did() {
     }
     let folder = tempfile::tempdir().expect("folder");
     let path = folder.path().join("operation.jsonl");
-    std::fs::write(&path, recording()).expect("written");
+    std::fs::write(&path, recording(1.0)).expect("written");
     let mut harness = finished(Tab::Guidance, false, |viewer| {
         viewer.guidance.profile = Some(std::sync::Arc::new(profile()));
         viewer.guidance.open_record(&path).expect("a recording");

@@ -3,6 +3,9 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+use uw_calib::Profile;
+use uw_guidance::advice::predict;
+use uw_guidance::{Candidate, Model, Objective, Observation};
 use uw_viewer::model::{Display, OpenScene, Settings};
 use uw_viewer::worker::{Frame, Goal, Job, Place, View, Worker};
 
@@ -73,38 +76,49 @@ pub(crate) fn has_gpu() -> bool {
     found
 }
 
-/// A profile as of turbid water.
-pub(crate) fn profile() -> uw_calib::Profile {
-    let samples = |top: f64, decay: f64| {
-        (1..=6).map(move |i| {
-            let at = 0.5 * f64::from(i);
-            let value = top * (-decay * at).exp();
-            (at, [0.6 * value, 1.5 * value, value])
-        })
-    };
-    let contrast = |top: f64| {
-        samples(top, 0.7)
-            .map(|(distance_m, k_c)| uw_calib::ContrastSample { distance_m, k_c })
-            .collect()
-    };
-    let depth = samples(1.0, 0.5).map(|(depth_m, k_z)| uw_calib::DepthSample { depth_m, k_z });
-    let source = uw_calib::Source {
-        made_by: "test".to_owned(),
-        images: 0,
-        note: None,
-    };
-    uw_calib::Profile::new(depth.collect(), contrast(24.0), contrast(9.0), source).expect("valid")
+/// A profile that ships, of water III.
+pub(crate) fn profile() -> Profile {
+    Profile::read(&repository().join("assets/profiles/III.json")).expect("shipped")
 }
 
-/// A recording of six suggestions of a daemon, as `uwguide --record` writes it.
-pub(crate) fn recording() -> String {
+/// The model that ships.
+pub(crate) fn model() -> Model {
+    Model::read(&repository().join("assets/models/default.json")).expect("shipped")
+}
+
+/// A state whose picture has the contrast that `model` predicts for no change.
+pub(crate) fn fitting(depth_m: f64, distance_m: f64, light_pct: f64, model: &Model) -> Observation {
+    let mut now = Observation {
+        depth_m,
+        distance_m,
+        light_pct,
+        mean: [40.0, 80.0, 70.0],
+        std: [4.0, 8.0, 6.0],
+    };
+    let here = [Candidate {
+        distance_m,
+        light_pct,
+    }];
+    for _ in 0..200 {
+        let predicted = predict(&now, &here, &profile(), model, &Objective::default());
+        let predicted = predicted.expect("calibrated").contrast[0];
+        now.std = std::array::from_fn(|k| 0.5 * (now.std[k] + predicted[k]));
+    }
+    now
+}
+
+/// A recording of six suggestions of a daemon, as it writes them, for states that the shipped model knows; their pictures
+/// have the contrast that it predicts times `share`.
+pub(crate) fn recording(share: f64) -> String {
     let start = serde_json::json!({"kind": "start", "format": "uwguide-record/1", "sequence": 0});
     let mut text = format!("{start}\n");
+    let model = model();
     for i in 0..6_u32 {
         let step = f64::from(i);
+        let now = fitting(1.0 + 0.3 * step, 1.0 + 0.2 * step, 10.0 * step, &model);
         let request = serde_json::json!({
-            "op": "suggest", "id": i, "depth_m": 1.0 + 0.3 * step, "distance_m": 1.0 + 0.2 * step,
-            "light_pct": 10.0 * step, "mean": [40.0, 80.0, 70.0], "std": [4.0, 8.0, 6.0],
+            "op": "suggest", "id": i, "depth_m": now.depth_m, "distance_m": now.distance_m,
+            "light_pct": now.light_pct, "mean": now.mean, "std": now.std.map(|std| share * std),
         });
         let reply = serde_json::json!({
             "id": i, "ok": true, "valid": true, "reason": null, "distance_m": 1.2 + 0.15 * step,
