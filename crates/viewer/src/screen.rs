@@ -12,7 +12,7 @@ const A_SCENE: &str = "assets/scenes/reef_daylight.toml";
 /// such variables.
 pub fn is_missing(of: impl Fn(&str) -> Option<OsString>) -> bool {
     let named = |name: &&str| of(name).is_some_and(|value| !value.is_empty());
-    cfg!(all(unix, not(target_os = "macos"))) && !VARIABLES.iter().any(|name| named(name))
+    cfg!(all(unix, not(target_os = "macos"))) && !VARIABLES.iter().any(named)
 }
 
 /// What to do without a screen.
