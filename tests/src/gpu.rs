@@ -25,7 +25,9 @@ pub fn device() -> Option<&'static Gpu> {
 pub enum Place {
     /// The native path tracer.
     Native,
-    /// The kernels on the processor.
+    /// The kernels in double precision.
+    Double,
+    /// The kernels on the processor's vector units.
     VectorUnits,
     /// The kernels on a graphics adapter.
     Adapter(&'static Gpu),
@@ -40,7 +42,8 @@ pub const PROCESSOR: [Place; 2] = [Place::Native, Place::VectorUnits];
 /// As in [`device`].
 pub fn places() -> Vec<Place> {
     let adapter = device().map(Place::Adapter);
-    std::iter::once(Place::VectorUnits).chain(adapter).collect()
+    let processor = [Place::Double, Place::VectorUnits];
+    processor.into_iter().chain(adapter).collect()
 }
 
 impl Place {
@@ -48,6 +51,7 @@ impl Place {
     pub fn name(self) -> &'static str {
         match self {
             Self::Native => "native",
+            Self::Double => "double precision",
             Self::VectorUnits => "vector units",
             Self::Adapter(_) => "adapter",
         }
@@ -61,6 +65,7 @@ impl Place {
         let (prepared, go_on) = (Prepared::build(scene), AtomicBool::new(false));
         match self {
             Self::Native => integrator::render(&prepared, plan, &go_on, &|_| {}),
+            Self::Double => integrator::render_exact(&prepared, plan, &go_on, &|_| {}),
             Self::VectorUnits => integrator::render_lanes(&prepared, plan, &go_on, &|_| {}),
             Self::Adapter(gpu) => gpu::render(gpu, &prepared, plan, &go_on, &|_| {}),
         }

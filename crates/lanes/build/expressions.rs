@@ -6,19 +6,30 @@ use naga::{
 };
 
 use crate::{
-    function::Writer,
+    function::{Form, Writer},
     types::{count, letter, list, scalar},
 };
 
 type E = Handle<Expression>;
 
-fn literal(literal: &Literal) -> String {
+fn literal(literal: &Literal, form: Form) -> String {
     match literal {
+        Literal::F32(x) if form == Form::Scalar => format!("fs({})", double(*x)),
         Literal::F32(x) => format!("fs({x:?}f32)"),
         Literal::U32(x) => format!("us({x})"),
         Literal::I32(x) => format!("is({x})"),
         Literal::Bool(x) => format!("bs({x})"),
         other => panic!("a literal that kernels did not have: {other:?}"),
+    }
+}
+
+/// The number in double precision that was meant: that of its shortest decimal form, or a power of two itself.
+fn double(x: f32) -> String {
+    let is_power_of_two = x.is_normal() && x.to_bits() & 0x7f_ffff == 0;
+    if is_power_of_two {
+        format!("{:?}f64", f64::from(x))
+    } else {
+        format!("{x:?}f64")
     }
 }
 
@@ -74,7 +85,7 @@ impl Writer<'_> {
 
     fn constant(&self, expression: E) -> String {
         match &self.types.module.global_expressions[expression] {
-            Expression::Literal(value) => literal(value),
+            Expression::Literal(value) => literal(value, self.form),
             Expression::Constant(c) => self.constant(self.types.module.constants[*c].init),
             Expression::Compose { components, .. } => {
                 format!("[{}]", list(components.iter().map(|c| self.constant(*c))))
@@ -90,7 +101,7 @@ impl Writer<'_> {
     /// What an expression is.
     pub fn value(&self, expression: E) -> String {
         match &self.function.expressions[expression] {
-            Expression::Literal(value) => literal(value),
+            Expression::Literal(value) => literal(value, self.form),
             Expression::Constant(c) => self.constant(self.types.module.constants[*c].init),
             Expression::Override(_) => {
                 format!("bs({})", self.switch_text(expression).unwrap_or_default())

@@ -9,8 +9,26 @@ use naga::{
 
 use crate::types::{LaneType, Types};
 
-/// Functions that lanes have their own way for, and its text.
-pub const BY_HAND: [(&str, &str); 1] = [(
+/// What a kernel is written as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// Several lanes at once, in single precision, under masks.
+    Lanes,
+    /// One lane in double precision, with the control flow of the shader.
+    Scalar,
+}
+
+impl Form {
+    /// Functions that have a way of their own, and its text.
+    pub fn by_hand(self) -> &'static [(&'static str, &'static str)] {
+        match self {
+            Self::Lanes => &BY_HAND_IN_LANES,
+            Self::Scalar => &crate::scalar::BY_HAND,
+        }
+    }
+}
+
+const BY_HAND_IN_LANES: [(&str, &str); 1] = [(
     "trace_triangles",
     "let (t, primitive, local) = nearest_triangles(&s.memory.tree, &mut s.memory.waiting, entry, (a0, a1), \
      (a2, a3, a4), (a5.t, a5.primitive, a5.local)); RECORD { t, primitive, local } }",
@@ -26,13 +44,26 @@ pub struct Scope {
     continued: String,
 }
 
+impl Scope {
+    /// Where there are no masks.
+    pub fn of_one_lane() -> Self {
+        Self {
+            mask: String::new(),
+            whole: true,
+            broken: String::new(),
+            continued: String::new(),
+        }
+    }
+}
+
 pub struct Writer<'a> {
     pub types: &'a Types<'a>,
     pub function: &'a Function,
+    pub form: Form,
     info: &'a FunctionInfo,
     /// Expressions that have a variable of their own.
     pub named: HashSet<Handle<Expression>>,
-    code: String,
+    pub code: String,
     masks: u32,
 }
 
@@ -53,10 +84,16 @@ fn narrows(block: &Block, in_loop: bool) -> bool {
 }
 
 impl<'a> Writer<'a> {
-    pub fn new(types: &'a Types<'a>, function: &'a Function, info: &'a FunctionInfo) -> Self {
+    pub fn new(
+        types: &'a Types<'a>,
+        function: &'a Function,
+        info: &'a FunctionInfo,
+        form: Form,
+    ) -> Self {
         Self {
             types,
             function,
+            form,
             info,
             named: HashSet::new(),
             code: String::new(),
@@ -82,41 +119,68 @@ impl<'a> Writer<'a> {
 
     /// The whole function.
     pub fn function(mut self, name: &str, attribute: &str) -> String {
-        let function = self.function;
-        let mut signature = String::from("s: &mut State, entry: B");
-        for (i, argument) in function.arguments.iter().enumerate() {
-            let ty = self.types.name(&self.types.of(argument.ty));
-            signature += &format!(", a{i}: {ty}");
-        }
-        let result = function.result.as_ref().map(|r| self.types.of(r.ty));
-        let returned = result
-            .as_ref()
-            .map_or_else(|| "()".to_owned(), |ty| self.types.name(ty));
-        self.put(attribute);
-        self.put(&format!("fn shader_{name}({signature}) -> {returned} {{"));
-        if let Some((_, text)) = BY_HAND.iter().find(|by_hand| by_hand.0 == name) {
-            let record = result.map_or_else(String::new, |ty| self.types.record(&ty));
-            self.put(&text.replace("RECORD", &record));
+        let result = self.head(name, attribute);
+        if self.is_by_hand(name) {
             return self.code;
+        }
+        if self.form == Form::Scalar {
+            return self.scalar_body(result.as_ref());
         }
         self.put("let mut mask = entry;");
         if let Some(ty) = &result {
             self.put(&format!("let mut result = {};", self.types.zero(ty)));
         }
-        for (handle, variable) in function.local_variables.iter() {
-            let zero = || self.types.zero(&self.types.of(variable.ty));
-            let first = variable.init.map_or_else(zero, |e| self.text(e));
-            self.put(&format!("let mut l{} = {first};", handle.index()));
-        }
+        self.variables();
         let scope = Scope {
             mask: "mask".to_owned(),
             whole: true,
             broken: String::new(),
             continued: String::new(),
         };
-        self.block(&function.body, &scope);
+        self.block(&self.function.body, &scope);
         self.put(if result.is_some() { "result }" } else { "}" });
         self.code
+    }
+
+    /// Attribute, name and arguments of the function; returns the type of its result.
+    fn head(&mut self, name: &str, attribute: &str) -> Option<LaneType> {
+        let mut signature = String::from(match self.form {
+            Form::Lanes => "s: &mut State, entry: B",
+            Form::Scalar => "s: &mut State",
+        });
+        for (i, argument) in self.function.arguments.iter().enumerate() {
+            let ty = self.types.name(&self.types.of(argument.ty));
+            signature += &format!(", a{i}: {ty}");
+        }
+        let result = self.function.result.as_ref().map(|r| self.types.of(r.ty));
+        let returned = result
+            .as_ref()
+            .map_or_else(|| "()".to_owned(), |ty| self.types.name(ty));
+        self.put(attribute);
+        self.put(&format!("fn shader_{name}({signature}) -> {returned} {{"));
+        result
+    }
+
+    /// Whether the function has a way of its own, which is then written.
+    fn is_by_hand(&mut self, name: &str) -> bool {
+        let Some((_, text)) = self.form.by_hand().iter().find(|by_hand| by_hand.0 == name) else {
+            return false;
+        };
+        let result = self.function.result.as_ref().map(|r| self.types.of(r.ty));
+        let record = result
+            .filter(|ty| matches!(ty.inner, TypeInner::Struct { .. }))
+            .map_or_else(String::new, |ty| self.types.record(&ty));
+        self.put(&text.replace("RECORD", &record));
+        true
+    }
+
+    /// The function's variables.
+    pub fn variables(&mut self) {
+        for (handle, variable) in self.function.local_variables.iter() {
+            let zero = || self.types.zero(&self.types.of(variable.ty));
+            let first = variable.init.map_or_else(zero, |e| self.text(e));
+            self.put(&format!("let mut l{} = {first};", handle.index()));
+        }
     }
 
     fn block(&mut self, block: &Block, scope: &Scope) {
@@ -198,24 +262,35 @@ impl<'a> Writer<'a> {
                 arguments,
                 result,
             } => {
-                let name = self.types.module.functions[*function].name.clone();
-                let mut call = format!("shader_{}(s, {mask}", name.unwrap_or_default());
-                for argument in arguments {
-                    call += &format!(", {}", self.text(*argument));
-                }
-                if let Some(result) = result {
-                    self.put(&format!("let e{} = {call});", result.index()));
-                    self.named.insert(*result);
-                } else {
-                    self.put(&format!("{call});"));
-                }
+                self.call(*function, arguments, *result, &format!("s, {mask}"));
                 false
             }
             other => panic!("a statement that kernels did not have: {other:?}"),
         }
     }
 
-    fn emit(&mut self, handle: Handle<Expression>) {
+    /// A call with what every function is given, `common`, before its arguments.
+    pub fn call(
+        &mut self,
+        function: Handle<Function>,
+        arguments: &[Handle<Expression>],
+        result: Option<Handle<Expression>>,
+        common: &str,
+    ) {
+        let name = self.types.module.functions[function].name.clone();
+        let mut call = format!("shader_{}({common}", name.unwrap_or_default());
+        for argument in arguments {
+            call += &format!(", {}", self.text(*argument));
+        }
+        if let Some(result) = result {
+            self.put(&format!("let e{} = {call});", result.index()));
+            self.named.insert(result);
+        } else {
+            self.put(&format!("{call});"));
+        }
+    }
+
+    pub fn emit(&mut self, handle: Handle<Expression>) {
         let ty = self.type_of(handle).inner;
         // Places are written where they are used.
         if matches!(
@@ -306,7 +381,7 @@ impl<'a> Writer<'a> {
         narrow
     }
 
-    fn fresh_mask(&mut self) -> String {
+    pub fn fresh_mask(&mut self) -> String {
         self.masks += 1;
         format!("m{}", self.masks)
     }

@@ -1,11 +1,12 @@
 //! Turns the compute kernels of `shaders/` into Rust that runs each of them on several lanes at once: composed by wesl,
-//! parsed and checked by naga, and written as calls of the functions of `src/portable.rs`, `src/avx2.rs` or `src/avx512.rs`.
+//! parsed and checked by naga, and written as calls of the functions of `src/portable.rs`, `src/avx2.rs` or `src/avx512.rs`; and into Rust in double precision, one lane at a time, of the functions of `src/scalar.rs`.
 
 mod compose;
 mod expressions;
 mod function;
 mod module;
 mod places;
+mod scalar;
 mod types;
 
 use std::{
@@ -15,6 +16,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use function::Form;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
 /// Kernels that are turned into Rust.
@@ -44,12 +46,29 @@ fn main() -> Result<(), Box<dyn Error>> {
         let info = Validator::new(ValidationFlags::all(), Capabilities::empty())
             .validate(&module)
             .map_err(|e| format!("{kernel}: {}", e.emit_to_string(&text)))?;
+        for form in [Form::Lanes, Form::Scalar] {
+            check_by_hand(&module, form)?;
+        }
         for (set, attribute) in INSTRUCTION_SETS {
-            let code = module::write(&module, &info, attribute);
+            let code = module::write(&module, &info, Form::Lanes, attribute);
             fs::write(out.join(format!("{kernel}_{set}.rs")), code)?;
         }
+        let code = module::write(&module, &info, Form::Scalar, "");
+        fs::write(out.join(format!("{kernel}_scalar.rs")), code)?;
     }
     Ok(())
+}
+
+/// Checks that the functions with a way of their own are there.
+fn check_by_hand(module: &naga::Module, form: Form) -> Result<(), String> {
+    let is_there = |name: &str| {
+        let mut names = module.functions.iter().map(|(_, f)| f.name.as_deref());
+        names.any(|n| n == Some(name))
+    };
+    match form.by_hand().iter().find(|by_hand| !is_there(by_hand.0)) {
+        Some((name, _)) => Err(format!("the kernels have no function {name}")),
+        None => Ok(()),
+    }
 }
 
 /// The texts of all shaders that kernels import, by their paths below `shaders/`.

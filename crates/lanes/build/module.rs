@@ -5,37 +5,32 @@ use std::fmt::Write;
 use naga::{AddressSpace, Module, TypeInner, valid::ModuleInfo};
 
 use crate::{
-    function::{BY_HAND, Writer},
+    function::{Form, Writer},
     types::{LaneType, Types, list},
 };
 
 /// Records that lie in memory and are read word by word.
 const IN_MEMORY: [&str; 3] = ["Scene", "Dispatch", "Counters"];
 
-/// All of `module`, with `attribute` before every function.
-pub fn write(module: &Module, info: &ModuleInfo, attribute: &str) -> String {
+/// All of `module` in a form, with `attribute` before every function.
+pub fn write(module: &Module, info: &ModuleInfo, form: Form, attribute: &str) -> String {
     let types = Types { module };
     let mut code = String::new();
     for (handle, ty) in module.types.iter() {
         let lanes = types.of(handle);
         let name = ty.name.as_deref().unwrap_or_default();
         if matches!(lanes.inner, TypeInner::Struct { .. }) && !IN_MEMORY.contains(&name) {
-            record(&types, &lanes, attribute, &mut code);
+            record(&types, &lanes, form, attribute, &mut code);
         }
     }
-    for (by_hand, _) in BY_HAND {
-        let is_it = |f: &naga::Function| f.name.as_deref() == Some(by_hand);
-        let is_there = module.functions.iter().any(|(_, f)| is_it(f));
-        assert!(is_there, "the kernels have no function {by_hand}");
-    }
     switches(module, &mut code);
-    state(&types, attribute, &mut code);
+    state(&types, form, attribute, &mut code);
     for (handle, function) in module.functions.iter() {
         let name = function.name.as_deref().unwrap_or_default();
-        code += &Writer::new(&types, function, &info[handle]).function(name, attribute);
+        code += &Writer::new(&types, function, &info[handle], form).function(name, attribute);
     }
     for (index, entry) in module.entry_points.iter().enumerate() {
-        let writer = Writer::new(&types, &entry.function, info.get_entry_point(index));
+        let writer = Writer::new(&types, &entry.function, info.get_entry_point(index), form);
         code += &writer.function(&entry.name, attribute);
     }
     code
@@ -47,7 +42,7 @@ fn put(code: &mut String, line: &str) {
 }
 
 /// A record of lanes and the choices between two of them.
-fn record(types: &Types<'_>, ty: &LaneType, attribute: &str, code: &mut String) {
+fn record(types: &Types<'_>, ty: &LaneType, form: Form, attribute: &str, code: &mut String) {
     let TypeInner::Struct { members, .. } = &ty.inner else {
         return;
     };
@@ -56,6 +51,9 @@ fn record(types: &Types<'_>, ty: &LaneType, attribute: &str, code: &mut String) 
     let declared = fields().map(|(field, t)| format!("{field}: {}", types.name(&t)));
     put(code, "#[derive(Clone, Copy)]");
     put(code, &format!("pub struct {name} {{ {} }}", list(declared)));
+    if form == Form::Scalar {
+        return;
+    }
     for verb in ["sel", "keep"] {
         let chosen = fields().map(|(field, t)| {
             let (a, b) = (format!("a.{field}"), format!("b.{field}"));
@@ -98,7 +96,7 @@ fn switches(module: &Module, code: &mut String) {
 }
 
 /// Memory, switches and the private variables of a group of lanes.
-fn state(types: &Types<'_>, attribute: &str, code: &mut String) {
+fn state(types: &Types<'_>, form: Form, attribute: &str, code: &mut String) {
     let (mut declared, mut zeros) = (String::new(), String::new());
     for (_, variable) in types.module.global_variables.iter() {
         if variable.space == AddressSpace::Private {
@@ -119,10 +117,12 @@ fn state(types: &Types<'_>, attribute: &str, code: &mut String) {
              {{ let switches = Switches::new(is_on); State {{ memory, switches{zeros} }} }}"
         ),
     );
+    let arguments = match form {
+        Form::Lanes => "s, bs(true), [lane_numbers(), us(0), us(0)]",
+        Form::Scalar => "s, [us(0); 3]",
+    };
     put(
         code,
-        &format!(
-            "{attribute} pub fn run(s: &mut State) {{ shader_main(s, bs(true), [lane_numbers(), us(0), us(0)]) }}"
-        ),
+        &format!("{attribute} pub fn run(s: &mut State) {{ shader_main({arguments}) }}"),
     );
 }

@@ -4,7 +4,7 @@
 use naga::{AddressSpace, Expression, Handle, TypeInner};
 
 use crate::{
-    function::{Scope, Writer},
+    function::{Form, Scope, Writer},
     types::{LaneType, count, letter, list, scalar},
 };
 
@@ -141,28 +141,36 @@ impl Writer<'_> {
             Root::Variable => match place.indices.first() {
                 None => place.path.clone(),
                 Some((index, elements, _)) => {
-                    let element = |i: u32| format!("{}[{i}]{}", place.path, place.rest);
+                    let element = |i: &str| format!("{}[{i}]{}", place.path, place.rest);
                     self.choose(index, *elements, &place.ty, element)
                 }
             },
             Root::Shared => match place.indices.first() {
-                None => shared(&place, place.word),
+                None => shared(&place, &place.word.to_string()),
                 Some((index, elements, words)) => {
-                    let element = |i: u32| shared(&place, place.word + i * words);
+                    let element =
+                        |i: &str| shared(&place, &format!("{} + {i} * {words}", place.word));
                     self.choose(index, *elements, &place.ty, element)
                 }
             },
         }
     }
 
-    /// The element that `index` names in each lane.
+    /// The element that `index` names, in each lane. `element` is the text of an element by the text of its number.
     pub fn choose(
         &self,
         index: &str,
         elements: u32,
         ty: &LaneType,
-        element: impl Fn(u32) -> String,
+        element: impl Fn(&str) -> String,
     ) -> String {
+        if self.form == Form::Scalar {
+            return format!(
+                "{{ let i = within({index}, {elements}); {} }}",
+                element("i")
+            );
+        }
+        let element = |i: u32| element(&i.to_string());
         let mut text = format!("{{ let i = {index}; let mut chosen = {};", element(0));
         for other in 1..elements {
             let kept = self.types.select(ty, "m", "other", "chosen");
@@ -200,14 +208,14 @@ impl Writer<'_> {
     /// Sets a place in the lanes of the scope's mask.
     pub fn store(&mut self, pointer: Handle<Expression>, value: &str, scope: &Scope) {
         let place = self.place(pointer);
+        if self.form == Form::Scalar {
+            return self.store_scalar(&place, value);
+        }
         let mask = &scope.mask;
         if place.root == Root::Buffer {
             let kind = letter(scalar(&place.ty.inner));
             let buffer = format!("&mut s.memory.{}", place.path);
-            let (function, at) = match self.word_index(&place) {
-                Some(word) => ("scatter", word),
-                None => ("scatter_rows", place.indices[0].0.clone()),
-            };
+            let (function, at) = self.way_into_buffer(&place);
             self.put(&format!(
                 "{{ let (at, v) = ({at}, {value}); {kind}{function}({mask}, {buffer}, at, v); }}"
             ));
@@ -235,6 +243,35 @@ impl Writer<'_> {
     }
 }
 
+impl Writer<'_> {
+    /// Sets a place of a lane that is alone.
+    fn store_scalar(&mut self, place: &Place, value: &str) {
+        let Place { path, rest, .. } = place;
+        let line = if place.root == Root::Buffer {
+            let kind = letter(scalar(&place.ty.inner));
+            let (function, at) = self.way_into_buffer(place);
+            format!(
+                "{{ let (at, v) = ({at}, {value}); {kind}{function}(&mut s.memory.{path}, at, v); }}"
+            )
+        } else if let Some((index, elements, _)) = place.indices.first() {
+            format!(
+                "{{ let (v, i) = ({value}, within({index}, {elements})); {path}[i]{rest} = v; }}"
+            )
+        } else {
+            format!("{path} = {value};")
+        };
+        self.put(&line);
+    }
+
+    /// The function that writes to a buffer, and the word or row.
+    fn way_into_buffer(&self, place: &Place) -> (&'static str, String) {
+        match self.word_index(place) {
+            Some(word) => ("scatter", word),
+            None => ("scatter_rows", place.indices[0].0.clone()),
+        }
+    }
+}
+
 /// Words of a type in a record that lanes share.
 fn words(ty: &LaneType) -> u32 {
     match &ty.inner {
@@ -244,13 +281,10 @@ fn words(ty: &LaneType) -> u32 {
 }
 
 /// What is at a word of a shared record, in every lane.
-fn shared(place: &Place, word: u32) -> String {
+fn shared(place: &Place, word: &str) -> String {
     let record = &place.path;
     let kind = letter(scalar(&place.ty.inner));
-    let splat = |i: u32| match kind {
-        'f' => format!("fs(f32::from_bits({record}[{}]))", word + i),
-        _ => format!("{kind}s({record}[{}])", word + i),
-    };
+    let splat = |i: u32| format!("{kind}word({record}[{word} + {i}])");
     match &place.ty.inner {
         TypeInner::Scalar(_) => splat(0),
         inner => format!("[{}]", list((0..count(inner)).map(splat))),

@@ -29,6 +29,14 @@ macro_rules! elementary {
                 of_words(std::array::from_fn(|lane| lane as u32))
             }
 
+            fn fword(x: u32) -> F {
+                fs(f32::from_bits(x))
+            }
+
+            fn uword(x: u32) -> U {
+                us(x)
+            }
+
             fn bnot(a: B) -> B {
                 bxor(a, bs(true))
             }

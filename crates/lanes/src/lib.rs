@@ -6,6 +6,7 @@
 
 mod elementary;
 mod memory;
+pub mod scalar;
 pub mod tree;
 
 use std::fmt;

@@ -78,6 +78,6 @@ impl<'a> Memory<'a> {
 }
 
 /// Reads beyond the end give the last row, so that there has to be one.
-fn or_a_row(rows: &[u32]) -> &[u32] {
+pub(crate) fn or_a_row(rows: &[u32]) -> &[u32] {
     if rows.is_empty() { &[0; 4] } else { rows }
 }

@@ -280,8 +280,8 @@ impl BatchMean {
 
     /// From the sums over `samples` samples of three channels of each layer, W/(m² sr), in the order of
     /// [`BatchMean::of_layers`].
-    pub(crate) fn of_sums(sums: &[f32], samples: u32, levels: &[f64]) -> Self {
-        let mean = |sum| f64::from(sum) / f64::from(samples);
+    pub(crate) fn of_sums<T: Copy + Into<f64>>(sums: &[T], samples: u32, levels: &[f64]) -> Self {
+        let mean = |sum: T| sum.into() / f64::from(samples);
         let layers: Vec<[f64; 3]> = sums
             .chunks_exact(3)
             .map(|c| [mean(c[0]), mean(c[1]), mean(c[2])])

@@ -2,16 +2,58 @@
 
 use bytemuck::{Pod, Zeroable};
 
+use super::words::{Field, Record};
+
 /// A missing index.
 pub const NONE: u32 = u32::MAX;
 /// Stands for an infinite length, m.
 pub const INFINITE: f32 = 1e30;
 /// Stands for the logarithm of zero.
-pub const LN_ZERO: f32 = -1e30;
+pub const LN_ZERO: f64 = -1e30;
 /// Rows of four words of a sample that waits for its daylight walks; twin: `shaders/common/ambient_held.wgsl`.
 pub const HELD_ROWS: u32 = 3;
 
-macro_rules! records {
+/// Every record: its name in the shaders, its size, and its fields with their offsets in bytes.
+pub fn record_layouts() -> Vec<(&'static str, usize, Vec<(&'static str, usize)>)> {
+    [exact_layouts(), plain_layouts()].concat()
+}
+
+/// Records that kernels of every precision read.
+macro_rules! exact_records {
+    ($($(#[$note:meta])* $name:ident { $($field:ident: $type:ty),+ $(,)? })+) => {
+        $(
+            $(#[$note])*
+            #[derive(Clone, Copy, Debug)]
+            pub(crate) struct $name { $(pub(crate) $field: <$type as Field>::Host),+ }
+
+            impl $name {
+                /// A record of zeros.
+                pub(crate) const ZERO: Self = Self { $($field: <$type as Field>::ZERO),+ };
+            }
+
+            impl Record for $name {
+                fn put(&self, words: &mut Vec<u64>) {
+                    $(<$type as Field>::put(&self.$field, words);)+
+                }
+            }
+        )+
+
+        fn exact_layouts() -> Vec<(&'static str, usize, Vec<(&'static str, usize)>)> {
+            vec![$({
+                let mut end = 0;
+                let fields = vec![$({
+                    let start = end;
+                    end += 4 * <$type as Field>::WORDS;
+                    (stringify!($field), start)
+                }),+];
+                (stringify!($name), end, fields)
+            }),+]
+        }
+    };
+}
+
+/// Records of single precision, and of whole numbers.
+macro_rules! plain_records {
     ($($(#[$note:meta])* $name:ident { $($field:ident: $type:ty),+ $(,)? })+) => {
         $(
             $(#[$note])*
@@ -21,8 +63,7 @@ macro_rules! records {
             pub struct $name { $(pub $field: $type),+ }
         )+
 
-        /// Every record: its name in the shaders, its size, and its fields with their offsets in bytes.
-        pub fn record_layouts() -> Vec<(&'static str, usize, Vec<(&'static str, usize)>)> {
+        fn plain_layouts() -> Vec<(&'static str, usize, Vec<(&'static str, usize)>)> {
             vec![$((
                 stringify!($name),
                 size_of::<$name>(),
@@ -32,7 +73,7 @@ macro_rules! records {
     };
 }
 
-records! {
+exact_records! {
     /// What a kernel knows of a scene besides its tables.
     Scene {
         camera_forward: [f32; 3],
@@ -97,25 +138,6 @@ records! {
         grid_step: [f32; 3],
         b_mean: f32,
     }
-    /// What one dispatch does.
-    Dispatch {
-        seed_low: u32,
-        seed_high: u32,
-        batch: u32,
-        batch_samples: u32,
-        first_pixel: u32,
-        pixel_count: u32,
-        samples: u32,
-        forced: u32,
-        max_events: u32,
-        slots: u32,
-        lanes: u32,
-        loop_probe: u32,
-        held: u32,
-        padding_1: u32,
-        padding_2: u32,
-        padding_3: u32,
-    }
     /// A lamp at 100 %.
     Lamp {
         position: [f32; 3],
@@ -144,6 +166,35 @@ records! {
         dual_v: [f32; 3],
         padding: u32,
     }
+    /// A Lambertian surface.
+    Material {
+        reflectance: [f32; 3],
+        texture: u32,
+        emission: [f32; 3],
+        padding: u32,
+    }
+}
+
+plain_records! {
+    /// What one dispatch does.
+    Dispatch {
+        seed_low: u32,
+        seed_high: u32,
+        batch: u32,
+        batch_samples: u32,
+        first_pixel: u32,
+        pixel_count: u32,
+        samples: u32,
+        forced: u32,
+        max_events: u32,
+        slots: u32,
+        lanes: u32,
+        loop_probe: u32,
+        held: u32,
+        padding_1: u32,
+        padding_2: u32,
+        padding_3: u32,
+    }
     /// A triangle with its shading.
     Triangle {
         corner: [f32; 3],
@@ -167,13 +218,6 @@ records! {
     Node {
         corners: [u32; 3],
         link: u32,
-    }
-    /// A Lambertian surface.
-    Material {
-        reflectance: [f32; 3],
-        texture: u32,
-        emission: [f32; 3],
-        padding: u32,
     }
     /// What the lanes of a dispatch count.
     Counters {

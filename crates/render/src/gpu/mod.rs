@@ -22,6 +22,7 @@ mod tree;
 mod twins;
 pub(crate) mod upload;
 mod wide_tree;
+mod words;
 
 pub use device::{AdapterChoice, AdapterInfo, Gpu, adapters};
 pub use error::GpuError;

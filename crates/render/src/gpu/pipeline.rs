@@ -69,18 +69,18 @@ impl<'a> Loaded<'a> {
         let completed = maker.empty("completed samples", 4 * u64::from(pixels))?;
         let counters = maker.empty("counters", size_of::<Counters>() as u64)?;
         let dispatch = maker.uniform(&[0; size_of::<Dispatch>()]);
-        let near_in_uniform = gpu.tables_in_uniform && tables.near_rows.len() <= UNIFORM_ROWS;
+        let mut near_rows = tables.near_rows();
+        let near_in_uniform = gpu.tables_in_uniform && near_rows.len() <= UNIFORM_ROWS;
         let mut uniform_rows = vec![[0; 4]; UNIFORM_ROWS];
-        let mut near_rows = &tables.near_rows[..];
         if near_in_uniform {
-            uniform_rows[..near_rows.len()].copy_from_slice(near_rows);
-            near_rows = &[];
+            uniform_rows[..near_rows.len()].copy_from_slice(&near_rows);
+            near_rows.clear();
         }
         let buffers = [
-            maker.uniform(bytemuck::bytes_of(record)),
+            maker.uniform(bytemuck::cast_slice(&tables.scene_words())),
             dispatch.clone(),
             maker.uniform(bytemuck::cast_slice(&uniform_rows)),
-            maker.filled("small tables", near_rows)?,
+            maker.filled("small tables", &near_rows)?,
             maker.filled("triangles and field of daylight", &tables.far_rows)?,
             maker.filled("textures", &tables.texels)?,
             scratch.clone(),

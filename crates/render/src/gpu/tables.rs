@@ -3,6 +3,7 @@
 
 use uw_media::phase::CellParts;
 
+use super::words::{Record, float, narrow};
 use crate::{
     integrator::{cpu::order::OrderLaw, sampling::sobol::DIRECTIONS},
     prepare::DaylightField,
@@ -27,13 +28,13 @@ pub(super) struct CellTable {
 
 /// Rows under construction. Each addition returns its place, that of its first row or, where it says so, of its first word.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Rows(Vec<u32>);
+pub(super) struct Rows(Vec<u64>);
 
 impl Rows {
     /// All words; whole rows of them.
-    pub(super) fn finish(mut self) -> Vec<[u32; WIDTH]> {
+    pub(super) fn finish(mut self) -> Vec<u64> {
         self.next_row();
-        self.0.as_chunks().0.to_vec()
+        self.0
     }
 
     /// The place of the next row, at which the next word goes.
@@ -45,16 +46,23 @@ impl Rows {
     /// Numbers; their place is that of the first word.
     fn floats(&mut self, values: impl IntoIterator<Item = f64>) -> u32 {
         let place = self.0.len() as u32;
-        self.0
-            .extend(values.into_iter().map(|v| (v as f32).to_bits()));
+        self.0.extend(values.into_iter().map(float));
         place
     }
 
     /// Records of whole rows.
-    pub(super) fn records<T: bytemuck::Pod>(&mut self, records: &[T]) -> u32 {
-        const { assert!(size_of::<T>().is_multiple_of(4 * WIDTH)) };
+    pub(super) fn records<T: Record>(&mut self, records: &[T]) -> u32 {
         let place = self.next_row();
-        self.0.extend_from_slice(bytemuck::cast_slice(records));
+        for record in records {
+            record.put(&mut self.0);
+        }
+        place
+    }
+
+    /// Whole numbers; their place is that of the first word.
+    fn whole(&mut self, values: impl IntoIterator<Item = u32>) -> u32 {
+        let place = self.0.len() as u32;
+        self.0.extend(values.into_iter().map(u64::from));
         place
     }
 
@@ -63,7 +71,7 @@ impl Rows {
         let [(low_key, low_block), (high_key, high_block)] = parts.ends;
         let bits = |key: f64| (key as f32).to_bits();
         let blocks = self.next_row() * WIDTH as u32;
-        self.0.extend_from_slice(parts.blocks);
+        self.whole(parts.blocks.iter().copied());
         let cells = self.next_row();
         self.floats(parts.cells.iter().flatten().copied());
         CellTable {
@@ -80,9 +88,7 @@ impl Rows {
 
     /// Direction numbers of the Sobol sequence, 32 per dimension; the place is that of the first word.
     pub(super) fn sobol(&mut self) -> u32 {
-        let place = self.0.len() as u32;
-        self.0.extend(DIRECTIONS.iter().flatten());
-        place
+        self.whole(DIRECTIONS.iter().flatten().copied())
     }
 
     /// A table of relative intensities; the place is that of the first word.
@@ -103,7 +109,7 @@ impl Rows {
     /// The field of daylight: rows of decays and greatest depth; of narrow rates; of cosine and sine of the sun's azimuth
     /// and the number of nodes in azimuth; of the places of the four tables, whose entries are three channels and padding.
     /// The tables themselves go to `far`.
-    pub(super) fn field(&mut self, field: &DaylightField, far: &mut Self) -> u32 {
+    pub(super) fn field(&mut self, field: &DaylightField, far: &mut FarRows) -> u32 {
         let (azimuths, tables) = field.table.parts();
         let place = self.next_row();
         let [r, g, b, _] = field.table.decay_per_m.map(f64::from);
@@ -112,8 +118,8 @@ impl Rows {
         self.floats([r, g, b, 0.0]);
         let (x, y) = field.sun_azimuth.unwrap_or_default();
         self.floats([x, y]);
-        self.0.extend([azimuths as u32, 0]);
-        self.0.extend(tables.map(|entries| far.records(entries)));
+        self.whole([azimuths as u32, 0]);
+        self.whole(tables.map(|entries| far.records(entries)));
         place
     }
 
@@ -126,11 +132,35 @@ impl Rows {
                 TextureFilter::Nearest => 0,
             };
             let (first, coded) = add_texels(&texture.texels, texels);
-            self.0
-                .extend([first, texture.width, texture.height, bilinear | coded]);
+            self.whole([first, texture.width, texture.height, bilinear | coded]);
         }
         place
     }
+}
+
+/// Large tables under construction, in single precision: whole rows.
+#[derive(Clone, Debug, Default)]
+pub(super) struct FarRows(Vec<u32>);
+
+impl FarRows {
+    /// All rows.
+    pub(super) fn finish(self) -> Vec<[u32; WIDTH]> {
+        self.0.as_chunks().0.to_vec()
+    }
+
+    /// Records of whole rows; the place is that of the first row.
+    pub(super) fn records<T: bytemuck::Pod>(&mut self, records: &[T]) -> u32 {
+        const { assert!(size_of::<T>().is_multiple_of(4 * WIDTH)) };
+        let place = (self.0.len() / WIDTH) as u32;
+        self.0.extend_from_slice(bytemuck::cast_slice(records));
+        place
+    }
+}
+
+/// Rows of kernels in single precision.
+pub(super) fn narrow_rows(words: &[u64]) -> Vec<[u32; WIDTH]> {
+    let rows = words.as_chunks::<WIDTH>().0;
+    rows.iter().map(|row| row.map(narrow)).collect()
 }
 
 /// Adds texels of 8 bits as the values of all codes and a word of three codes a texel, others as three words a texel.

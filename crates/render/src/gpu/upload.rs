@@ -5,9 +5,10 @@ use glam::{DVec2, DVec3};
 use super::{
     GpuError,
     layout::{LN_ZERO, Lamp, Material, NONE, Quad, Scene, Triangle},
-    tables::Rows,
+    tables::{FarRows, Rows, narrow_rows},
     tree::{self, MOST_TRIANGLES, Tree},
     wide_tree,
+    words::{Record, narrow},
 };
 use crate::{
     integrator::cpu::order::{MAX_ORDER, OrderLaw},
@@ -24,13 +25,15 @@ const FIXED_LAYERS: usize = 3;
 const SPOT_REACH_PX: f64 = 1.5;
 /// Smallest angle about a lamp that directions in f32 tell apart, rad.
 const LEAST_SPOT_RAD: f64 = 1e-6;
+/// Smallest distance about a lamp in the image in f64, pixels.
+const LEAST_SPOT_PX: f64 = 1e-9;
 
 /// Everything that the kernels read of a scene.
 #[derive(Clone, Debug)]
 pub(crate) struct Tables {
     pub(crate) scene: Scene,
-    /// Small tables.
-    pub(crate) near_rows: Vec<[u32; 4]>,
+    /// Small tables: words, four to a row.
+    near_words: Vec<u64>,
     /// Nodes, triangles and the field of daylight.
     pub(crate) far_rows: Vec<[u32; 4]>,
     /// Words of textures.
@@ -46,14 +49,22 @@ pub(crate) enum Tracer {
     Kernels,
     /// Lanes of a processor: nodes of their own.
     Lanes,
+    /// The prepared geometry itself: neither nodes nor triangles.
+    Prepared,
 }
 
-fn single(v: [f64; 3]) -> [f32; 3] {
-    v.map(|x| x as f32)
+impl Tracer {
+    /// Smallest distance about a lamp in the image that directions tell apart, pixels.
+    fn least_spot_px(self, focal_px: f64) -> f64 {
+        match self {
+            Self::Kernels | Self::Lanes => LEAST_SPOT_RAD * focal_px,
+            Self::Prepared => LEAST_SPOT_PX,
+        }
+    }
 }
 
-fn logarithms(v: [f64; 3]) -> [f32; 3] {
-    v.map(|x| (x as f32).max(LN_ZERO))
+fn logarithms(v: [f64; 3]) -> [f64; 3] {
+    v.map(|x| x.max(LN_ZERO))
 }
 
 impl Tables {
@@ -68,7 +79,7 @@ impl Tables {
     ) -> Result<Self, GpuError> {
         let origin = scene.camera.position_m;
         let mut rows = Rows::default();
-        let mut far = Rows::default();
+        let mut far = FarRows::default();
         let mut texels = Vec::new();
         let mut record = camera(scene);
         let lamps: Vec<Lamp> = active
@@ -77,7 +88,7 @@ impl Tables {
             .collect();
         record.lamp_count = lamps.len() as u32;
         record.lamp_rows = rows.records(&lamps);
-        let spots = spots(scene, active);
+        let spots = spots(scene, active, tracer);
         record.spot_count = spots.len() as u32;
         record.spot_table = rows.spots(&spots);
         record.sobol_table = rows.sobol();
@@ -90,9 +101,13 @@ impl Tables {
         let (triangles, tree, wide_nodes) = triangles(scene, origin, tracer)?;
         record.quad_count = quads.len() as u32;
         record.quad_rows = rows.records(&quads);
-        record.node_count = tree.nodes.len().max(wide_nodes.len()) as u32;
-        record.grid_lower = tree.grid.lower;
-        record.grid_step = tree.grid.step;
+        record.node_count = match tracer {
+            Tracer::Kernels => tree.nodes.len() as u32,
+            Tracer::Lanes => wide_nodes.len() as u32,
+            Tracer::Prepared => u32::from(scene.geometry.tree.is_some()),
+        };
+        record.grid_lower = tree.grid.lower.map(f64::from);
+        record.grid_step = tree.grid.step.map(f64::from);
         far.records(&tree.nodes);
         record.triangle_rows = far.records(&triangles);
         if let Some(field) = &scene.daylight {
@@ -102,11 +117,31 @@ impl Tables {
         record.texture_table = rows.textures(&scene.geometry.textures, &mut texels);
         Ok(Self {
             scene: record,
-            near_rows: rows.finish(),
+            near_words: rows.finish(),
             far_rows: far.finish(),
             texels,
             wide_nodes,
         })
+    }
+
+    /// The record of the scene in double precision.
+    pub(crate) fn exact_scene(&self) -> Vec<u64> {
+        self.scene.words()
+    }
+
+    /// The small tables in double precision.
+    pub(crate) fn exact_rows(&self) -> &[u64] {
+        &self.near_words
+    }
+
+    /// The record of the scene in single precision.
+    pub(crate) fn scene_words(&self) -> Vec<u32> {
+        self.scene.words().into_iter().map(narrow).collect()
+    }
+
+    /// The small tables in single precision.
+    pub(crate) fn near_rows(&self) -> Vec<[u32; 4]> {
+        narrow_rows(&self.near_words)
     }
 }
 
@@ -121,39 +156,33 @@ pub(super) fn largest_order(albedo: f64) -> usize {
 
 fn camera(scene: &Prepared) -> Scene {
     let camera = &scene.camera;
-    let [k1, k2, p1, p2, k3] = camera.distortion.map(|k| k as f32);
+    let [k1, k2, p1, p2, k3] = camera.distortion;
     Scene {
-        camera_forward: camera.forward.as_vec3().to_array(),
-        focal_x_px: camera.focal_px.x as f32,
-        camera_right: camera.right.as_vec3().to_array(),
-        focal_y_px: camera.focal_px.y as f32,
-        camera_down: camera.down.as_vec3().to_array(),
-        centre_x_px: camera.centre_px.x as f32,
+        camera_forward: camera.forward.to_array(),
+        focal_x_px: camera.focal_px.x,
+        camera_right: camera.right.to_array(),
+        focal_y_px: camera.focal_px.y,
+        camera_down: camera.down.to_array(),
+        centre_x_px: camera.centre_px.x,
         distortion: [k1, k2, p1, p2],
         distortion_k3: k3,
-        centre_y_px: camera.centre_px.y as f32,
+        centre_y_px: camera.centre_px.y,
         width: camera.width,
         height: camera.height,
         refractive_index: 1.0,
-        ..bytemuck::Zeroable::zeroed()
+        ..Scene::ZERO
     }
 }
 
 fn water(medium: &Medium, record: &mut Scene, rows: &mut Rows) {
-    record.b = single(medium.b);
-    record.c = single(medium.c);
-    record.a_min = medium.a_min as f32;
-    record.b_mean = medium.b_mean() as f32;
-    record.c_min = medium.c_min as f32;
-    record.c_max = medium.c_max as f32;
+    record.b = medium.b;
+    record.c = medium.c;
+    record.a_min = medium.a_min;
+    record.b_mean = medium.b_mean();
+    record.c_min = medium.c_min;
+    record.c_max = medium.c_max;
     record.ln_b = logarithms(medium.ln_b);
-    let strategies = |s: &Strategies| {
-        (
-            single(s.sigma),
-            logarithms(s.sigma.map(f64::ln)),
-            s.count as u32,
-        )
-    };
+    let strategies = |s: &Strategies| (s.sigma, logarithms(s.sigma.map(f64::ln)), s.count as u32);
     (
         record.lamp_sigma,
         record.lamp_ln_sigma,
@@ -170,28 +199,28 @@ fn water(medium: &Medium, record: &mut Scene, rows: &mut Rows) {
     let albedo = medium.largest_albedo();
     let largest = largest_order(albedo);
     record.largest_order = largest as u32;
-    record.order_ratio = OrderLaw::new(albedo).ratio() as f32;
+    record.order_ratio = OrderLaw::new(albedo).ratio();
     record.order_table = rows.orders(&OrderLaw::new(albedo), largest);
 }
 
 fn daylight(scene: &Prepared, origin: DVec3, record: &mut Scene) {
     if let Some(boundary) = &scene.boundary {
-        record.surface_height_m = (boundary.height - origin.z) as f32;
-        record.refractive_index = boundary.index as f32;
+        record.surface_height_m = boundary.height - origin.z;
+        record.refractive_index = boundary.index;
     }
     if let Some(sun) = &scene.sun {
-        record.sun_towards = sun.towards.as_vec3().to_array();
-        record.sun_towards_in_air = sun.towards_in_air.as_vec3().to_array();
-        record.sun_irradiance = single(sun.irradiance);
-        record.sun_irradiance_in_air = single(sun.irradiance_in_air);
+        record.sun_towards = sun.towards.to_array();
+        record.sun_towards_in_air = sun.towards_in_air.to_array();
+        record.sun_irradiance = sun.irradiance;
+        record.sun_irradiance_in_air = sun.irradiance_in_air;
     }
-    record.sky = single(scene.sky);
-    record.stretch = single(scene.stretch);
-    record.largest_emission = single(scene.largest_emission);
-    record.ambient_scale = single(scene.ambient_scale);
+    record.sky = scene.sky;
+    record.stretch = scene.stretch;
+    record.largest_emission = scene.largest_emission;
+    record.ambient_scale = scene.ambient_scale;
     if let Some((lower, upper)) = scene.geometry.bounds() {
-        record.bounds_lower = (lower - origin).as_vec3().to_array();
-        record.bounds_upper = (upper - origin).as_vec3().to_array();
+        record.bounds_lower = (lower - origin).to_array();
+        record.bounds_upper = (upper - origin).to_array();
     }
 }
 
@@ -199,17 +228,17 @@ fn lamp(scene: &Prepared, index: usize, origin: DVec3, rows: &mut Rows) -> Lamp 
     let lamp = &scene.lamps[index];
     let falloff = lamp.falloff.as_ref();
     Lamp {
-        position: (lamp.position - origin).as_vec3().to_array(),
-        radius: lamp.radius as f32,
-        forward: lamp.forward.as_vec3().to_array(),
-        cos_half_angle: lamp.cos_half_angle as f32,
-        intensity: single(lamp.intensity),
-        level: lamp.level as f32,
-        tangent_u: lamp.tangent.0.as_vec3().to_array(),
+        position: (lamp.position - origin).to_array(),
+        radius: lamp.radius,
+        forward: lamp.forward.to_array(),
+        cos_half_angle: lamp.cos_half_angle,
+        intensity: lamp.intensity,
+        level: lamp.level,
+        tangent_u: lamp.tangent.0.to_array(),
         falloff: falloff.map_or(NONE, |table| rows.falloff(table)),
-        tangent_v: lamp.tangent.1.as_vec3().to_array(),
+        tangent_v: lamp.tangent.1.to_array(),
         film_layer: (FIXED_LAYERS + index) as u32,
-        mirror_share: lamp.mirror_share as f32,
+        mirror_share: lamp.mirror_share,
         padding_1: 0,
         padding_2: 0,
         padding_3: 0,
@@ -222,13 +251,13 @@ fn quads(scene: &Prepared, origin: DVec3) -> Vec<Quad> {
         // Tiles per half edge: texture coordinates are (1 ± local) times these.
         let tiles = DVec2::new(quad.half_u.length(), quad.half_v.length()) / quad.tile_m;
         Quad {
-            centre: (quad.centre_m - origin).as_vec3().to_array(),
+            centre: (quad.centre_m - origin).to_array(),
             material: quad.material as u32,
-            normal: quad.normal.as_vec3().to_array(),
-            tiles_u: tiles.x as f32,
-            dual_u: prepared.dual_u.as_vec3().to_array(),
-            tiles_v: tiles.y as f32,
-            dual_v: prepared.dual_v.as_vec3().to_array(),
+            normal: quad.normal.to_array(),
+            tiles_u: tiles.x,
+            dual_u: prepared.dual_u.to_array(),
+            tiles_v: tiles.y,
+            dual_v: prepared.dual_v.to_array(),
             padding: 0,
         }
     });
@@ -277,6 +306,7 @@ fn triangles(
             let wide = wide_tree::nodes(tree.nodes(), &boxes);
             (native_order, Tree::default(), wide)
         }
+        Tracer::Prepared => return Ok((Vec::new(), Tree::default(), Vec::new())),
     };
     let records = order.into_iter().map(|i| {
         let (t, shading) = (&tree.triangles()[i as usize], &geometry.shading[i as usize]);
@@ -306,16 +336,16 @@ fn triangles(
 
 fn materials(scene: &Prepared) -> Vec<Material> {
     let materials = scene.geometry.materials.iter().map(|m| Material {
-        reflectance: single(m.reflectance),
+        reflectance: m.reflectance,
         texture: m.texture.map_or(NONE, |i| i as u32),
-        emission: single(m.emission),
+        emission: m.emission,
         padding: 0,
     });
     materials.collect()
 }
 
 /// Centres in the image of small lamps and of their mirror images, pixels, and ln of the range of distances about them.
-fn spots(scene: &Prepared, active: &[usize]) -> Vec<(DVec2, f64)> {
+fn spots(scene: &Prepared, active: &[usize], tracer: Tracer) -> Vec<(DVec2, f64)> {
     if scene.in_air(scene.camera.position_m) {
         return Vec::new();
     }
@@ -328,7 +358,7 @@ fn spots(scene: &Prepared, active: &[usize]) -> Vec<(DVec2, f64)> {
         let size = DVec2::new(f64::from(camera.width), f64::from(camera.height));
         let seen = centre.cmpge(DVec2::splat(-SPOT_REACH_PX)).all()
             && centre.cmplt(size + SPOT_REACH_PX).all();
-        let least_px = radius_px.max(LEAST_SPOT_RAD * focal_px).min(0.5);
+        let least_px = radius_px.max(tracer.least_spot_px(focal_px)).min(0.5);
         let octaves = (SPOT_REACH_PX / least_px).ln();
         (seen && radius_px < 0.5).then_some((centre, octaves))
     };

@@ -1,6 +1,14 @@
-//! The kernels of the GPU backend on the processor's vector units: rows of pixels, a group of lanes at a time.
+//! The kernels of the GPU backend on the processor: rows of pixels, a group of lanes at a time on its vector units, or one
+//! lane in double precision.
 
-use uw_lanes::{Group, Instructions, Kernel, LANES, tree::Tree};
+mod surfaces;
+
+use surfaces::FromCamera;
+use uw_lanes::{
+    COUNTERS, DISPATCH_WORDS, Group, Instructions, Kernel, LANES,
+    scalar::{self, Lane},
+    tree::Tree,
+};
 
 use super::{
     cpu::{RowBatch, Selection},
@@ -26,25 +34,81 @@ const HELD: u32 = 128;
 pub(super) struct Shared<'a> {
     scene: &'a Prepared,
     tables: Tables,
+    words: Words<'a>,
     switches: Vec<(&'static str, f64)>,
     room: Room,
     kernels: Vec<Kernel>,
-    pub(super) instructions: Instructions,
+    pub(super) precision: Precision,
     max_events: u32,
     levels: Vec<f64>,
 }
 
+/// How the kernels are run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Precision {
+    /// In single precision on vector units.
+    Single(Instructions),
+    /// In double precision, one lane at a time.
+    Double,
+}
+
+impl Precision {
+    fn tracer(self) -> Tracer {
+        match self {
+            Self::Single(_) => Tracer::Lanes,
+            Self::Double => Tracer::Prepared,
+        }
+    }
+
+    /// Lanes of a group.
+    fn lanes(self) -> u32 {
+        match self {
+            Self::Single(_) => LANES,
+            Self::Double => 1,
+        }
+    }
+}
+
+/// The record and the small tables as the kernels read them, and what they know besides.
+enum Words<'a> {
+    Single {
+        instructions: Instructions,
+        scene: Vec<u32>,
+        near_rows: Vec<[u32; 4]>,
+    },
+    Double {
+        scene: Vec<u64>,
+        surfaces: FromCamera<'a>,
+    },
+}
+
+impl<'a> Words<'a> {
+    fn new(precision: Precision, scene: &'a Prepared, tables: &Tables) -> Self {
+        match precision {
+            Precision::Single(instructions) => Self::Single {
+                instructions,
+                scene: tables.scene_words(),
+                near_rows: tables.near_rows(),
+            },
+            Precision::Double => Self::Double {
+                scene: tables.exact_scene(),
+                surfaces: FromCamera::new(scene),
+            },
+        }
+    }
+}
+
 impl<'a> Shared<'a> {
-    /// Prepares the tables of `scene` for the paths in `selection`, made with `instructions`.
+    /// Prepares the tables of `scene` for the paths in `selection`, made in `precision`.
     ///
     /// # Errors
     /// [`GpuError::Limit`] when the scene has more triangles than indices can name.
     pub(super) fn new(
         scene: &'a Prepared,
         selection: &Selection,
-        instructions: Instructions,
+        precision: Precision,
     ) -> Result<Self, GpuError> {
-        let tables = Tables::build(scene, &selection.lamps, Tracer::Lanes)?;
+        let tables = Tables::build(scene, &selection.lamps, precision.tracer())?;
         let mut switches = constants(scene, &tables.scene, false);
         switches.push(("MANY_PIXELS", 1.0));
         let lamps = (!selection.lamps.is_empty()).then_some(Kernel::Lamps);
@@ -53,43 +117,102 @@ impl<'a> Shared<'a> {
             scene,
             switches,
             room: Room::of(scene, &tables.scene, HELD),
+            words: Words::new(precision, scene, &tables),
             tables,
             kernels: lamps.into_iter().chain(ambient).collect(),
-            instructions,
+            precision,
             max_events: u32::try_from(selection.max_events).unwrap_or(u32::MAX),
             levels: levels(scene),
         })
     }
 }
 
+/// What runs a kernel.
+enum Runner<'a> {
+    Lanes(Group<'a>),
+    Lane(Box<Lane<'a>>),
+}
+
+impl<'a> Runner<'a> {
+    fn new(shared: &'a Shared<'a>, kernel: Kernel) -> Self {
+        let is_on = |name: &str| shared.switches.iter().any(|s| s.0 == name && s.1 != 0.0);
+        let tables = &shared.tables;
+        let far_rows = tables.far_rows.as_flattened();
+        let lanes = shared.precision.lanes();
+        let sizes = (shared.room.rows(), tables.scene.film_layers, lanes * HELD);
+        match &shared.words {
+            Words::Single {
+                instructions,
+                scene,
+                near_rows,
+            } => {
+                let tables = uw_lanes::Tables {
+                    scene,
+                    near_rows: near_rows.as_flattened(),
+                    far_rows,
+                    texels: &tables.texels,
+                    tree: Tree {
+                        nodes: &tables.wide_nodes,
+                        triangles: &far_rows[4 * tables.scene.triangle_rows as usize..],
+                    },
+                };
+                Self::Lanes(Group::new(kernel, *instructions, &tables, sizes, &is_on))
+            }
+            Words::Double { scene, surfaces } => {
+                let tables = scalar::Tables {
+                    scene,
+                    near_rows: tables.exact_rows(),
+                    far_rows,
+                    texels: &tables.texels,
+                    surfaces,
+                };
+                Self::Lane(Box::new(Lane::new(kernel, &tables, sizes, &is_on)))
+            }
+        }
+    }
+
+    /// Makes the samples of a dispatch and adds the film to `sums`; returns what was counted.
+    fn run(
+        &mut self,
+        first_pixel: u32,
+        dispatch: [u32; DISPATCH_WORDS],
+        sums: &mut [f64],
+    ) -> [u32; COUNTERS] {
+        match self {
+            Self::Lanes(group) => {
+                let (film, counters) = group.run(first_pixel, dispatch);
+                add(sums, film.map(f64::from));
+                counters
+            }
+            Self::Lane(lane) => {
+                let (film, counters) = lane.run(first_pixel, dispatch);
+                add(sums, film);
+                counters
+            }
+        }
+    }
+}
+
+fn add(sums: &mut [f64], values: impl Iterator<Item = f64>) {
+    for (sum, value) in sums.iter_mut().zip(values) {
+        *sum += value;
+    }
+}
+
 /// One worker: groups of lanes that live as long as its thread.
 pub(super) struct Worker<'a> {
     shared: &'a Shared<'a>,
-    groups: Vec<Group<'a>>,
-    sums: Vec<f32>,
+    runners: Vec<Runner<'a>>,
+    sums: Vec<f64>,
     pub(super) done: Done,
 }
 
 impl<'a> Worker<'a> {
     pub(super) fn new(shared: &'a Shared<'a>) -> Self {
-        let far_words = shared.tables.far_rows.as_flattened();
-        let tables = uw_lanes::Tables {
-            scene: bytemuck::cast_slice(std::slice::from_ref(&shared.tables.scene)),
-            near_rows: shared.tables.near_rows.as_flattened(),
-            far_rows: far_words,
-            texels: &shared.tables.texels,
-            tree: Tree {
-                nodes: &shared.tables.wide_nodes,
-                triangles: &far_words[4 * shared.tables.scene.triangle_rows as usize..],
-            },
-        };
-        let is_on = |name: &str| shared.switches.iter().any(|s| s.0 == name && s.1 != 0.0);
-        let layers = shared.tables.scene.film_layers;
-        let sizes = (shared.room.rows(), layers, LANES * HELD);
-        let group = |&kernel| Group::new(kernel, shared.instructions, &tables, sizes, &is_on);
+        let runner = |&kernel| Runner::new(shared, kernel);
         Self {
             shared,
-            groups: shared.kernels.iter().map(group).collect(),
+            runners: shared.kernels.iter().map(runner).collect(),
             sums: Vec::new(),
             done: Done::default(),
         }
@@ -119,11 +242,11 @@ impl<'a> Worker<'a> {
     fn sum_row(
         &mut self,
         at: RowBatch,
-        sums: &mut [f32],
+        sums: &mut [f64],
         words: usize,
         stop: &dyn Fn() -> bool,
     ) -> bool {
-        let pixels = LANES * (HELD / at.samples).max(1);
+        let pixels = self.shared.precision.lanes() * (HELD / at.samples).max(1);
         let mut first_pixel = at.row * self.shared.scene.camera.width;
         for sums in sums.chunks_mut(pixels as usize * words) {
             if stop() {
@@ -137,7 +260,7 @@ impl<'a> Worker<'a> {
     }
 
     /// Adds all samples of `count` pixels from `first_pixel` on to the sums of their layers.
-    fn run(&mut self, at: RowBatch, first_pixel: u32, count: u32, sums: &mut [f32]) {
+    fn run(&mut self, at: RowBatch, first_pixel: u32, count: u32, sums: &mut [f64]) {
         let dispatch = Dispatch {
             seed_low: at.seed as u32,
             seed_high: (at.seed >> 32) as u32,
@@ -149,18 +272,15 @@ impl<'a> Worker<'a> {
             forced: 0,
             max_events: self.shared.max_events,
             slots: self.shared.room.slots,
-            lanes: LANES,
+            lanes: self.shared.precision.lanes(),
             loop_probe: 0,
             held: self.shared.room.held,
             padding_1: 0,
             padding_2: 0,
             padding_3: 0,
         };
-        for group in &mut self.groups {
-            let (film, counters) = group.run(first_pixel, bytemuck::cast(dispatch));
-            for (sum, value) in sums.iter_mut().zip(film) {
-                *sum += value;
-            }
+        for runner in &mut self.runners {
+            let counters = runner.run(first_pixel, bytemuck::cast(dispatch), sums);
             let [_, _, cut, paths, vertices, not_finite] = counters.map(u64::from);
             self.done.work.paths += paths;
             self.done.work.vertices += vertices;
@@ -178,7 +298,7 @@ mod tests {
 
     use crate::{
         film::{Film, FilmLayer},
-        integrator::{Plan, method::Method, render_rows},
+        integrator::{Plan, lanes::Precision, method::Method, render_rows},
         prepare::Prepared,
         scene::Scene,
     };
@@ -223,7 +343,8 @@ mod tests {
             dark_lamps: false,
             share_walks: 1,
         };
-        let method = Method::lanes(scene, &plan, instructions).expect("few triangles");
+        let method =
+            Method::kernels(scene, &plan, Precision::Single(instructions)).expect("few triangles");
         let go_on = AtomicBool::new(false);
         let rendered = render_rows(scene, &plan, &method, Instant::now(), &go_on, &|_| {});
         rendered.unwrap_or_else(|e| panic!("{e}")).0

@@ -1,11 +1,10 @@
 //! How rows of pixels are rendered: by the native path tracer or by the kernels on vector units.
 
-use uw_lanes::Instructions;
-
 use super::{
     Plan,
     cpu::{self, RowBatch, Selection, Work},
-    lanes, select,
+    lanes::{self, Precision},
+    select,
 };
 use crate::{film::Row, gpu::GpuError, prepare::Prepared};
 
@@ -27,24 +26,27 @@ impl<'a> Method<'a> {
         Self::Native { scene, selection }
     }
 
-    /// The kernels, made with `instructions`; they share no walks.
+    /// The kernels, made in `precision`; they share no walks.
     ///
     /// # Errors
     /// [`GpuError::Limit`] when the scene has more triangles than indices can name.
-    pub(super) fn lanes(
+    pub(super) fn kernels(
         scene: &'a Prepared,
         plan: &Plan,
-        instructions: Instructions,
+        precision: Precision,
     ) -> Result<Self, GpuError> {
-        let shared = lanes::Shared::new(scene, &select(scene, plan), instructions)?;
+        let shared = lanes::Shared::new(scene, &select(scene, plan), precision)?;
         Ok(Self::Lanes(Box::new(shared)))
     }
 
-    /// "cpu" or "cpu-simd".
+    /// "cpu" or "cpu-simd"; "cpu-kernels" for the kernels in double precision.
     pub(super) fn backend(&self) -> &'static str {
         match self {
             Self::Native { .. } => "cpu",
-            Self::Lanes(_) => "cpu-simd",
+            Self::Lanes(shared) => match shared.precision {
+                Precision::Single(_) => "cpu-simd",
+                Precision::Double => "cpu-kernels",
+            },
         }
     }
 
@@ -52,7 +54,10 @@ impl<'a> Method<'a> {
     pub(super) fn speed(&self) -> f64 {
         match self {
             Self::Native { .. } => 1.0,
-            Self::Lanes(_) => MOST_SPEED_OF_LANES,
+            Self::Lanes(shared) => match shared.precision {
+                Precision::Single(_) => MOST_SPEED_OF_LANES,
+                Precision::Double => 1.0,
+            },
         }
     }
 
@@ -60,7 +65,10 @@ impl<'a> Method<'a> {
     pub(super) fn adapter(&self) -> Option<String> {
         match self {
             Self::Native { .. } => None,
-            Self::Lanes(shared) => Some(shared.instructions.to_string()),
+            Self::Lanes(shared) => match shared.precision {
+                Precision::Single(instructions) => Some(instructions.to_string()),
+                Precision::Double => None,
+            },
         }
     }
 

@@ -25,6 +25,7 @@ use crate::{
 };
 use coarse::CoarseFirst;
 use cpu::{RowBatch, Selection, Work};
+use lanes::Precision;
 use method::{Method, RowWorker};
 
 /// Most samples of a pixel between two updates of the film.
@@ -235,8 +236,33 @@ pub fn render_lanes(
     cancel: &AtomicBool,
     observe: &(dyn Fn(&Progress) + Sync),
 ) -> Result<(Film, RenderStats), RenderError> {
+    let precision = Precision::Single(Instructions::best());
+    render_kernels(scene, plan, precision, cancel, observe)
+}
+
+/// Renders `scene` by the kernels in double precision, a lane at a time: the same light transport as [`render_lanes`], as
+/// exact as numbers are. Shares no walks. `cancel` stops it; `observe` is called from the workers after each row.
+///
+/// # Errors
+/// As in [`render`].
+pub fn render_exact(
+    scene: &Prepared,
+    plan: &Plan,
+    cancel: &AtomicBool,
+    observe: &(dyn Fn(&Progress) + Sync),
+) -> Result<(Film, RenderStats), RenderError> {
+    render_kernels(scene, plan, Precision::Double, cancel, observe)
+}
+
+fn render_kernels(
+    scene: &Prepared,
+    plan: &Plan,
+    precision: Precision,
+    cancel: &AtomicBool,
+    observe: &(dyn Fn(&Progress) + Sync),
+) -> Result<(Film, RenderStats), RenderError> {
     let setup = Instant::now();
-    let method = Method::lanes(scene, plan, Instructions::best())?;
+    let method = Method::kernels(scene, plan, precision)?;
     let setup_s = setup.elapsed().as_secs_f64();
     let (film, mut stats) = render_rows(scene, plan, &method, setup, cancel, observe)?;
     stats.setup_s = setup_s;

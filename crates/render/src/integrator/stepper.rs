@@ -9,6 +9,7 @@ use uw_lanes::Instructions;
 use super::{
     Plan,
     cpu::RowBatch,
+    lanes::Precision,
     method::{Method, RowWorker},
 };
 use crate::{
@@ -42,7 +43,7 @@ impl<'a> Stepper<'a> {
     /// # Errors
     /// [`GpuError::Limit`] when the scene has more triangles than the kernels can name.
     pub fn on_lanes(scene: &'a Prepared, plan: &Plan) -> Result<Self, GpuError> {
-        let method = Method::lanes(scene, plan, Instructions::best())?;
+        let method = Method::kernels(scene, plan, Precision::Single(Instructions::best()))?;
         Ok(Self::by(method, scene, plan))
     }
 
