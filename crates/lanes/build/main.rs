@@ -1,5 +1,5 @@
-//! Turns the compute kernels of `shaders/` into Rust that runs each of them on several lanes at once: composed by wesl,
-//! parsed and checked by naga, and written as calls of the functions of `src/portable.rs`, `src/avx2.rs` or `src/avx512.rs`.
+//! Turns the compute kernels of `shaders/` into Rust that runs each of them on several lanes at once: composed, parsed and
+//! checked by naga, and written as calls of the functions of `src/portable.rs`, `src/avx2.rs` or `src/avx512.rs`.
 
 mod compose;
 mod expressions;
