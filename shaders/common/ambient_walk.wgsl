@@ -9,8 +9,8 @@ import package::common::film::{AMBIENT, add_light, lane};
 import package::common::interface::depth_of;
 import package::common::layout::{HAS_DAYLIGHT_FIELD, HAS_MEDIUM, HAS_SUN, PI, counters, dispatch, scene, scratch};
 import package::common::math::{expm1, turn_change, turned};
-import package::common::medium::{Spectral, largest, spectral_weight, transmittance};
-import package::common::rng::{next_bits, uniform_number, unit};
+import package::common::medium::{Spectral, largest, transmittance};
+import package::common::rng::{next_bits, uniform_number};
 
 const LOWEST: f32 = 0.5;
 const HIGHEST: f32 = 2.0;

@@ -3,7 +3,7 @@
 import package::common::bvh::SurfacePoint;
 import package::common::camera::{BOUNDARY, CameraRay, End, NOTHING, SCATTER, SURFACE, end_point, no_point};
 import package::common::lamp_join::vertex_count;
-import package::common::lamp_walk::{FREE, SCATTERED, SURE_VERTICES, THROUGH, Walk, add_ln_density, free_end, go_to_scattering, reflect_at_boundary, survival_in_water, target_centre, target_count, targets, unfolded, walk, walk_start};
+import package::common::lamp_walk::{SCATTERED, SURE_VERTICES, THROUGH, add_ln_density, free_end, go_to_scattering, reflect_at_boundary, survival_in_water, target_centre, target_count, targets, unfolded, walk, walk_start};
 import package::common::layout::{HAS_SCATTERING, HAS_SURFACE, HAS_VARIED_REFLECTANCE, NONE, scene};
 import package::common::light::lamp_relative_intensity;
 import package::common::math::{expm1, ln_1p, minus_ln, turn};

@@ -7,7 +7,7 @@ import package::common::interface::{distance_to_surface, flip, internal_reflecta
 import package::common::layout::{HAS_MEDIUM, HAS_SCATTERING, HAS_SURFACE, INFINITE, NONE, scene};
 import package::common::light::{lamp_relative_intensity, lamp_sample_point};
 import package::common::math::{angle_of, expm1, ln_1p, minus_ln, quarter_turns};
-import package::common::medium::{Spectral, largest, spectral_pass, spectral_scatter, spectral_start, spectral_weight, transmittance};
+import package::common::medium::{Spectral, largest, spectral_pass, spectral_start, spectral_weight, transmittance};
 import package::common::rng::{leading, uniform_number};
 import package::common::settings::lamp_count;
 import package::common::tables::{lamp_intensity, lamp_mirror_share, lamp_position, lamp_radius};

@@ -3,7 +3,7 @@
 // 64 bits are a vector of their low and high halves.
 import package::common::math::{circle, minus_ln};
 
-/// 2⁻³² and 2⁻⁵³, in decimals: wesl reads hexadecimal floats otherwise.
+/// 2⁻³² and 2⁻⁵³.
 const UPPER_UNIT: f32 = 2.3283064365386963e-10;
 const UNIT: f32 = 1.1102230246251565e-16;
 const GOLDEN: vec2u = vec2u(0x7f4a7c15u, 0x9e3779b9u);

@@ -1,7 +1,7 @@
 // Functions of daylight over tables of inputs: row i of the scratch buffer holds four numbers, of which function
 // `max_events` of the list below makes up to four, in the film. Random numbers are those of pixel i.
 // Checked by: crates/render/src/gpu/twins/daylight.rs.
-import package::common::ambient_flight::{Flight, draw_flight};
+import package::common::ambient_flight::draw_flight;
 import package::common::ambient_walk::{AmbientWalk, along, light_ahead, light_on_surface, sin2_half_to_sun, turned_walk};
 import package::common::bvh::SurfacePoint;
 import package::common::camera::{BOUNDARY, End, NOTHING, SURFACE};

@@ -1,13 +1,13 @@
 // Shared functions over tables of inputs: row i of the scratch buffer holds four numbers, of which function
 // `max_events` of the list below makes up to four, in the film. Checked by: crates/render/src/gpu/twins/.
 import package::common::bridge::{bridge, bridge_draw, bridge_vertex, extra_place};
-import package::common::bvh::{closest, occluded, surface_point};
+import package::common::bvh::{closest, surface_point};
 import package::common::camera::camera_direction;
 import package::common::film::lane;
 import package::common::interface::{external_reflectance, internal_reflectance, refract_into_water};
 import package::common::layout::{INFINITE, NONE, dispatch, film, scene, scratch};
 import package::common::light::{lamp_facing_area, lamp_radiance_along, lamp_relative_intensity, lamp_sample_point};
-import package::common::math::{angle_of, circle, cosine_hemisphere, expm1, ln_1p, minus_ln, sin2_half, turn};
+import package::common::math::{angle_of, cosine_hemisphere, expm1, ln_1p, minus_ln, sin2_half, turn};
 import package::common::medium::{spectral_pass, spectral_scatter, spectral_start, spectral_weight, transmittance};
 import package::common::order::{order_ln_tail, order_sample, order_sample_scattered, scattered_share};
 import package::common::phase::{phase_sample_x, phase_value};

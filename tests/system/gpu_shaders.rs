@@ -7,7 +7,7 @@ use naga::{
 };
 use uw_render::gpu::{
     layout::{HELD_ROWS, record_layouts},
-    shaders::{KERNELS, compose},
+    shaders::{KERNELS, SOURCES, compose},
 };
 
 pub(crate) fn module(name: &str) -> Module {
@@ -27,6 +27,17 @@ fn every_shader_is_valid() {
             "{name}: {}",
             result.map_or_else(|e| e.emit_to_string(&text), |_| String::new())
         );
+    }
+}
+
+/// Not only what kernels reach: each file by itself imports what it names.
+#[test]
+fn every_file_is_valid() {
+    for (name, _) in SOURCES {
+        let mut validator = Validator::new(ValidationFlags::all(), Capabilities::empty());
+        if let Err(error) = validator.validate(&module(name)) {
+            panic!("{name}: {error}");
+        }
     }
 }
 
@@ -53,11 +64,16 @@ fn the_viewers_shader_is_valid() {
     }
 }
 
+/// Every kernel, and the file of the records: those that are read field by field are in no kernel.
+fn modules() -> Vec<Module> {
+    let names = KERNELS.iter().chain(&["common/layout"]);
+    names.map(|name| module(name)).collect()
+}
+
 /// Fields by name and offset, so that two swapped fields of one type and size are caught too.
 #[test]
 fn shared_records_have_one_layout() {
-    let modules: Vec<Module> = KERNELS.iter().map(|name| module(name)).collect();
-    assert_eq!(layout_faults(&modules), Vec::<String>::new());
+    assert_eq!(layout_faults(&modules()), Vec::<String>::new());
 }
 
 /// Rows of scratch memory that the kernel takes for a sample, and the host makes room for.
@@ -77,7 +93,7 @@ fn held_samples_have_room() {
 /// The comparison sees what it is for: two fields of one type exchanged, and one too many.
 #[test]
 fn a_changed_record_is_seen() {
-    let text = compose("kernels/lamps").unwrap_or_else(|e| panic!("{e}"));
+    let text = compose("common/layout").unwrap_or_else(|e| panic!("{e}"));
     let swapped = with_fields_of(&text, "Scene", |fields| {
         let marked = fields.replacen(" ln_b:", " marked:", 1);
         marked
@@ -88,7 +104,7 @@ fn a_changed_record_is_seen() {
     for (record, changed) in [("Scene", swapped), ("Lamp", longer)] {
         let module =
             wgsl::parse_str(&changed).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&changed)));
-        let mut modules: Vec<Module> = KERNELS.iter().map(|name| self::module(name)).collect();
+        let mut modules = modules();
         modules.push(module);
         assert_eq!(layout_faults(&modules), [record]);
     }

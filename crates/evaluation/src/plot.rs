@@ -6,6 +6,7 @@ use plotters::coord::Shift;
 use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
 use plotters::element::DashedPathElement;
 use plotters::prelude::*;
+use uw_render::image::write_frame;
 
 use crate::error::EvalError;
 
@@ -57,15 +58,13 @@ pub fn write(stem: &Path, panels: &[Panel]) -> Result<(), EvalError> {
     let size = (WIDTH_PX, PANEL_PX * panels.len().max(1) as u32);
     uw_survey::plot::use_font().map_err(|e| EvalError::output(stem, e))?;
     let failed = |e: String| EvalError::output(stem, e);
-    let partial = |extension: &str| stem.with_extension(format!("partial.{extension}"));
-    let (png, svg) = (partial("png"), partial("svg"));
-    draw(&BitMapBackend::new(&png, size).into_drawing_area(), panels).map_err(failed)?;
-    draw(&SVGBackend::new(&svg, size).into_drawing_area(), panels).map_err(failed)?;
-    for (from, extension) in [(png, "png"), (svg, "svg")] {
-        let to = stem.with_extension(extension);
-        std::fs::rename(&from, &to).map_err(|e| EvalError::output(&to, e))?;
-    }
-    Ok(())
+    let picture = uw_survey::plot::bitmap(size, |area| draw(area, panels)).map_err(failed)?;
+    let png = stem.with_extension("png");
+    write_frame(&png, &picture).map_err(|e| EvalError::output(&png, e))?;
+    let partial = stem.with_extension("partial.svg");
+    draw(&SVGBackend::new(&partial, size).into_drawing_area(), panels).map_err(failed)?;
+    let svg = stem.with_extension("svg");
+    std::fs::rename(&partial, &svg).map_err(|e| EvalError::output(&svg, e))
 }
 
 fn draw<B: DrawingBackend>(area: &DrawingArea<B, Shift>, panels: &[Panel]) -> Result<(), String> {

@@ -1,5 +1,6 @@
-//! Turns the compute kernels of `shaders/` into Rust that runs each of them on several lanes at once: composed by wesl,
-//! parsed and checked by naga, and written as calls of the functions of `src/portable.rs`, `src/avx2.rs` or `src/avx512.rs`; and into Rust in double precision, one lane at a time, of the functions of `src/scalar.rs`.
+//! Turns the compute kernels of `shaders/` into Rust: composed, parsed and checked by naga, and written as calls of functions,
+//! of those of `src/portable.rs`, `src/avx2.rs` or `src/avx512.rs` for several lanes at once, of those of `src/scalar.rs` for
+//! one lane in double precision.
 
 mod compose;
 mod expressions;

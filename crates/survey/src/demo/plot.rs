@@ -4,8 +4,10 @@ use std::path::Path;
 
 use plotters::coord::Shift;
 use plotters::prelude::*;
+use uw_render::image::write_frame;
 
 use super::{DemoError, Visit};
+use crate::plot::{bitmap, use_font};
 
 const SIZE: (u32, u32) = (900, 480);
 const BARS: [(&str, RGBColor); 3] = [
@@ -20,8 +22,9 @@ pub(super) fn write(png: &Path, svg: &Path, visits: &[Visit]) -> Result<(), Demo
         path: path.display().to_string(),
         reason,
     };
-    crate::plot::use_font().map_err(|reason| failed(png, reason))?;
-    draw(&BitMapBackend::new(png, SIZE).into_drawing_area(), visits).map_err(|e| failed(png, e))?;
+    use_font().map_err(|reason| failed(png, reason))?;
+    let picture = bitmap(SIZE, |area| draw(area, visits)).map_err(|e| failed(png, e))?;
+    write_frame(png, &picture)?;
     draw(&SVGBackend::new(svg, SIZE).into_drawing_area(), visits).map_err(|e| failed(svg, e))
 }
 

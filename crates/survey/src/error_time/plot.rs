@@ -6,9 +6,11 @@ use std::path::{Path, PathBuf};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
+use uw_render::image::write_frame;
 
 use super::curve::Curve;
 use super::peers::PeerPoint;
+use crate::plot::{bitmap, use_font};
 
 const SIZE: (u32, u32) = (1100, 640);
 /// Width of the chart; the legend stands to its right.
@@ -58,13 +60,9 @@ pub(super) fn write(
         let path = path.to_path_buf();
         move |reason: String| (path, reason)
     };
-    crate::plot::use_font().map_err(at(png))?;
-    draw(
-        &BitMapBackend::new(png, SIZE).into_drawing_area(),
-        curves,
-        peers,
-    )
-    .map_err(at(png))?;
+    use_font().map_err(at(png))?;
+    let picture = bitmap(SIZE, |area| draw(area, curves, peers)).map_err(at(png))?;
+    write_frame(png, &picture).map_err(|e| at(png)(e.to_string()))?;
     draw(
         &SVGBackend::new(svg, SIZE).into_drawing_area(),
         curves,

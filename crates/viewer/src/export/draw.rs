@@ -3,7 +3,7 @@
 use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
-use uw_render::image::{Counts, Frame};
+use uw_render::image::Frame;
 
 use super::{Curve, Panel};
 use crate::guidance::answer::{MAP_SIZE, ScoreMap};
@@ -34,17 +34,7 @@ pub fn svg(panels: &[Panel]) -> Result<String, String> {
 
 /// The panels as pixels.
 pub fn bitmap(panels: &[Panel]) -> Result<Frame, String> {
-    let (width, height) = size(panels);
-    let mut counts = vec![0; 3 * width as usize * height as usize];
-    draw(
-        &BitMapBackend::with_buffer(&mut counts, (width, height)).into_drawing_area(),
-        panels,
-    )?;
-    Ok(Frame {
-        width,
-        height,
-        counts: Counts::Bits8(counts),
-    })
+    uw_survey::plot::bitmap(size(panels), |area| draw(area, panels))
 }
 
 fn draw<B: DrawingBackend>(area: &DrawingArea<B, Shift>, panels: &[Panel]) -> Result<(), String> {
