@@ -17,6 +17,9 @@ use crate::stats::{ImageStats, PatchGrid, StatsError};
 /// Lamp level of the data from which the shipped models learnt, percent: preferred among equally covered levels.
 const USUAL_LIGHT_PCT: f64 = 67.0;
 
+/// Contrast below which a picture holds neither detail nor noise, 8-bit counts.
+const BLANK_COUNTS: f64 = 0.01;
+
 /// Where K_z comes from.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Daylight {
@@ -320,7 +323,15 @@ impl<'a> Work<'a> {
                 second: size,
             });
         }
-        Ok(grid.stats.contrast)
+        let contrast = grid.stats.contrast;
+        if contrast.iter().all(|&c| c < BLANK_COUNTS) {
+            self.warnings.push(format!(
+                "{}:{}: the picture shows nothing, every channel is even (black, saturated or covered): K_c is 0 there",
+                self.manifest.path.display(),
+                row.line
+            ));
+        }
+        Ok(contrast)
     }
 
     /// The lamp level of K_c on: as asked for, or that with pictures from the most distances.

@@ -142,6 +142,7 @@ fn every_shipped_profile_goes_with_the_shipped_model() {
         let profile = Profile::read(&path).expect("a profile");
         assert_eq!(profile.depth_range_m(), (0.5, 6.0), "{}", path.display());
         assert_eq!(profile.distance_range_m(), (0.5, 3.0), "{}", path.display());
+        assert_eq!(profile.rig(), &model.card().rig, "{}", path.display());
         // What a vehicle sees there with the lamps off, as the profile says.
         let observation = Observation {
             depth_m: 3.0,

@@ -5,10 +5,16 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use base64::Engine;
-use base64::engine::general_purpose::STANDARD as BASE64;
+use base64::alphabet::STANDARD;
+use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 
 use super::gltf_json::{Buffer, Document};
 
+/// Some writers leave out the `=` at the end, and every reader of glTF takes that.
+const BASE64: GeneralPurpose = GeneralPurpose::new(
+    &STANDARD,
+    GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent),
+);
 /// First bytes of a binary glTF file.
 const GLB_MAGIC: &[u8] = b"glTF";
 /// Bytes of the header of a binary glTF file.
@@ -309,6 +315,8 @@ mod tests {
     fn data_uris_are_decoded() {
         let cases = [
             ("application/octet-stream;base64,AAEC", vec![0, 1, 2]),
+            (";base64,AAE=", vec![0, 1]),
+            (";base64,AAE", vec![0, 1]),
             (",a%20b%zz%", b"a b%zz%".to_vec()),
             ("text/plain,%41%4a", b"AJ".to_vec()),
         ];

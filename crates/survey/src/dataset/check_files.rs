@@ -75,7 +75,9 @@ pub(super) fn faults(workshop: &Workshop) -> Result<Vec<String>, DatasetError> {
         renders.extend(depths.map(|&depth_m| Upward { water, depth_m }.render()));
     }
     renders.extend(groups(config).flat_map(|g| g.renders(config).collect::<Vec<_>>()));
-    for render in renders {
+    // The preliminary renders are read where the exposure has to be chosen again.
+    let pilots: Vec<_> = renders.iter().map(|r| r.clone().pilot()).collect();
+    for render in renders.into_iter().chain(pilots) {
         let path = render.path(folder);
         faults.extend(fault(
             &path,

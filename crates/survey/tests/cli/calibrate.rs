@@ -180,3 +180,21 @@ fn daylight_can_be_given() {
     );
     folder.refused("calibrate m.csv -o p.json --jerlov 3c", &["--jerlov", "3C"]);
 }
+
+#[test]
+fn pictures_of_the_target_that_show_nothing_are_warned_of() {
+    let folder = Folder::new();
+    target(&folder, "on.png", 0.5);
+    let black = image::RgbImage::new(SIZE.0, SIZE.1);
+    black.save(folder.path("black.png")).expect("written");
+    folder.write(
+        "m.csv",
+        format!("{HEADER}on.png,depth,1,,\non.png,contrast,,1,67\nblack.png,contrast,,2,67\non.png,contrast,,1,0\n"),
+    );
+    let told = folder.good("calibrate m.csv -o p.json").stderr;
+    let blank: Vec<&str> = told
+        .lines()
+        .filter(|l| l.contains("shows nothing"))
+        .collect();
+    assert!(blank.len() == 1 && blank[0].contains("m.csv:4: "), "{told}");
+}

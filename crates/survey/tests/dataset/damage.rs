@@ -227,11 +227,15 @@ fn a_check_fails_where_labels_or_tables_are_false() {
     let check = ["--check", "1", "--check-spp", "64", "--check-pixels", "4"];
     let (exit, told) = made.uw(made.copied(), &check);
     assert_eq!(exit, Some(0), "{told}");
-    let cases: [(&str, Damage); 4] = [
+    let cases: [(&str, Damage); 5] = [
         ("images/II_B0.0183/hull_red_tilt0_d2.csv", change_digit),
         ("dataset.csv", change_digit),
         ("profiles/hull_red_II_B0.0183.json", change_digit),
         ("renders/II_B0.0183/up_z3.sums", flip_bit),
+        (
+            "renders/II_B0.0183/pilot_hull_red_tilt0_d2_lamps.sums",
+            flip_bit,
+        ),
     ];
     for (file, damage) in cases {
         let folder = made.copied();
