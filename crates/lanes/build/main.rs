@@ -11,6 +11,7 @@ mod scalar;
 mod types;
 
 use std::{
+    collections::HashSet,
     env,
     error::Error,
     fs,
@@ -40,6 +41,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let out = PathBuf::from(env::var("OUT_DIR")?);
     let sources = sources(&root)?;
     let sources = || sources.iter().map(|(path, text)| (&**path, &**text));
+    let mut functions = HashSet::new();
     for kernel in KERNELS {
         let text = compose::compose(sources(), &format!("kernels/{kernel}"))?;
         let parsed = naga::front::wgsl::parse_str(&text);
@@ -47,9 +49,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let info = Validator::new(ValidationFlags::all(), Capabilities::empty())
             .validate(&module)
             .map_err(|e| format!("{kernel}: {}", e.emit_to_string(&text)))?;
-        for form in [Form::Lanes, Form::Scalar] {
-            check_by_hand(&module, form)?;
-        }
+        functions.extend(module.functions.iter().filter_map(|(_, f)| f.name.clone()));
         for (set, attribute) in INSTRUCTION_SETS {
             let code = module::write(&module, &info, Form::Lanes, attribute);
             fs::write(out.join(format!("{kernel}_{set}.rs")), code)?;
@@ -57,17 +57,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         let code = module::write(&module, &info, Form::Scalar, "");
         fs::write(out.join(format!("{kernel}_scalar.rs")), code)?;
     }
-    Ok(())
-}
-
-/// Checks that the functions with a way of their own are there.
-fn check_by_hand(module: &naga::Module, form: Form) -> Result<(), String> {
-    let is_there = |name: &str| {
-        let mut names = module.functions.iter().map(|(_, f)| f.name.as_deref());
-        names.any(|n| n == Some(name))
-    };
-    match form.by_hand().iter().find(|by_hand| !is_there(by_hand.0)) {
-        Some((name, _)) => Err(format!("the kernels have no function {name}")),
+    let mut by_hand = [Form::Lanes, Form::Scalar]
+        .into_iter()
+        .flat_map(Form::by_hand);
+    match by_hand.find(|(name, _)| !functions.contains(*name)) {
+        Some((name, _)) => Err(format!("the kernels have no function {name}").into()),
         None => Ok(()),
     }
 }
