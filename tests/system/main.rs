@@ -20,5 +20,6 @@ mod reference_scenes;
 mod scales;
 mod shared_walks;
 mod stress;
+mod units;
 mod validator;
 mod water_surface;
