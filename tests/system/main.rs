@@ -7,6 +7,7 @@
 
 mod closed_form;
 mod convergence;
+mod estimated_error;
 mod furnace;
 mod gpu;
 mod gpu_conditions;
