@@ -19,6 +19,10 @@ const SCOUTS_WHERE_CLEAR: u32 = 2u;
 const STREAM: u32 = 3u;
 /// Light that comes from outside a lamp's beam or along a surface, relative to what comes straight.
 const INDIRECT: f32 = 0.2;
+/// Distance from a lamp, by the length of the walk, below which it is of no account.
+const LEAST_OF_WALK: f32 = 1e-3;
+/// Least square of a length, m²: its reciprocal is a number.
+const LEAST_SQUARE: f32 = 1e-36;
 
 /// A place on a surface, if there is one.
 struct Landing {
@@ -173,10 +177,12 @@ fn scout_survival(factor: f32) -> f32 {
 fn worth_of(point: SurfacePoint) -> f32 {
     let reflected = dot(spectral_weight(walk.spectral), point.reflectance);
     let position = unfolded(walk.origin);
+    let least = LEAST_OF_WALK * walk.length;
+    let least2 = max(least * least, LEAST_SQUARE);
     var light = 0.0;
     for (var i = 0u; i < target_count; i++) {
         let offset = target_centre(targets[i]) - position;
-        let distance2 = max(dot(offset, offset), 1e-6);
+        let distance2 = max(dot(offset, offset), least2);
         let distance = sqrt(distance2);
         let towards = offset / distance;
         let cosine = max(dot(point.shading_normal, towards), 0.0);

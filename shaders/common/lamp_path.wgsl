@@ -4,7 +4,7 @@ import package::common::bvh::SurfacePoint;
 import package::common::camera::{BOUNDARY, CameraRay, End, SCATTER, SURFACE, end_point};
 import package::common::lamp_join::{join_lamps, meet_lamps, vertex_count};
 import package::common::lamp_landing::{Landing, choose_landing};
-import package::common::lamp_walk::{NO_NUMBER, choose_targets, first_end, go_to_scattering, next_end, reflect_at_boundary, survives, target_centre, target_count, targets, unfolded, walk, walk_start};
+import package::common::lamp_walk::{NO_NUMBER, choose_targets, first_end, go_to_scattering, land, lit_length2, lit_length2_of, next_end, reflect_at_boundary, survives, target_centre, target_count, targets, unfolded, walk, walk_start};
 import package::common::layout::{HAS_SCATTERING, HAS_SURFACE, PI, counters, dispatch, scene};
 import package::common::math::{cosine_hemisphere, turn};
 import package::common::medium::{rest_of_start, spectral_scatter, spectral_start};
@@ -43,6 +43,7 @@ var<private> ground: SurfacePoint;
 /// stands outside of loops, and every function is called from one place.
 fn lamp_walk(ray: CameraRay, first: u32) {
     walk_start(ray);
+    lit_length2 = lit_length2_of(ray);
     let chooser = leading(6u);
     walk.spectral = spectral_start(lamp_strategies(), chooser);
     let aim_number = rest_of_start(walk.spectral, chooser);
@@ -76,6 +77,7 @@ fn lamp_walk(ray: CameraRay, first: u32) {
         if state == LOST {
             break;
         }
+        land();
     }
 }
 

@@ -21,6 +21,14 @@ const REACH_IN_WATER: f32 = 3.0;
 const REACH_FROM_SURFACE: f32 = 5.0;
 /// Roulette of a walk that has met no surface sets in where its prospects fall by this factor below their best.
 const FALL: f32 = 10.0;
+/// Shares of three lengths of the scene within which a walk is taken to be as close to a lamp as it gets.
+const OF_START: f32 = 3.0;
+const OF_END: f32 = 0.5;
+const OF_RAY: f32 = 0.02;
+/// Distance of a lamp, by those that it is the difference of, below which it is of no account.
+const LEAST_DISTANCE: f32 = 1e-6;
+/// Largest length whose square is a number, m.
+const LONGEST: f32 = 1e15;
 /// Largest share of first scatterings that are drawn evenly over the angle under which a lamp sees them, and the density
 /// of the free flights by theirs from which none are.
 const EQUIANGULAR_SHARE: f32 = 0.75;
@@ -69,6 +77,8 @@ struct Equiangular {
 }
 
 var<private> walk: Walk;
+/// Square of the distance from a lamp, m², beyond which prospects fall.
+var<private> lit_length2: f32;
 var<private> targets: array<Target, 4>;
 var<private> target_count: u32;
 
@@ -127,13 +137,25 @@ fn aim(lamp: u32, weight: f32, number: f32) {
     }
 }
 
-/// What a lamp can bring to a camera ray: its irradiance at the end of the ray, or one free path into the water.
+/// What a lamp can bring to a camera ray: its irradiance at the end of the ray, or one free path into the water, or, where
+/// nothing ends or dims the ray, where it is closest to the lamp.
 fn lamp_estimate(lamp: u32, ray: CameraRay) -> f32 {
-    let reach = select(0.0, min(ray.length, 1.0 / max(scene.c_min, 1e-3)), ray.wet);
-    let offset = ray.origin + reach * ray.direction - lamp_position(lamp);
+    let from_origin = ray.origin - lamp_position(lamp);
+    var reach = 0.0;
+    if ray.wet {
+        reach = up_to_free_path(ray.length);
+        if reach >= LONGEST {
+            reach = max(-dot(from_origin, ray.direction), 0.0);
+        }
+    }
+    let offset = from_origin + reach * ray.direction;
     let radius = lamp_radius(lamp);
-    let distance2 = max(max(dot(offset, offset), radius * radius), 1e-12);
-    let beam = lamp_relative_intensity(lamp, offset / sqrt(max(dot(offset, offset), 1e-30)));
+    let least2 = LEAST_DISTANCE * LEAST_DISTANCE * (dot(from_origin, from_origin) + reach * reach);
+    let distance2 = max(max(dot(offset, offset), radius * radius), least2);
+    if distance2 == 0.0 {
+        return 0.0;
+    }
+    let beam = lamp_relative_intensity(lamp, offset / sqrt(max(dot(offset, offset), least2)));
     return largest(lamp_intensity(lamp)) * (0.1 + beam) * exp(-min(scene.c_min * sqrt(distance2), 80.0)) / distance2;
 }
 
@@ -367,12 +389,39 @@ fn at_most_patience(importance: f32) -> f32 {
     return min(importance, select(1.0, LATE_SURVIVAL, walk.events > SURE_EVENTS));
 }
 
-/// Estimate of what a walk of this weight can still bring, up to a constant.
+/// Estimate of what a walk of this weight can still bring, relative to what one of weight 1 brings from close to a lamp.
 fn prospects_of_walk(weight: f32) -> f32 {
+    let nearest2 = nearest2_to(walk.origin);
+    return weight * exp(-min(0.5 * scene.c_min * sqrt(nearest2), 80.0)) / (1.0 + nearest2 / lit_length2);
+}
+
+/// Square of the distance from the nearest lamp, m², within which a walk along `ray` is close to it: a length of the
+/// scene, so that walks end alike whatever the unit.
+fn lit_length2_of(ray: CameraRay) -> f32 {
+    let of_ray = OF_RAY * up_to_free_path(ray.length);
+    let near = OF_START * OF_START * nearest2_to(ray.origin) + of_ray * of_ray;
+    if ray.end.kind != SURFACE {
+        return near;
+    }
+    let of_end2 = OF_END * OF_END * nearest2_to(ray.origin + ray.length * ray.direction);
+    return near + of_end2 * exp(-min(4.0 * scene.c_min * sqrt(of_end2), 80.0));
+}
+
+/// After the first landing prospects are judged by the lamp's distance from there.
+fn land() {
+    lit_length2 = max(lit_length2, OF_END * OF_END * nearest2_to(walk.origin));
+}
+
+fn up_to_free_path(length: f32) -> f32 {
+    return min(length, 1.0 / max(scene.c_min, 1.0 / LONGEST));
+}
+
+/// Square of the distance of `point` from the nearest lamp, m².
+fn nearest2_to(point: vec3f) -> f32 {
     var nearest2 = INFINITE;
     for (var i = 0u; i < lamp_count(); i++) {
-        let offset = lamp_position(i) - walk.origin;
+        let offset = lamp_position(i) - point;
         nearest2 = min(nearest2, dot(offset, offset));
     }
-    return weight * exp(-min(0.5 * scene.c_min * sqrt(nearest2), 80.0)) / (1.0 + nearest2);
+    return nearest2;
 }

@@ -3,10 +3,10 @@
 // Checked by: crates/render/src/gpu/twins/{lamps,surfaces}.rs.
 import package::common::bridge::{bridge, bridge_draw, bridge_turn, extra_place, quarters_about};
 import package::common::bvh::SurfacePoint;
-import package::common::camera::{CameraRay, End, NOTHING};
+import package::common::camera::{CameraRay, End, NOTHING, camera_ray};
 import package::common::film::lane;
 import package::common::lamp_landing::worth_of;
-import package::common::lamp_walk::{Target, equiangular_beside, equiangular_density, equiangular_sample, survival_in_water, survival_of_walk, target_count, targets, walk, walk_start};
+import package::common::lamp_walk::{Target, equiangular_beside, equiangular_density, equiangular_sample, land, lit_length2, lit_length2_of, survival_in_water, survival_of_walk, target_count, targets, walk, walk_start};
 import package::common::layout::{NONE, dispatch, film, scene, scratch};
 import package::common::medium::{spectral_after, spectral_scatter, spectral_start};
 import package::common::rng::{start_draws, uniform_number};
@@ -46,11 +46,14 @@ fn evaluate(a: vec4f) -> vec4f {
             return vec4f(law.share, equiangular_sample(law, a.w), equiangular_density(law, a.w * ray.length), 0.0);
         }
         case 3u: {
-            walk_start(ray_along(vec3f(1.0, 0.0, 0.0), 1.0));
+            let ray = camera_ray(vec3f(select(-1.0, 1.0, a.x < 0.5), 0.0, 0.0));
+            walk_start(ray);
+            lit_length2 = lit_length2_of(ray);
             walk.origin = in_box(a.xyz);
             let in_water = survival_in_water(a.w);
             walk.best = 10.0 * a.x;
             let in_veil = survival_of_walk(a.w);
+            land();
             walk.met_surface = true;
             return vec4f(in_water, survival_of_walk(a.w), in_veil, walk.best);
         }

@@ -7,6 +7,7 @@
 
 mod closed_form;
 mod convergence;
+mod estimated_error;
 mod furnace;
 mod gpu;
 mod gpu_conditions;
@@ -20,5 +21,6 @@ mod reference_scenes;
 mod scales;
 mod shared_walks;
 mod stress;
+mod units;
 mod validator;
 mod water_surface;

@@ -1,6 +1,7 @@
 //! Stage 4: sums of radiance and of its square per pixel.
 
 mod coarse;
+mod error;
 mod finite;
 
 pub use finite::NotFinite;
@@ -142,27 +143,6 @@ impl Film {
             (0..3).for_each(|k| sum[k] += line[k]);
         }
         sum.map(|s| s / (pixels * pixels))
-    }
-
-    /// Estimated relative error of the picture, sqrt(mean(variance of the pixel mean / (pixel² + 1e-4·mean²)))
-    /// over pixels and channels; `None` before every row has two batches, 0 for a black picture.
-    pub fn relative_error(&self) -> Option<f64> {
-        if self.rows.iter().any(|r| r.batches < 2) {
-            return None;
-        }
-        let mean = self.mean();
-        let total = self.layer(FilmLayer::Total);
-        let variance = self.layer(FilmLayer::Variance);
-        let mut sum = 0.0;
-        for (t, v) in total.iter().zip(&variance) {
-            for k in 0..3 {
-                let level = t[k] * t[k] + 1e-4 * mean[k] * mean[k];
-                if level > 0.0 {
-                    sum += v[k] / level;
-                }
-            }
-        }
-        Some((sum / (3.0 * total.len() as f64)).sqrt())
     }
 
     /// Fewest samples per pixel over the rows.

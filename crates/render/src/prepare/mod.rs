@@ -167,7 +167,7 @@ fn deepest_m(scene: &Scene, medium: &Medium, boundary: &Boundary, geometry: &Geo
     /// Optical depth below the camera within which objects count.
     const BELOW_CAMERA: f64 = 5.0;
     let camera = (boundary.height - scene.camera.position_m.z).max(0.0);
-    let reach = camera + BELOW_CAMERA / medium.c_min.max(1e-6);
+    let reach = camera + BELOW_CAMERA / medium.c_min;
     let bottom = geometry
         .bounds()
         .map_or(0.0, |(lower, _)| boundary.height - lower.z);

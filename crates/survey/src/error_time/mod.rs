@@ -165,10 +165,10 @@ mod tests {
     #[test]
     fn the_shipped_references_belong_to_their_scenes_and_are_good() {
         let scenes = benchmark_scenes();
-        assert_eq!(scenes.len(), 6);
+        assert_eq!(scenes.len(), 9);
         for scene in BenchmarkScene::read_all(&scenes, scene::Size::default()).unwrap() {
             let reference = Reference::read_for(&references_of(&scene, None), &scene).unwrap();
-            assert_eq!((reference.width, reference.height), (320, 180));
+            assert_eq!((reference.width, reference.height), scene.size_px());
             let rel_mse = reference.rel_mse();
             assert!(
                 rel_mse > 1e-6 && rel_mse < 5e-4,

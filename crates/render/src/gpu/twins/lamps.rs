@@ -14,7 +14,7 @@ use crate::{
             equiangular::Equiangular,
             lamp_landing::{Landing, Scouts},
             lamp_target::{LampWorkspace, Target},
-            lamp_walk::{FirstSegment, Walk, survival, survival_in_veil},
+            lamp_walk::{FirstSegment, Walk, lit_length2, survival, survival_in_veil},
             order::OrderLaw,
             spectral::Spectral,
             ways::{Junction, Vertex, contribution},
@@ -341,18 +341,22 @@ fn distances_beside_a_lamp_agree() {
     assert!(drawn > ROWS / 2, "{drawn}");
 }
 
-/// An exponential of up to 4, and a quotient.
+/// An exponential of up to 4, and quotients; along a ray that ends on a surface and along an open one.
 #[test]
 fn roulette_of_walks_agrees() {
     let Some(gpu) = adapter() else { return };
     let scene = scene();
     let inputs = uniform_rows(15);
     compare(gpu, &scene, LAMPS, 3, &inputs, [relative(1e-5); 4], |r| {
+        let direction = if r[0] < 0.5 { DVec3::X } else { DVec3::NEG_X };
+        let ray = CameraRay::trace(&scene, scene.camera.position_m, direction);
         let mut walk = walk_in_box(&scene, [r[0], r[1], r[2]]);
+        walk.lit_length2 = lit_length2(&scene, &[0, 1], &ray);
         let weight = f64::from(r[3]);
         let in_water = survival(&scene, &[0, 1], &walk, weight);
         walk.best = 10.0 * f64::from(r[0]);
         let in_veil = survival_in_veil(&scene, &[0, 1], &mut walk, weight);
+        walk.land(&scene, &[0, 1]);
         walk.met_surface = true;
         let from_surface = survival(&scene, &[0, 1], &walk, weight);
         [in_water, from_surface, in_veil, walk.best]
@@ -373,6 +377,7 @@ fn landings_are_worth_the_same() {
         ray: &ray,
         first: FirstSegment::Free,
         max_events: usize::MAX,
+        lit_length2: 1.0,
     };
     let mut work = LampWorkspace::new(Some(medium));
     work.targets = [(0, false), (1, true)]
@@ -408,9 +413,10 @@ fn landings_are_worth_the_same() {
 
 /// A walk that stands at a point of the box.
 fn walk_in_box(scene: &Prepared, numbers: [f32; 3]) -> Walk {
-    Walk::start(Segment {
+    let segment = Segment {
         origin: in_box(scene, numbers),
         direction: DVec3::X,
         length: 1.0,
-    })
+    };
+    Walk::start(segment, 1.0)
 }

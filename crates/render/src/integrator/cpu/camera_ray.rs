@@ -133,6 +133,11 @@ impl CameraRay {
         Some((entry, boundary.refract_into_water(self.direction)))
     }
 
+    /// Whether the part in the water ends on a surface.
+    pub fn ends_on_surface(&self) -> bool {
+        self.surface.is_some()
+    }
+
     /// What ends the part in the water.
     pub fn end(&self) -> End {
         match (self.surface, self.in_water) {

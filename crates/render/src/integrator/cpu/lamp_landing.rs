@@ -25,6 +25,8 @@ const SCOUTS_WHERE_CLEAR: u32 = 2;
 const STREAM: u32 = 3;
 /// Light that comes from outside a lamp's beam or along a surface, relative to what comes straight.
 const INDIRECT: f64 = 0.2;
+/// Distance from a lamp, by the length of the walk, below which it is of no account.
+const LEAST_OF_WALK: f64 = 1e-3;
 
 /// A walk on the first surface that it meets.
 pub(crate) struct Landing {
@@ -39,6 +41,8 @@ pub(crate) struct Scouts<'a> {
     pub(crate) ray: &'a CameraRay,
     pub(crate) first: FirstSegment,
     pub(crate) max_events: usize,
+    /// As in [`Walk`].
+    pub(crate) lit_length2: f64,
 }
 
 impl Scouts<'_> {
@@ -93,7 +97,7 @@ impl Scouts<'_> {
         work: &mut LampWorkspace,
     ) -> Option<Landing> {
         let scene = self.scene;
-        let mut walk = Walk::start(self.ray.in_water?);
+        let mut walk = Walk::start(self.ray.in_water?, self.lit_length2);
         let spectral = Spectral::start(&medium.by_scattering, draws.uniform());
         let sigma = medium.by_scattering.sigma[spectral.chosen];
         let mut factor = self.ray.entry_factor;
@@ -182,10 +186,12 @@ impl Scouts<'_> {
         let weight = walk.spectral.weight();
         let reflected: f64 = (0..3).map(|k| weight[k] * point.reflectance[k]).sum();
         let position = walk.unfolded(self.scene, walk.origin);
+        let least = LEAST_OF_WALK * walk.length;
+        let least2 = (least * least).max(f64::MIN_POSITIVE);
         let light = work.targets.iter().map(|target| {
             let lamp = &self.scene.lamps[target.lamp];
             let offset = target.centre(self.scene) - position;
-            let distance2 = offset.length_squared().max(1e-6);
+            let distance2 = offset.length_squared().max(least2);
             let distance = distance2.sqrt();
             let towards = offset / distance;
             let cosine = point.shading_normal.dot(towards).max(0.0);

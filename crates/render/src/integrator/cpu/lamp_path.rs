@@ -13,7 +13,9 @@ use super::{
     lamp_join::{Site, join, meet_lamps},
     lamp_landing::{Landing, Scouts},
     lamp_target::{LampWorkspace, choose_targets},
-    lamp_walk::{FirstSegment, Walk, first_end, next_end, reflect_at_boundary, survives},
+    lamp_walk::{
+        FirstSegment, Walk, first_end, lit_length2, next_end, reflect_at_boundary, survives,
+    },
     score::Scores,
     spectral::Spectral,
 };
@@ -46,7 +48,8 @@ pub fn trace(
         .as_ref()
         .map(|m| m.by_scattering)
         .unwrap_or_default();
-    let mut walk = Walk::start(start);
+    let lit_length2 = lit_length2(scene, active, ray);
+    let mut walk = Walk::start(start, lit_length2);
     let chooser = draws.leading(6);
     walk.spectral = Spectral::start(&strategies, chooser);
     let aim = Some(walk.spectral.rest_of_start(chooser));
@@ -62,11 +65,13 @@ pub fn trace(
         ray,
         first,
         max_events,
+        lit_length2,
     };
     let landing = landed.map(|point| Landing { walk, point });
     let Some(Landing { mut walk, point }) = scouts.choose(landing, draws, work) else {
         return;
     };
+    walk.land(scene, active);
     if !meet_surface(scene, &point, max_events, &mut walk, draws, work, scores)
         || !survives(scene, active, &mut walk, draws)
     {

@@ -21,6 +21,8 @@ use crate::{
 const MOST_LAMPS: usize = 4;
 /// Share of the choices of lamps that is even.
 const EVEN_SHARE: f64 = 0.1;
+/// Distance of a lamp, by those that it is the difference of, below which it is of no account.
+const LEAST_DISTANCE: f64 = 1e-6;
 
 /// A lamp as paths are joined to it: itself or its mirror image in the water surface.
 #[derive(Clone, Copy, Debug)]
@@ -112,16 +114,25 @@ pub(super) fn choose_targets(
     }
 }
 
-/// What a lamp can bring to a camera ray: its irradiance at the end of the ray, or one free path into the water.
+/// What a lamp can bring to a camera ray: its irradiance at the end of the ray, or one free path into the water, or, where
+/// nothing ends or dims the ray, where it is closest to the lamp.
 fn estimate(scene: &Prepared, lamp: usize, ray: &CameraRay) -> f64 {
     let lamp = &scene.lamps[lamp];
     let c = scene.medium.as_ref().map_or(0.0, |m| m.c_min);
     let (origin, direction, length) = ray.in_water.map_or((ray.origin, ray.direction, 0.0), |s| {
         (s.origin, s.direction, s.length)
     });
-    let end = origin + length.min(1.0 / c.max(1e-3)) * direction;
-    let offset = end - lamp.position;
-    let distance2 = offset.length_squared().max(lamp.radius.powi(2)).max(1e-12);
+    let from_origin = origin - lamp.position;
+    let mut reach = length.min(1.0 / c);
+    if reach == f64::INFINITY {
+        reach = (-from_origin.dot(direction)).max(0.0);
+    }
+    let offset = from_origin + reach * direction;
+    let least2 = LEAST_DISTANCE.powi(2) * (from_origin.length_squared() + reach * reach);
+    let distance2 = offset.length_squared().max(lamp.radius.powi(2)).max(least2);
+    if distance2 == 0.0 {
+        return 0.0;
+    }
     let beam = lamp.relative_intensity(offset.normalize_or_zero());
     let largest = lamp.intensity.iter().copied().fold(0.0, f64::max);
     largest * (0.1 + beam) * (-c * distance2.sqrt()).exp() / distance2

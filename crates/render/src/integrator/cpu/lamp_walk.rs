@@ -24,6 +24,12 @@ const REACH_IN_WATER: f64 = 3.0;
 const REACH_FROM_SURFACE: f64 = 5.0;
 /// Roulette of a walk that has met no surface sets in where its prospects fall by this factor below their best.
 const FALL: f64 = 10.0;
+/// Within these shares of three lengths of the scene around a lamp a walk is taken to be as close as it gets: of the
+/// lamp's distance from where the camera ray begins, of that from where it ends on a surface that is in sight, and of
+/// the ray itself up to one free path.
+const OF_START: f64 = 3.0;
+const OF_END: f64 = 0.5;
+const OF_RAY: f64 = 0.02;
 
 /// How the first segment of a walk ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,11 +61,13 @@ pub(crate) struct Walk {
     pub(crate) spectral: Spectral,
     /// Largest prospects so far, before a surface is met.
     pub(crate) best: f64,
+    /// Square of the distance from a lamp, m², beyond which prospects fall: [`lit_length2`].
+    pub(crate) lit_length2: f64,
 }
 
 impl Walk {
-    /// At the start of the camera ray's part in the water.
-    pub(crate) fn start(segment: Segment) -> Self {
+    /// At the start of the camera ray's part in the water; `lit_length2` as in the field.
+    pub(crate) fn start(segment: Segment, lit_length2: f64) -> Self {
         Self {
             origin: segment.origin,
             direction: segment.direction,
@@ -73,7 +81,14 @@ impl Walk {
             unscattered: true,
             spectral: Spectral::start(&Strategies::default(), 0.5),
             best: 0.0,
+            lit_length2,
         }
+    }
+
+    /// Its first surface: what comes after is judged by the lamp's distance from there.
+    pub(crate) fn land(&mut self, scene: &Prepared, active: &[usize]) {
+        let landed = OF_END * OF_END * nearest2(scene, active, self.origin);
+        self.lit_length2 = self.lit_length2.max(landed);
     }
 
     /// A real point or direction in the unfolded space of the walk.
@@ -330,12 +345,37 @@ fn at_most_patience(walk: &Walk, importance: f64) -> f64 {
     importance.min(patience)
 }
 
-/// Estimate of what a walk of this weight can still bring, up to a constant.
+/// Estimate of what a walk of this weight can still bring, relative to what one of weight 1 brings from close to a lamp.
 fn prospects(scene: &Prepared, active: &[usize], walk: &Walk, weight: f64) -> f64 {
-    let nearest2 = active
+    let nearest2 = nearest2(scene, active, walk.origin);
+    weight * (-0.5 * c_min(scene) * nearest2.sqrt()).exp() / (1.0 + nearest2 / walk.lit_length2)
+}
+
+/// Square of the distance from the nearest lamp, m², within which a walk along `ray` is close to it: a length of the
+/// scene, so that walks end alike whatever the unit. Greater than 0; infinite where nothing ends or dims the ray.
+pub(crate) fn lit_length2(scene: &Prepared, active: &[usize], ray: &CameraRay) -> f64 {
+    let Some(segment) = ray.in_water else {
+        return f64::INFINITY;
+    };
+    let c = c_min(scene);
+    let of_ray = OF_RAY * segment.length.min(1.0 / c);
+    let near = OF_START * OF_START * nearest2(scene, active, segment.origin) + of_ray * of_ray;
+    if !ray.ends_on_surface() {
+        return near;
+    }
+    let end = segment.origin + segment.length * segment.direction;
+    let of_end2 = OF_END * OF_END * nearest2(scene, active, end);
+    near + of_end2 * (-4.0 * c * of_end2.sqrt()).exp()
+}
+
+/// Square of the distance of `point` from the nearest lamp, m².
+fn nearest2(scene: &Prepared, active: &[usize], point: DVec3) -> f64 {
+    active
         .iter()
-        .map(|&i| scene.lamps[i].position.distance_squared(walk.origin))
-        .fold(f64::INFINITY, f64::min);
-    let c_min = scene.medium.as_ref().map_or(0.0, |m| m.c_min);
-    weight * (-0.5 * c_min * nearest2.sqrt()).exp() / (1.0 + nearest2)
+        .map(|&i| scene.lamps[i].position.distance_squared(point))
+        .fold(f64::INFINITY, f64::min)
+}
+
+fn c_min(scene: &Prepared) -> f64 {
+    scene.medium.as_ref().map_or(0.0, |m| m.c_min)
 }

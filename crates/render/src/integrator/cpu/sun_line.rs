@@ -11,6 +11,9 @@ use crate::{
     prepare::{Boundary, Medium, Prepared, Primitive, SunBeam},
 };
 
+/// Distance, by the coordinates of all surfaces, within which a segment only touches them.
+const TOUCHING: f64 = 1e-9;
+
 /// A straight segment in the water.
 #[derive(Clone, Copy, Debug)]
 pub struct Line {
@@ -202,12 +205,14 @@ fn may_be_shadowed(scene: &Prepared, sun: &SunBeam, line: &Line) -> bool {
     }
     let along = sun.towards.cross(across);
     let end = line.origin + line.length * line.direction;
+    let (middle, half_size) = (0.5 * (lower + upper), 0.5 * (upper - lower));
+    let rounding = TOUCHING * (middle.length() + half_size.length());
     for axis in [across, along] {
         let (near, far) = (line.origin.dot(axis), end.dot(axis));
-        let centre = 0.5 * (lower + upper).dot(axis);
-        let reach = 0.5 * (upper - lower).dot(axis.abs());
+        let centre = middle.dot(axis);
+        let reach = half_size.dot(axis.abs());
         // A surface that the segment only touches with its end casts no shadow on it.
-        let margin = 1e-9 * (1.0 + centre.abs() + reach);
+        let margin = rounding * axis.length();
         if near.max(far) <= centre - reach + margin || near.min(far) >= centre + reach - margin {
             return false;
         }
