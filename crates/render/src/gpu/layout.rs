@@ -26,12 +26,9 @@ macro_rules! exact_records {
             #[derive(Clone, Copy, Debug)]
             pub(crate) struct $name { $(pub(crate) $field: <$type as Field>::Host),+ }
 
-            impl $name {
-                /// A record of zeros.
-                pub(crate) const ZERO: Self = Self { $($field: <$type as Field>::ZERO),+ };
-            }
-
             impl Record for $name {
+                const ZERO: Self = Self { $($field: <$type as Field>::ZERO),+ };
+
                 fn put(&self, words: &mut Vec<u64>) {
                     $(<$type as Field>::put(&self.$field, words);)+
                 }

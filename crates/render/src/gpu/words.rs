@@ -62,7 +62,10 @@ impl<T: Field, const N: usize> Field for [T; N] {
 }
 
 /// A record of whole words.
-pub(crate) trait Record {
+pub(crate) trait Record: Sized {
+    /// A record of zeros.
+    const ZERO: Self;
+
     /// Adds its words.
     fn put(&self, words: &mut Vec<u64>);
 
