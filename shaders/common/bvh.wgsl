@@ -2,7 +2,7 @@
 // Twins: crates/render/src/prepare/{geometry,bvh}.rs. Checked by: crates/render/src/gpu/twins/surfaces.rs.
 import package::common::layout::{HAS_QUADS, HAS_TEXTURES, HAS_TRIANGLES, NONE, scene, texels};
 import package::common::settings::{node_count, quad_count};
-import package::common::tables::{material_at, node_at, quad_at, table_row, triangle_corner, triangle_edge_1, triangle_edge_2, triangle_material, triangle_normal_0, triangle_normal_1, triangle_normal_2, triangle_smooth_shaded, triangle_textured, triangle_u_0, triangle_u_1, triangle_u_2, triangle_v_0, triangle_v_1, triangle_v_2};
+import package::common::tables::{material_at, node_at, quad_at, quad_normal, table_row, triangle_corner, triangle_edge_1, triangle_edge_2, triangle_material, triangle_normal_0, triangle_normal_1, triangle_normal_2, triangle_smooth_shaded, triangle_textured, triangle_u_0, triangle_u_1, triangle_u_2, triangle_v_0, triangle_v_1, triangle_v_2};
 
 /// Marks the index of a triangle among the primitives.
 const TRIANGLE: u32 = 0x80000000u;
@@ -12,6 +12,8 @@ const COUNT_BITS: u32 = 4u;
 const MOST_IN_LEAF: u32 = 15u;
 /// Rounding of a computed point over its coordinates.
 const START_ROUNDING: f32 = 1e-6;
+/// Of rays to their own surface: below it they carry nothing.
+const LEAST_COSINE: f32 = 1e-9;
 /// Tolerance of barycentric weights, so that rays do not slip between neighbours.
 const EDGE_ROUNDING: f32 = 1e-6;
 
@@ -28,10 +30,23 @@ struct SurfacePoint {
     emission: vec3f,
 }
 
-/// Least distance at which a surface counts for a ray that starts on `start_primitive`.
-fn start_distance(origin: vec3f, start_primitive: u32) -> f32 {
+/// Least distance at which a surface counts for a ray that starts on `start_primitive`. What lies in the plane of that is met
+/// anywhere within the rounding of the start, which a grazing ray needs long to get out of.
+fn start_distance(origin: vec3f, direction: vec3f, start_primitive: u32) -> f32 {
+    if start_primitive == NONE {
+        return 0.0;
+    }
     let reach = max(abs(origin.x), max(abs(origin.y), abs(origin.z)));
-    return select(START_ROUNDING * reach, 0.0, start_primitive == NONE);
+    return START_ROUNDING * reach / max(abs(dot(primitive_normal(start_primitive), direction)), LEAST_COSINE);
+}
+
+/// Unit normal of a primitive, on either side.
+fn primitive_normal(primitive: u32) -> vec3f {
+    if (primitive & TRIANGLE) == 0u {
+        return quad_normal(primitive);
+    }
+    let index = primitive & ~TRIANGLE;
+    return normalize(cross(triangle_edge_1(index), triangle_edge_2(index)));
 }
 
 fn intersect_quad(index: u32, origin: vec3f, direction: vec3f, t_min: f32, best: Hit) -> Hit {
@@ -99,7 +114,7 @@ fn inverse_of(direction: vec3f) -> vec3f {
 
 /// Nearest surface along the ray closer than `t_max`, which starts on `start_primitive`; `any` stops at the first found.
 fn trace(origin: vec3f, direction: vec3f, t_max: f32, start_primitive: u32, any: bool) -> Hit {
-    let t_min = start_distance(origin, start_primitive);
+    let t_min = start_distance(origin, direction, start_primitive);
     var best = Hit(t_max, NONE, vec2f(0.0));
     if HAS_QUADS {
         for (var i = 0u; i < quad_count(); i++) {
@@ -227,7 +242,7 @@ fn surface_point(hit: Hit, direction: vec3f) -> SurfacePoint {
         let v = hit.local.x;
         let w = hit.local.y;
         let u = 1.0 - v - w;
-        normal = facing(normalize(cross(triangle_edge_1(index), triangle_edge_2(index))), direction);
+        normal = facing(primitive_normal(hit.primitive), direction);
         shading = normal;
         if triangle_smooth_shaded(index) != 0u {
             let blend = u * triangle_normal_0(index) + v * triangle_normal_1(index) + w * triangle_normal_2(index);

@@ -85,6 +85,10 @@ fn quad_at(i: u32) -> Quad {
     return Quad(bitcast<vec3f>(place.xyz), place.w, normal.xyz, normal.w, u.xyz, u.w, v.xyz, 0u);
 }
 
+fn quad_normal(i: u32) -> vec3f {
+    return table_row_f32(scene.quad_rows + select(4u * i, 0u, ONE_QUAD) + 1u).xyz;
+}
+
 /// Row `k` of triangle `i`.
 fn triangle_row(i: u32, k: u32) -> vec4u {
     return far_rows[scene.triangle_rows + 7u * i + k];

@@ -1,6 +1,9 @@
 //! Where tests render: on the processor, on its vector units, on the graphics adapter that they share.
 
-use std::sync::{LazyLock, atomic::AtomicBool};
+use std::{
+    panic::{AssertUnwindSafe, catch_unwind},
+    sync::{LazyLock, atomic::AtomicBool},
+};
 
 use uw_render::{
     film::Film,
@@ -20,6 +23,11 @@ pub fn device() -> Option<&'static Gpu> {
     SHARED.as_ref().inspect_err(|error| skip_test(error)).ok()
 }
 
+/// Relative standard error that single precision leaves in a radiance. Numbers carry 6e-8; a term of light comes out within
+/// 9e-7 (measured on the Lambertian plane of `system/closed_form.rs`, where nothing is random), sums and tables within some of
+/// that.
+const ROUNDING_F32: f64 = 1e-5;
+
 /// Where a test renders.
 #[derive(Clone, Copy)]
 pub enum Place {
@@ -35,6 +43,24 @@ pub enum Place {
 
 /// Both ways of the processor, of which `uw render` takes one where there is no hardware GPU.
 pub const PROCESSOR: [Place; 2] = [Place::Native, Place::VectorUnits];
+
+/// Calls `check` for every place that this machine has: the native path tracer, the kernels in double precision, on the vector
+/// units and, where there is one, on the adapter. One that fails keeps no other from being checked; without an adapter the test is counted as
+/// skipped, once.
+///
+/// # Panics
+/// With the names of the places where `check` panicked, and as in [`device`].
+#[allow(clippy::print_stdout, reason = "what a test prints belongs to a place")]
+pub fn everywhere(check: impl Fn(Place)) {
+    let mut failed = Vec::new();
+    for place in std::iter::once(Place::Native).chain(places()) {
+        println!("on {}:", place.name());
+        if catch_unwind(AssertUnwindSafe(|| check(place))).is_err() {
+            failed.push(place.name());
+        }
+    }
+    assert!(failed.is_empty(), "fails on {}", failed.join(" and on "));
+}
 
 /// Where kernels run: the processor and, where there is one, the adapter; a test without one is counted as skipped, once.
 ///
@@ -54,6 +80,30 @@ impl Place {
             Self::Double => "double precision",
             Self::VectorUnits => "vector units",
             Self::Adapter(_) => "adapter",
+        }
+    }
+
+    /// Samples where `samples` are taken in double precision: an adapter, which may be a processor, takes an eighth.
+    pub fn samples(self, samples: u32) -> u32 {
+        match self {
+            Self::Native | Self::Double | Self::VectorUnits => samples,
+            Self::Adapter(_) => samples.div_ceil(8),
+        }
+    }
+
+    /// Standard error of these samples by that in double precision.
+    pub fn noise(self) -> f64 {
+        match self {
+            Self::Native | Self::Double | Self::VectorUnits => 1.0,
+            Self::Adapter(_) => 8f64.sqrt(),
+        }
+    }
+
+    /// Relative standard error of radiances for their arithmetic, beside that of their samples.
+    pub fn rounding(self) -> f64 {
+        match self {
+            Self::Native | Self::Double => 0.0,
+            Self::VectorUnits | Self::Adapter(_) => ROUNDING_F32,
         }
     }
 

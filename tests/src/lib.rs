@@ -16,6 +16,8 @@ use uw_render::{
     scene::Scene,
 };
 
+use gpu::Place;
+
 /// The path of a file of this package.
 pub fn file(relative: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(relative)
@@ -44,23 +46,43 @@ pub fn plan(samples_per_pixel: u32, seed: u64) -> Plan {
     }
 }
 
-/// Renders `scene` to the end by the native path tracer.
+/// Renders `scene` to the end by the native path tracer, with which the kernels are compared.
 ///
 /// # Panics
 /// When rendering fails.
 pub fn render(scene: &Scene, plan: &Plan) -> (Film, RenderStats) {
-    gpu::Place::Native.render(scene, plan)
+    Place::Native.render(scene, plan)
 }
 
-/// Mean and standard error of the pixels of a one-row picture whose pixels all see the same.
-pub fn measure(scene: &Scene, samples: u32, max_bounces: u32, seed: u64) -> ([f64; 3], [f64; 3]) {
-    let mut plan = plan(samples, seed);
+/// Mean and standard error of the pixels of a picture whose pixels all see the same, rendered at `place` with its share of
+/// `samples`; the error includes that of its arithmetic.
+pub fn measure(
+    place: Place,
+    scene: &Scene,
+    samples: u32,
+    max_bounces: u32,
+    seed: u64,
+) -> ([f64; 3], [f64; 3]) {
+    let mut plan = plan(place.samples(samples), seed);
     plan.max_bounces = max_bounces;
-    let pixels = render(scene, &plan).0.layer(FilmLayer::Total);
+    let pixels = place.render(scene, &plan).0.layer(FilmLayer::Total);
     let n = pixels.len() as f64;
     let mean: [f64; 3] = std::array::from_fn(|k| pixels.iter().map(|p| p[k]).sum::<f64>() / n);
     let error = std::array::from_fn(|k| {
-        (pixels.iter().map(|p| (p[k] - mean[k]).powi(2)).sum::<f64>() / (n * (n - 1.0))).sqrt()
+        let square = pixels.iter().map(|p| (p[k] - mean[k]).powi(2)).sum::<f64>();
+        (square / (n * (n - 1.0)))
+            .sqrt()
+            .hypot(place.rounding() * mean[k])
     });
     (mean, error)
+}
+
+/// The same view with `n` × `n` pixels for each one: their mean is what the one shows.
+pub fn divided(scene: &Scene, n: u32) -> Scene {
+    let mut scene = scene.clone();
+    let camera = &mut scene.camera;
+    (camera.width, camera.height) = (n * camera.width, n * camera.height);
+    camera.focal_px *= f64::from(n);
+    camera.centre_px *= f64::from(n);
+    scene
 }

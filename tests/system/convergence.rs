@@ -9,7 +9,9 @@ use uw_render::{
     scene::Scene,
 };
 use uw_tests::{
-    corpus_scene, plan, reference, render,
+    corpus_scene,
+    gpu::{Place, everywhere},
+    plan, reference,
     tails::{largest_share, largest_share_of},
     tiles::TILE,
 };
@@ -21,6 +23,8 @@ const SCENES: [(&str, &str); 4] = [
     ("s3_sun", "s3"),
 ];
 const LADDER: [u32; 5] = [16, 64, 256, 1024, 4096];
+/// Root of the number of samples among which one may hold the variance.
+const SAMPLES_ROOT: u32 = 256;
 
 /// The scene with one pixel for each tile.
 fn by_tiles(name: &str) -> Scene {
@@ -52,7 +56,10 @@ fn squared_error(film: &Film, name: &str) -> f64 {
 
 /// Slope of ln error over ln samples by least squares.
 fn slope(errors: &[f64]) -> f64 {
-    let x: Vec<f64> = LADDER.iter().map(|&n| f64::from(n).ln()).collect();
+    let x: Vec<f64> = LADDER[..errors.len()]
+        .iter()
+        .map(|&n| f64::from(n).ln())
+        .collect();
     let centre = x.iter().sum::<f64>() / x.len() as f64;
     let above: f64 = x
         .iter()
@@ -64,11 +71,19 @@ fn slope(errors: &[f64]) -> f64 {
 
 #[test]
 fn errors_fall_as_the_root_of_the_samples_and_are_estimated_rightly() {
+    everywhere(errors_fall);
+}
+
+fn errors_fall(place: Place) {
     for (scene_name, reference_name) in SCENES {
         let scene = by_tiles(scene_name);
         let mut errors = Vec::new();
-        for (i, samples) in LADDER.into_iter().enumerate() {
-            let (film, stats) = render(&scene, &plan(samples, 100 + i as u64));
+        let rungs = match place {
+            Place::Adapter(_) => 4,
+            _ => LADDER.len(),
+        };
+        for (i, samples) in LADDER.into_iter().take(rungs).enumerate() {
+            let (film, stats) = place.render(&scene, &plan(samples, 100 + i as u64));
             let error = squared_error(&film, reference_name).max(0.0).sqrt();
             let estimated = stats.relative_error.expect("several batches");
             println!("{scene_name} {samples}: error {error:.5}, estimated {estimated:.5}");
@@ -89,12 +104,17 @@ fn errors_fall_as_the_root_of_the_samples_and_are_estimated_rightly() {
 
 #[test]
 fn no_single_sample_holds_the_variance() {
+    everywhere(no_sample_holds_the_variance);
+}
+
+fn no_sample_holds_the_variance(place: Place) {
     for (scene_name, _) in SCENES {
         let scene = by_tiles(scene_name);
         let rows = (1..scene.camera.height).step_by(3);
         let columns = || (1..scene.camera.width).step_by(3);
         let pixels = rows.flat_map(|row| columns().map(move |column| (column, row)));
-        let share = largest_share_of(&scene, pixels, 65_536);
+        let pixels = pixels.take(place.samples(18) as usize);
+        let share = largest_share_of(place, &scene, pixels, SAMPLES_ROOT);
         println!("{scene_name}: largest share of one in 65536 samples {share:.4}");
         assert!(share < 0.1, "{scene_name}: {share}");
     }

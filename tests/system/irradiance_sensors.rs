@@ -1,4 +1,5 @@
-//! Irradiance sensors where the light field is known: sky, lamps, shadows, a bottom; and what they refuse.
+//! Irradiance sensors where the light field is known: sky, lamps, shadows, a bottom; and what they refuse. They exist in
+//! double precision only: no kernel starts rays from anywhere but a camera.
 
 use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;

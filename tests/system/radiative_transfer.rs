@@ -1,5 +1,7 @@
 //! Daylight in plane-parallel water against reference rows and discrete ordinates: irradiances and radiances of the
 //! problems of Mobley et al. 1993 (Applied Optics 32, 7484): sun at 60°, flat surface, black sky, infinite depth.
+//! Radiances are seen by cameras, everywhere; irradiances are measured in double precision only, because no kernel starts
+//! rays from anywhere but a camera.
 
 use std::sync::atomic::AtomicBool;
 
@@ -12,12 +14,16 @@ use uw_tests::discrete_ordinates::{Irradiances, Problem, Travel, irradiances, ra
 use uw_tests::reference::{rayleigh_irradiances, rayleigh_radiances};
 use uw_tests::single_ray::{camera, empty, surface, water};
 use uw_tests::tiles::spread;
-use uw_tests::{corpus_scene, measure};
+use uw_tests::{
+    corpus_scene,
+    gpu::{Place, everywhere},
+    measure,
+};
 
 const DEPTHS_M: [f64; 4] = [0.0, 1.0, 5.0, 10.0];
 /// Optical depth is depth: c is 1 1/m in every channel.
 const A: [f64; 3] = [0.8, 0.5, 0.1];
-const B: [f64; 3] = [0.2, 0.5, 0.9];
+pub(crate) const B: [f64; 3] = [0.2, 0.5, 0.9];
 /// Gauss nodes of the discrete ordinates per panel; 64 change nothing above 1.5e-4.
 const NODES: usize = 48;
 /// Directions per depth and hemisphere.
@@ -25,16 +31,16 @@ const SAMPLES: u32 = 1 << 19;
 /// Samples of each of 64 pixels that look along one direction.
 const SAMPLES_PER_PIXEL: u32 = 1024;
 /// Departures from the reference that are let pass besides the standard errors.
-const IRRADIANCE_MARGIN: f64 = 0.002;
+pub(crate) const IRRADIANCE_MARGIN: f64 = 0.002;
 const RADIANCE_MARGIN: f64 = 0.01;
 
 /// An estimate beside what it should be.
-struct Comparison {
-    what: String,
-    value: f64,
-    standard_error: f64,
-    reference: f64,
-    margin: f64,
+pub(crate) struct Comparison {
+    pub(crate) what: String,
+    pub(crate) value: f64,
+    pub(crate) standard_error: f64,
+    pub(crate) reference: f64,
+    pub(crate) margin: f64,
 }
 
 impl Comparison {
@@ -49,7 +55,7 @@ impl Comparison {
 
 /// Every estimate within three standard errors and its margin, and the set of deviations no wider than standard errors
 /// say. `independent` is the number of values that share no random numbers.
-fn assert_agreement(comparisons: &[Comparison], independent: usize) {
+pub(crate) fn assert_agreement(comparisons: &[Comparison], independent: usize) {
     for c in comparisons {
         println!(
             "{}: {:.6e} ± {:.3} %, reference {:.6e}, off by {:+.3} %, z {:+.2}",
@@ -199,6 +205,7 @@ fn looking(phase: Phase, depth_m: f64, travel: Travel) -> Scene {
 
 /// What a row of pixels sees in the channel of the largest albedo.
 fn compare_radiance(
+    place: Place,
     phase: Phase,
     depth_m: f64,
     travel: Travel,
@@ -206,7 +213,7 @@ fn compare_radiance(
     seed: u64,
 ) -> Comparison {
     let scene = looking(phase, depth_m, travel);
-    let (value, standard_error) = measure(&scene, SAMPLES_PER_PIXEL, 0, seed);
+    let (value, standard_error) = measure(place, &scene, SAMPLES_PER_PIXEL, 0, seed);
     Comparison {
         what: format!(
             "{depth_m} m, light travelling {:.2} down at {}°",
@@ -223,15 +230,17 @@ fn compare_radiance(
 fn radiances_in_molecular_water_are_the_reference_rows() {
     let phase = || Phase::Rayleigh(Rayleigh::new(0.0).expect("valid"));
     let rows = rayleigh_radiances();
-    let comparisons: Vec<Comparison> = rows
-        .iter()
-        .zip(10..)
-        .map(|(row, seed)| {
-            let depth_m = row.optical_depth;
-            compare_radiance(phase(), depth_m, row.travel(), row.reference, seed)
-        })
-        .collect();
-    assert_agreement(&comparisons, comparisons.len());
+    everywhere(|place| {
+        let comparisons: Vec<Comparison> = rows
+            .iter()
+            .zip(10..)
+            .map(|(row, seed)| {
+                let (depth_m, travel) = (row.optical_depth, row.travel());
+                compare_radiance(place, phase(), depth_m, travel, row.reference, seed)
+            })
+            .collect();
+        assert_agreement(&comparisons, comparisons.len());
+    });
 }
 
 /// Away from the sun's direction, where nodes would have to resolve the peak.
@@ -254,12 +263,15 @@ fn radiances_in_fournier_forand_water_are_those_of_discrete_ordinates() {
     let problem_phase = phase();
     let problem = Problem::benchmark(&problem_phase, B[2]);
     let solved = radiances(&problem, &depths_m, &directions, 24);
-    let mut comparisons = Vec::new();
-    for (&depth_m, level) in depths_m.iter().zip(&solved) {
-        for (&travel, &reference) in directions.iter().zip(level) {
-            let seed = 40 + comparisons.len() as u64;
-            comparisons.push(compare_radiance(phase(), depth_m, travel, reference, seed));
+    everywhere(|place| {
+        let mut comparisons = Vec::new();
+        for (&depth_m, level) in depths_m.iter().zip(&solved) {
+            for (&travel, &reference) in directions.iter().zip(level) {
+                let seed = 40 + comparisons.len() as u64;
+                let compared = compare_radiance(place, phase(), depth_m, travel, reference, seed);
+                comparisons.push(compared);
+            }
         }
-    }
-    assert_agreement(&comparisons, comparisons.len());
+        assert_agreement(&comparisons, comparisons.len());
+    });
 }

@@ -10,18 +10,22 @@ use std::{
 
 use glam::DVec3;
 use uw_media::phase::{FournierForand, HenyeyGreenstein, Phase, PhaseFunction};
-use uw_render::{film::FilmLayer, scene::Sun};
+use uw_render::scene::Sun;
 use uw_tests::{
-    plan, render,
+    divided,
+    gpu::{Place, everywhere},
+    plan,
     single_ray::{add_plate, camera, empty, surface, water},
     validator::{
-        Validator,
+        Estimate, Validator,
         cases::{self, Case},
     },
 };
 
 /// Another number here is another set of random numbers on both sides.
 const RUN: u64 = 1;
+/// Parts of the pixel's edge that kernels are given as pixels.
+const PARTS: u32 = 8;
 /// Largest combined standard error of a comparison, relative to the value.
 const SHARPNESS: f64 = 0.02;
 /// The same for the median of all comparisons.
@@ -32,87 +36,128 @@ const MEDIAN_SHARPNESS: f64 = 0.011;
 struct Comparison {
     case: usize,
     channel: usize,
-    rendered: (f64, f64),
-    validated: (f64, f64),
+    rendered: Estimate,
+    validated: Estimate,
 }
 
 impl Comparison {
     fn error(&self) -> f64 {
-        self.rendered.1.hypot(self.validated.1)
+        self.rendered
+            .standard_error
+            .hypot(self.validated.standard_error)
     }
 
     fn z(&self) -> f64 {
-        (self.rendered.0 - self.validated.0) / self.error()
+        (self.rendered.mean - self.validated.mean) / self.error()
     }
 
     /// Combined standard error relative to the value.
     fn relative_error(&self) -> f64 {
-        self.error() / self.validated.0
+        self.error() / self.validated.mean
     }
 }
 
-fn compare(index: usize, case: &Case) -> [Comparison; 3] {
-    let mut plan = plan(case.samples, 100_000 * RUN + 1000 + index as u64);
-    plan.max_bounces = case.max_events;
-    plan.threads = Some(1);
-    let film = render(&case.scene, &plan).0;
-    let (mean, variance) = (film.mean(), film.layer(FilmLayer::Variance)[0]);
+/// The pixel of a case in three channels.
+type Pixel = [Estimate; 3];
+
+fn validated(index: usize, case: &Case) -> Pixel {
     std::array::from_fn(|channel| {
         // Seeds far apart in the generator's sequence of 2^64.
         let seed =
             ((3 * index + channel + 1) as u64 + 1000 * RUN).wrapping_mul(0x0123_4567_89ab_cdef);
-        let validated =
-            Validator::new(&case.scene, channel).pixel((0, 0), case.max_events, case.walks, seed);
-        Comparison {
-            case: index,
-            channel,
-            rendered: (mean[channel], variance[channel].sqrt()),
-            validated: (validated.mean, validated.standard_error),
-        }
+        Validator::new(&case.scene, channel).pixel((0, 0), case.max_events, case.walks, seed)
     })
 }
 
-/// All comparisons, on as many threads as there are processors.
-fn compare_all(cases: &[Case]) -> Vec<Comparison> {
+/// By the renderer. Kernels make a lane of every pixel, so that they are given the one in parts.
+fn rendered(place: Place, index: usize, case: &Case) -> Pixel {
+    let (parts, samples) = match place {
+        Place::Native => (1, case.samples),
+        _ => (PARTS, place.samples(case.samples) / (PARTS * PARTS)),
+    };
+    let mut plan = plan(samples, 100_000 * RUN + 1000 + index as u64);
+    plan.max_bounces = case.max_events;
+    plan.threads = Some(1);
+    let film = place.render(&divided(&case.scene, parts), &plan).0;
+    let (mean, variance) = (film.mean(), film.variance_of_mean());
+    std::array::from_fn(|k| Estimate {
+        mean: mean[k],
+        standard_error: variance[k].sqrt().hypot(place.rounding() * mean[k]),
+    })
+}
+
+/// Does the same for all cases, on `threads` threads.
+fn for_all<T: Send>(
+    cases: &[Case],
+    threads: usize,
+    work: impl Fn(usize, &Case) -> T + Sync,
+) -> Vec<T> {
     let next = AtomicUsize::new(0);
     let done = Mutex::new(Vec::new());
-    let threads = thread::available_parallelism().map_or(1, usize::from);
-    let work = || {
-        while let index = next.fetch_add(1, Ordering::Relaxed)
-            && let Some(case) = cases.get(index)
-        {
-            let found = compare(index, case);
-            done.lock().expect("no thread panicked").extend(found);
-        }
-    };
     thread::scope(|scope| {
         for _ in 0..threads {
-            scope.spawn(work);
+            scope.spawn(|| {
+                while let index = next.fetch_add(1, Ordering::Relaxed)
+                    && let Some(case) = cases.get(index)
+                {
+                    let found = work(index, case);
+                    done.lock()
+                        .expect("no thread panicked")
+                        .push((index, found));
+                }
+            });
         }
     });
     let mut all = done.into_inner().expect("no thread panicked");
-    all.sort_by_key(|c| (c.case, c.channel));
-    all
+    all.sort_by_key(|&(index, _)| index);
+    all.into_iter().map(|(_, found)| found).collect()
+}
+
+/// All comparisons, channel by channel, at every place.
+fn compare_all(cases: &[Case]) {
+    let threads = thread::available_parallelism().map_or(1, usize::from);
+    let theirs = for_all(cases, threads, validated);
+    everywhere(|place| {
+        // An adapter works on one picture at a time.
+        let threads = match place {
+            Place::Adapter(_) => 1,
+            _ => threads,
+        };
+        let ours = for_all(cases, threads, |index, case| rendered(place, index, case));
+        let pairs = ours.iter().zip(&theirs).enumerate();
+        let all: Vec<Comparison> = pairs
+            .flat_map(|(case, (ours, theirs))| {
+                (0..3).map(move |channel| Comparison {
+                    case,
+                    channel,
+                    rendered: ours[channel],
+                    validated: theirs[channel],
+                })
+            })
+            .collect();
+        show(cases, &all);
+        assert_agreement(cases, &all, place.noise());
+    });
 }
 
 fn show(cases: &[Case], all: &[Comparison]) {
     for c in all {
-        let percent = |(mean, error): (f64, f64)| 100.0 * error / mean;
+        let percent = |e: Estimate| 100.0 * e.standard_error / e.mean;
         println!(
             "{:50} {} renderer {:9.6} ± {:4.2} %  validator {:9.6} ± {:4.2} %  z {:5.2}",
             cases[c.case].name,
             c.channel,
-            c.rendered.0,
+            c.rendered.mean,
             percent(c.rendered),
-            c.validated.0,
+            c.validated.mean,
             percent(c.validated),
             c.z()
         );
     }
 }
 
-/// z-scores must look standard normal and be sharp enough to mean something.
-fn assert_agreement(cases: &[Case], all: &[Comparison]) {
+/// z-scores must look standard normal and be sharp enough to mean something; `noise` is what a place allows itself.
+fn assert_agreement(cases: &[Case], all: &[Comparison], noise: f64) {
     let n = all.len() as f64;
     let rms = (all.iter().map(|c| c.z().powi(2)).sum::<f64>() / n).sqrt();
     let mean = all.iter().map(Comparison::z).sum::<f64>() / n;
@@ -123,9 +168,12 @@ fn assert_agreement(cases: &[Case], all: &[Comparison]) {
     for c in all {
         let name = cases[c.case].name;
         assert!(c.z().abs() < 4.5, "{name}: {c:?}, z {}", c.z());
-        assert!(c.relative_error() < SHARPNESS, "{name}: {c:?} is too noisy");
+        assert!(
+            c.relative_error() < noise * SHARPNESS,
+            "{name}: {c:?} is too noisy"
+        );
     }
-    assert!(median < MEDIAN_SHARPNESS, "median error {median}");
+    assert!(median < noise * MEDIAN_SHARPNESS, "median error {median}");
     // The mean of n scores has a standard deviation of n^-1/2, their rms one of (2n)^-1/2; the channels of a scene
     // share the renderer's error, the smaller one.
     assert!(mean.abs() < 3.0 / n.sqrt(), "mean z {mean}");
@@ -134,20 +182,14 @@ fn assert_agreement(cases: &[Case], all: &[Comparison]) {
 
 #[test]
 fn the_renderer_agrees_with_the_plain_validator() {
-    let cases = cases::all();
-    let all = compare_all(&cases);
-    show(&cases, &all);
-    assert_agreement(&cases, &all);
+    compare_all(&cases::all());
 }
 
 /// Prints the scenes that are kept aside. When the renderer has learned one, it belongs to the corpus.
 #[test]
 #[ignore = "the renderer's standard errors are not to be trusted on these scenes"]
 fn unsettled_scenes() {
-    let cases = cases::unsettled();
-    let all = compare_all(&cases);
-    show(&cases, &all);
-    assert_agreement(&cases, &all);
+    compare_all(&cases::unsettled());
 }
 
 /// Every walk in lossless water ends in the sky, whose radiance grows by n² in the water: no noise at all.

@@ -1,5 +1,7 @@
 //! Expressions: operators and functions of scalars, taken component by component.
 
+use std::f64::consts::{FRAC_2_PI, FRAC_PI_2, PI, TAU};
+
 use naga::{
     BinaryOperator, Expression, Handle, Literal, MathFunction, RelationalFunction, Scalar,
     TypeInner, UnaryOperator,
@@ -23,10 +25,16 @@ fn literal(literal: &Literal, form: Form) -> String {
     }
 }
 
-/// The number in double precision that was meant: that of its shortest decimal form, or a power of two itself.
+/// Numbers of the circle that shaders name, of which the parser leaves the digits of single precision.
+const OF_THE_CIRCLE: [f64; 4] = [PI, TAU, FRAC_PI_2, FRAC_2_PI];
+
+/// The number in double precision that was meant: one of the circle, a power of two itself, or that of its shortest decimal
+/// form.
 fn double(x: f32) -> String {
     let is_power_of_two = x.is_normal() && x.to_bits() & 0x7f_ffff == 0;
-    if is_power_of_two {
+    if let Some(exact) = OF_THE_CIRCLE.iter().find(|&&exact| exact as f32 == x) {
+        format!("{exact:?}f64")
+    } else if is_power_of_two {
         format!("{:?}f64", f64::from(x))
     } else {
         format!("{x:?}f64")

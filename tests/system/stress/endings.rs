@@ -11,7 +11,7 @@ use uw_render::{film::FilmLayer, scene::Scene};
 use uw_tests::single_ray::{add_plate, camera, empty, point_lamp, water};
 use uw_tests::{
     corpus_scene,
-    gpu::{PROCESSOR, Place},
+    gpu::{PROCESSOR, Place, everywhere},
     plan,
 };
 
@@ -30,9 +30,7 @@ fn white_box() -> Scene {
 
 /// Renders `scene` and fails if that does not end.
 fn assert_ends(scene: &Scene) {
-    for place in PROCESSOR {
-        assert_ends_on(place, scene.clone());
-    }
+    everywhere(|place| assert_ends_on(place, scene.clone()));
 }
 
 fn assert_ends_on(place: Place, scene: Scene) {
@@ -42,8 +40,7 @@ fn assert_ends_on(place: Place, scene: Scene) {
     while !work.is_finished() {
         assert!(
             start.elapsed() < Duration::from_secs(120),
-            "{}: paths go on after two minutes",
-            place.name()
+            "paths go on after two minutes"
         );
         thread::sleep(Duration::from_millis(10));
     }

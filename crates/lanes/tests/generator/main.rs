@@ -67,14 +67,19 @@ fn every_construct_is_written_as_it_was() {
     }
 }
 
-/// Powers of two are themselves in double precision, other numbers what was written.
+/// Powers of two and numbers of the circle are themselves in double precision, other numbers what was written.
 #[test]
 fn numbers_in_double_precision_are_those_that_were_meant() {
-    let text = "fn f() -> vec4f { return vec4f(0.1, 0.125, 2.3283064e-10, 1e30); }
+    let text = "fn f() -> vec4f { return vec4f(0.1, 6.2831853, 2.3283064e-10, 1e30); }
         @compute @workgroup_size(1) fn main() { _ = f(); }";
     let (module, info) = parsed(text);
     let code = module::write(&module, &info, Form::Scalar, "");
-    for number in ["0.1f64", "0.125f64", "2.3283064365386963e-10f64", "1e30f64"] {
+    for number in [
+        "0.1f64",
+        "6.283185307179586f64",
+        "2.3283064365386963e-10f64",
+        "1e30f64",
+    ] {
         assert!(code.contains(number), "{number} is not in\n{code}");
     }
 }
