@@ -33,7 +33,7 @@ const COSINES_F32: f64 = 2e-7;
 /// Whether lengths are in single precision. Then the least distance of a surface is everywhere a millionth of the
 /// coordinates, as in double precision at the greatest offset.
 fn is_single(place: Place) -> bool {
-    !matches!(place, Place::Native)
+    matches!(place, Place::VectorUnits | Place::Adapter(_))
 }
 
 /// Where a scene stands, and how large it is.
