@@ -112,7 +112,7 @@ fn level_of(tile: Tile, mean: vec3f, variance: vec3f) -> vec3f {
     let noise = tile.variance + (tile.variance - variance) / others;
     let deviations = tile.deviations - deviation * deviation * tile.pixels / others;
     let spread = max(deviations / (others - 1.0) - noise, vec3f(0.0));
-    let all = spread + 0.5 * (variance + noise);
+    let all = spread + variance;
     let own = select(vec3f(1.0), spread / all, all > vec3f(0.0));
     return around + own * (mean - around);
 }

@@ -102,9 +102,8 @@ impl Tile {
         let noise = self.variance + (self.variance - variance) / others;
         let deviations = self.deviations - deviation * deviation * self.pixels / others;
         let spread = (deviations / (others - 1.0) - noise).max(0.0);
-        let own_noise = 0.5 * (variance + noise);
-        if spread + own_noise > 0.0 {
-            around + spread / (spread + own_noise) * (mean - around)
+        if spread + variance > 0.0 {
+            around + spread / (spread + variance) * (mean - around)
         } else {
             mean
         }
