@@ -1,5 +1,5 @@
 //! Turns the compute kernels of `shaders/` into Rust that runs each of them on several lanes at once: composed by wesl,
-//! parsed and checked by naga, and written as calls of the functions of `src/portable.rs`, `src/avx2.rs` or `src/avx512.rs`.
+//! parsed and checked by naga, and written as calls of the functions of `src/four.rs`, `src/avx2.rs` or `src/avx512.rs`.
 
 mod compose;
 mod expressions;
@@ -20,8 +20,12 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 /// Kernels that are turned into Rust.
 const KERNELS: [&str; 2] = ["lamps", "ambient"];
 /// Instruction sets: the module with their functions, and the attribute of all functions that use it.
-const INSTRUCTION_SETS: [(&str, &str); 3] = [
-    ("portable", ""),
+const INSTRUCTION_SETS: [(&str, &str); 4] = [
+    ("baseline", ""),
+    (
+        "sse4",
+        "#[target_feature(enable = \"fxsr,sse4.2,cmpxchg16b,popcnt\")]",
+    ),
     ("avx2", "#[target_feature(enable = \"avx2,fma\")]"),
     (
         "avx512",

@@ -1,6 +1,6 @@
 //! The kernels of the GPU backend on the processor's vector units: rows of pixels, a group of lanes at a time.
 
-use uw_lanes::{Group, Instructions, Kernel, LANES, tree::Tree};
+use uw_lanes::{Group, Instructions, Kernel, tree::Tree};
 
 use super::{
     cpu::{RowBatch, Selection},
@@ -85,7 +85,7 @@ impl<'a> Worker<'a> {
         };
         let is_on = |name: &str| shared.switches.iter().any(|s| s.0 == name && s.1 != 0.0);
         let layers = shared.tables.scene.film_layers;
-        let sizes = (shared.room.rows(), layers, LANES * HELD);
+        let sizes = (shared.room.rows(), layers, shared.instructions.lanes() * HELD);
         let group = |&kernel| Group::new(kernel, shared.instructions, &tables, sizes, &is_on);
         Self {
             shared,
@@ -123,7 +123,7 @@ impl<'a> Worker<'a> {
         words: usize,
         stop: &dyn Fn() -> bool,
     ) -> bool {
-        let pixels = LANES * (HELD / at.samples).max(1);
+        let pixels = self.shared.instructions.lanes() * (HELD / at.samples).max(1);
         let mut first_pixel = at.row * self.shared.scene.camera.width;
         for sums in sums.chunks_mut(pixels as usize * words) {
             if stop() {
@@ -149,7 +149,7 @@ impl<'a> Worker<'a> {
             forced: 0,
             max_events: self.shared.max_events,
             slots: self.shared.room.slots,
-            lanes: LANES,
+            lanes: self.shared.instructions.lanes(),
             loop_probe: 0,
             held: self.shared.room.held,
             padding_1: 0,
@@ -235,26 +235,26 @@ mod tests {
     fn all_instructions_make_one_picture() {
         let scene = Scene::parse(SCENE, Path::new("."), "test").unwrap_or_else(|e| panic!("{e}"));
         let scene = Prepared::build(&scene);
-        let portable = film(&scene, Instructions::Portable);
+        let baseline = film(&scene, Instructions::Baseline);
         let others = Instructions::ALL.into_iter().skip(1);
         for set in others.filter(|set| set.are_here()) {
-            compare(&film(&scene, set), &portable);
+            compare(&film(&scene, set), &baseline);
         }
     }
 
-    fn compare(ours: &Film, portable: &Film) {
+    fn compare(ours: &Film, baseline: &Film) {
         for layer in [
             FilmLayer::Ambient,
             FilmLayer::Lamp(0),
             FilmLayer::Backscatter,
         ] {
-            let (ours, portable) = (ours.layer(layer), portable.layer(layer));
-            let mean = portable.iter().map(|p| p[1]).sum::<f64>() / portable.len() as f64;
+            let (ours, baseline) = (ours.layer(layer), baseline.layer(layer));
+            let mean = baseline.iter().map(|p| p[1]).sum::<f64>() / baseline.len() as f64;
             assert!(mean > 0.0, "{layer:?} is black");
             let differ = |(a, b): &(&[f64; 3], &[f64; 3])| {
                 (0..3).any(|k| (a[k] - b[k]).abs() > 1e-3 * b[k] + 1e-5 * mean)
             };
-            let different = ours.iter().zip(&portable).filter(differ).count();
+            let different = ours.iter().zip(&baseline).filter(differ).count();
             assert!(
                 different <= 4,
                 "{layer:?}: {different} of {} pixels",

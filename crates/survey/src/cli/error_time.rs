@@ -41,7 +41,7 @@ pub(super) struct ErrorTimeArguments {
     /// Samples per pixel of the rungs (default 4,16,64,256); with --make-references a single number.
     #[arg(long, value_delimiter = ',', value_name = "N,..", value_parser = value_parser!(u32).range(2..=1 << 30))]
     spp: Vec<u32>,
-    /// Where to render. Default: cpu, and cpu-simd where the processor has AVX2 or AVX-512.
+    /// Where to render. Default: cpu and cpu-simd.
     #[arg(long, value_delimiter = ',', conflicts_with = "make_references")]
     backends: Option<Vec<Backend>>,
     /// Leave out the rungs of a scene above the first whose relative mean squared error is at most this.
