@@ -321,9 +321,9 @@ macro_rules! four_lanes {
 
 /// What every processor of the architecture has.
 pub mod baseline {
-    #[cfg(not(any(target_feature = "sse2", target_feature = "neon")))]
+    #[cfg(not(any(target_feature = "sse2", target_arch = "aarch64")))]
     use fearless_simd::Fallback as Unit;
-    #[cfg(target_feature = "neon")]
+    #[cfg(target_arch = "aarch64")]
     use fearless_simd::Neon as Unit;
     #[cfg(target_feature = "sse2")]
     use fearless_simd::Sse2 as Unit;
@@ -331,16 +331,19 @@ pub mod baseline {
     /// Name of the instructions.
     pub const NAME: &str = if cfg!(target_feature = "sse2") {
         "SSE2"
-    } else if cfg!(target_feature = "neon") {
+    } else if cfg!(target_arch = "aarch64") {
         "NEON"
     } else {
-        "no vector instructions"
+        "no vectors"
     };
 
     #[inline(always)]
     fn unit() -> Unit {
         // SAFETY: the program is built for processors that have the instructions.
-        #[allow(unused_unsafe, reason = "without vector instructions nothing is assumed")]
+        #[allow(
+            unused_unsafe,
+            reason = "without vector instructions nothing is assumed"
+        )]
         unsafe {
             Unit::assume_supported()
         }

@@ -84,7 +84,11 @@ impl Instructions {
 
     /// These, or those of every processor where this one lacks them.
     fn or_baseline(self) -> Self {
-        if self.are_here() { self } else { Self::Baseline }
+        if self.are_here() {
+            self
+        } else {
+            Self::Baseline
+        }
     }
 
     /// Lanes of a group, a pixel each.

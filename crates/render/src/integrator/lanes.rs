@@ -85,7 +85,11 @@ impl<'a> Worker<'a> {
         };
         let is_on = |name: &str| shared.switches.iter().any(|s| s.0 == name && s.1 != 0.0);
         let layers = shared.tables.scene.film_layers;
-        let sizes = (shared.room.rows(), layers, shared.instructions.lanes() * HELD);
+        let sizes = (
+            shared.room.rows(),
+            layers,
+            shared.instructions.lanes() * HELD,
+        );
         let group = |&kernel| Group::new(kernel, shared.instructions, &tables, sizes, &is_on);
         Self {
             shared,
