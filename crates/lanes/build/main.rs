@@ -1,5 +1,5 @@
 //! Turns the compute kernels of `shaders/` into Rust: composed, parsed and checked by naga, and written as calls of functions,
-//! of those of `src/portable.rs`, `src/avx2.rs` or `src/avx512.rs` for several lanes at once, of those of `src/scalar.rs` for
+//! of those of `src/four.rs`, `src/avx2.rs` or `src/avx512.rs` for several lanes at once, of those of `src/scalar.rs` for
 //! one lane in double precision.
 
 mod compose;
@@ -24,8 +24,12 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 /// Kernels that are turned into Rust.
 const KERNELS: [&str; 2] = ["lamps", "ambient"];
 /// Instruction sets: the module with their functions, and the attribute of all functions that use it.
-const INSTRUCTION_SETS: [(&str, &str); 3] = [
-    ("portable", ""),
+const INSTRUCTION_SETS: [(&str, &str); 4] = [
+    ("baseline", ""),
+    (
+        "sse4",
+        "#[target_feature(enable = \"fxsr,sse4.2,cmpxchg16b,popcnt\")]",
+    ),
     ("avx2", "#[target_feature(enable = \"avx2,fma\")]"),
     (
         "avx512",

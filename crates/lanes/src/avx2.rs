@@ -1,4 +1,4 @@
-//! Eight lanes for processors with AVX2 and fused multiplication. Names are as in [`crate::portable`], which says what
+//! Eight lanes for processors with AVX2 and fused multiplication. Names are as in [`crate::four`], which says what
 //! each is.
 
 use std::arch::{asm, x86_64::*};
@@ -43,6 +43,14 @@ lane_functions! {
 
     fn ueq(a: U, b: U) -> B {
         B(_mm256_cmpeq_epi32(a.0, b.0))
+    }
+
+    fn ule(a: U, b: U) -> B {
+        ueq(umin(a, b), a)
+    }
+
+    fn ult(a: U, b: U) -> B {
+        bnot(ule(b, a))
     }
 
     fn usel(m: B, a: U, b: U) -> U {

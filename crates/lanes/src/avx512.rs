@@ -1,5 +1,5 @@
 //! Eight lanes for processors with the vectors of AVX-512 in 256 bits: conditions are bits in registers of their own, and there
-//! are twice as many vector registers. Names are as in [`crate::portable`], which says what each is.
+//! are twice as many vector registers. Names are as in [`crate::four`], which says what each is.
 
 use std::arch::x86_64::*;
 
@@ -45,6 +45,14 @@ lane_functions! {
 
     fn ueq(a: U, b: U) -> B {
         B(_mm256_cmpeq_epi32_mask(a.0, b.0))
+    }
+
+    fn ule(a: U, b: U) -> B {
+        ueq(umin(a, b), a)
+    }
+
+    fn ult(a: U, b: U) -> B {
+        bnot(ule(b, a))
     }
 
     fn usel(m: B, a: U, b: U) -> U {

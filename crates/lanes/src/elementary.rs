@@ -19,9 +19,14 @@ pub(crate) fn lane_numbers_in(mut bits: u32) -> impl Iterator<Item = usize> {
     })
 }
 
+/// A float to which a small whole number is added in its lowest bits, with the exponent of 1 in them: 1.5 × 2²³ + 127.
+pub(crate) const EXPONENT_IN_LOW_BITS: f32 = 12_583_039.0;
+
 /// The functions that are made of others, with an attribute.
 macro_rules! elementary {
     (#[$attribute:meta]) => {
+        use $crate::elementary::EXPONENT_IN_LOW_BITS;
+
         $crate::elementary::lane_functions! {
             #[$attribute]
 
@@ -51,14 +56,6 @@ macro_rules! elementary {
 
             fn une(a: U, b: U) -> B {
                 bnot(ueq(a, b))
-            }
-
-            fn ule(a: U, b: U) -> B {
-                ueq(umin(a, b), a)
-            }
-
-            fn ult(a: U, b: U) -> B {
-                bnot(ule(b, a))
             }
 
             fn ffract(a: F) -> F {
@@ -134,8 +131,8 @@ macro_rules! elementary {
                 uscatter_rows(m, to, at, [fbitsu(a), fbitsu(b), fbitsu(c), fbitsu(d)]);
             }
 
-            fn polynomial(x: F, coefficients: &[f32]) -> F {
-                coefficients.iter().fold(fs(0.0), |sum, &c| fused(sum, x, fs(c)))
+            fn polynomial(x: F, highest: f32, others: &[f32]) -> F {
+                others.iter().fold(fs(highest), |sum, &c| fused(sum, x, fs(c)))
             }
 
             // e^x as 2^n e^r with |r| <= ln 2 / 2; the polynomial and the two parts of ln 2 are those of Cephes' expf
@@ -143,15 +140,18 @@ macro_rules! elementary {
             // e^−104: some processors take a hundred cycles for each result that is not a normal number.
             fn fexp(a: F) -> F {
                 let x = fclamp(a, fs(-87.0), fs(88.722_84));
-                let n = fround(fmul(x, fs(std::f32::consts::LOG2_E)));
+                // With a large number added n is in the lowest bits, and n + 127, the exponent of 2^n, all that a shift leaves.
+                let shifted = fadd(fmul(x, fs(std::f32::consts::LOG2_E)), fs(EXPONENT_IN_LOW_BITS));
+                let n = fsub(shifted, fs(EXPONENT_IN_LOW_BITS));
                 let r = fused(n, fs(-355.0 / 512.0), x);
                 let r = fused(n, fs(2.121_944_4e-4), r);
                 let p = polynomial(
                     r,
-                    &[1.987_569_1e-4, 1.398_199_9e-3, 8.333_452e-3, 4.166_579_5e-2, 0.166_666_65, 0.5],
+                    1.987_569_1e-4,
+                    &[1.398_199_9e-3, 8.333_452e-3, 4.166_579_5e-2, 0.166_666_65, 0.5],
                 );
                 let y = fadd(fused(p, fmul(r, r), r), fs(1.0));
-                let power = ubitsf(i2u(ishl(iadd(f2i(n), is(127)), us(23))));
+                let power = ubitsf(ushl(fbitsu(shifted), us(23)));
                 fsel(flt(a, fs(-87.0)), fs(0.0), fmul(y, power))
             }
 
@@ -167,8 +167,9 @@ macro_rules! elementary {
                 let square = fmul(r, r);
                 let p = polynomial(
                     r,
+                    7.037_683_6e-2,
                     &[
-                        7.037_683_6e-2, -0.115_146_1, 0.116_769_99, -0.124_201_41, 0.142_493_23,
+                        -0.115_146_1, 0.116_769_99, -0.124_201_41, 0.142_493_23,
                         -0.166_680_57, 0.200_007_14, -0.249_999_94, 0.333_333_3,
                     ],
                 );

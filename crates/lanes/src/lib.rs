@@ -1,10 +1,11 @@
 //! The compute kernels of `shaders/` on the processor's vector units: a group of pixels at once, a lane each.
 //!
-//! `build/` turns the kernels into Rust, once for every instruction set; what each of its lines does is in [`portable`]
-//! and, with the instructions of x86, in `avx2` and `avx512`. Nothing of light or water is written here; the way through
+//! `build/` turns the kernels into Rust, once for every instruction set; what each of its lines does is in [`four`] and,
+//! with the wider vectors of x86, in `avx2` and `avx512`. Nothing of light or water is written here; the way through
 //! triangles is, in [`tree`], because lanes go it better together.
 
 mod elementary;
+mod four;
 mod memory;
 pub mod scalar;
 pub mod tree;
@@ -13,8 +14,6 @@ use std::fmt;
 
 use memory::Memory;
 pub use memory::{COUNTERS, DISPATCH_WORDS, Tables};
-
-mod portable;
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -35,8 +34,10 @@ pub enum Kernel {
 /// Instructions that a group runs on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Instructions {
-    /// Those of every processor that Rust knows.
-    Portable,
+    /// Those that every processor of the program's architecture has: SSE2, NEON.
+    Baseline,
+    /// SSE4.2.
+    Sse4,
     /// AVX2 and fused multiplication.
     Avx2,
     /// The same, with the masks and registers of AVX-512.
@@ -45,13 +46,13 @@ pub enum Instructions {
 
 impl Instructions {
     /// All, from the slowest.
-    pub const ALL: [Self; 3] = [Self::Portable, Self::Avx2, Self::Avx512];
+    pub const ALL: [Self; 4] = [Self::Baseline, Self::Sse4, Self::Avx2, Self::Avx512];
 
     /// The best that this processor has.
     pub fn best() -> Self {
         let mut fastest_first = Self::ALL.into_iter().rev();
         let best = fastest_first.find(|set| set.are_here());
-        best.unwrap_or(Self::Portable)
+        best.unwrap_or(Self::Baseline)
     }
 
     /// Whether this processor has them.
@@ -59,7 +60,12 @@ impl Instructions {
     pub fn are_here(self) -> bool {
         let has_avx2 = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
         match self {
-            Self::Portable => true,
+            Self::Baseline => true,
+            Self::Sse4 => {
+                is_x86_feature_detected!("sse4.2")
+                    && is_x86_feature_detected!("popcnt")
+                    && is_x86_feature_detected!("cmpxchg16b")
+            }
             Self::Avx2 => has_avx2,
             Self::Avx512 => {
                 has_avx2
@@ -74,35 +80,50 @@ impl Instructions {
     /// Whether this processor has them.
     #[cfg(not(target_arch = "x86_64"))]
     pub fn are_here(self) -> bool {
-        self == Self::Portable
+        self == Self::Baseline
+    }
+
+    /// These, or those of every processor where this one lacks them.
+    fn or_baseline(self) -> Self {
+        if self.are_here() {
+            self
+        } else {
+            Self::Baseline
+        }
+    }
+
+    /// Lanes of a group, a pixel each.
+    pub fn lanes(self) -> u32 {
+        match self.or_baseline() {
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 | Self::Avx512 => x86::LANES as u32,
+            _ => four::LANES as u32,
+        }
     }
 }
 
 impl fmt::Display for Instructions {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Portable => "portable vectors",
+            Self::Baseline => four::baseline::NAME,
+            Self::Sse4 => "SSE4.2",
             Self::Avx2 => "AVX2",
             Self::Avx512 => "AVX-512",
         })
     }
 }
 
-/// Pixels of a group.
-pub const LANES: u32 = portable::LANES as u32;
-#[cfg(target_arch = "x86_64")]
-const _: () = assert!(portable::LANES == x86::LANES);
-
 /// What a kernel for some instructions does. A state of instructions that the processor lacks is never made.
-trait State<'a>: Send {
-    fn memory(&mut self) -> &mut Memory<'a>;
-    /// Runs the kernel on all lanes.
-    fn run(&mut self);
+trait State: Send {
+    /// Runs the kernel on all lanes, for the samples of `dispatch` from `first_pixel` on.
+    fn run(&mut self, first_pixel: u32, dispatch: [u32; DISPATCH_WORDS]);
+    /// The words of the film and the counters.
+    fn made(&self) -> (&[u32], [u32; COUNTERS]);
 }
 
 /// A kernel as Rust, made by `build/`.
 macro_rules! generated {
-    ($name:ident, $lanes:ident, $file:literal) => {
+    ($name:ident, $($lanes:ident)::+, $file:literal) => {
         #[allow(
             clippy::all,
             nonstandard_style,
@@ -111,25 +132,32 @@ macro_rules! generated {
             reason = "made by a program"
         )]
         mod $name {
-            use crate::{memory::Memory, $lanes::*};
+            use crate::$($lanes)::+::*;
             include!(concat!(env!("OUT_DIR"), "/", $file, ".rs"));
 
-            impl<'a> crate::State<'a> for State<'a> {
-                fn memory(&mut self) -> &mut Memory<'a> {
-                    &mut self.memory
-                }
+            type Memory<'a> = crate::memory::Memory<'a, LANES>;
 
-                fn run(&mut self) {
+            impl crate::State for State<'_> {
+                fn run(&mut self, first_pixel: u32, dispatch: [u32; crate::DISPATCH_WORDS]) {
+                    self.memory.begin(first_pixel, dispatch);
                     // SAFETY: the state was made, so that the processor has the instructions.
                     unsafe { run(self) }
+                }
+
+                fn made(&self) -> (&[u32], [u32; crate::COUNTERS]) {
+                    (&self.memory.film, self.memory.counters)
                 }
             }
         }
     };
 }
 
-generated!(lamps_portable, portable, "lamps_portable");
-generated!(ambient_portable, portable, "ambient_portable");
+generated!(lamps_baseline, four::baseline, "lamps_baseline");
+generated!(ambient_baseline, four::baseline, "ambient_baseline");
+#[cfg(target_arch = "x86_64")]
+generated!(lamps_sse4, four::sse4, "lamps_sse4");
+#[cfg(target_arch = "x86_64")]
+generated!(ambient_sse4, four::sse4, "ambient_sse4");
 #[cfg(target_arch = "x86_64")]
 generated!(lamps_avx2, avx2, "lamps_avx2");
 #[cfg(target_arch = "x86_64")]
@@ -141,8 +169,7 @@ generated!(ambient_avx512, avx512, "ambient_avx512");
 
 /// A group of lanes that runs one kernel, and its memory.
 pub struct Group<'a> {
-    state: Box<dyn State<'a> + 'a>,
-    layers: u32,
+    state: Box<dyn State + 'a>,
 }
 
 impl<'a> Group<'a> {
@@ -150,7 +177,8 @@ impl<'a> Group<'a> {
     /// number of rows of four words that a lane has for itself, `film_layers` that of the film's layers,
     /// `pixels` the most pixels that it makes in a run.
     ///
-    /// `instructions` that the processor lacks are taken for portable ones.
+    /// In the place of `instructions` that the processor lacks are those of every processor.
+    #[allow(unused_unsafe, reason = "those of every processor are safe")]
     pub fn new(
         kernel: Kernel,
         instructions: Instructions,
@@ -158,36 +186,31 @@ impl<'a> Group<'a> {
         (scratch_rows, film_layers, pixels): (u32, u32, u32),
         is_on: &dyn Fn(&str) -> bool,
     ) -> Self {
-        let memory = Memory::new(tables, LANES as usize, scratch_rows, film_layers, pixels);
-        let are_here = instructions.are_here();
-        let state: Box<dyn State<'a> + 'a> = match (kernel, instructions) {
-            #[cfg(target_arch = "x86_64")]
-            (Kernel::Lamps, Instructions::Avx512) if are_here => {
+        let sizes = (scratch_rows, film_layers, pixels);
+        /// The state of a kernel, by the module for it.
+        macro_rules! state {
+            ($module:ident) => {
                 // SAFETY: the processor has the instructions.
-                Box::new(unsafe { lamps_avx512::new(memory, is_on) })
-            }
-            #[cfg(target_arch = "x86_64")]
-            (Kernel::Ambient, Instructions::Avx512) if are_here => {
-                // SAFETY: the processor has the instructions.
-                Box::new(unsafe { ambient_avx512::new(memory, is_on) })
-            }
-            #[cfg(target_arch = "x86_64")]
-            (Kernel::Lamps, Instructions::Avx2) if are_here => {
-                // SAFETY: the processor has the instructions.
-                Box::new(unsafe { lamps_avx2::new(memory, is_on) })
-            }
-            #[cfg(target_arch = "x86_64")]
-            (Kernel::Ambient, Instructions::Avx2) if are_here => {
-                // SAFETY: the processor has the instructions.
-                Box::new(unsafe { ambient_avx2::new(memory, is_on) })
-            }
-            (Kernel::Lamps, _) => Box::new(lamps_portable::new(memory, is_on)),
-            (Kernel::Ambient, _) => Box::new(ambient_portable::new(memory, is_on)),
-        };
-        Self {
-            state,
-            layers: film_layers,
+                Box::new(unsafe { $module::new(Memory::new(tables, sizes), is_on) })
+            };
         }
+        let state: Box<dyn State + 'a> = match (kernel, instructions.or_baseline()) {
+            #[cfg(target_arch = "x86_64")]
+            (Kernel::Lamps, Instructions::Avx512) => state!(lamps_avx512),
+            #[cfg(target_arch = "x86_64")]
+            (Kernel::Ambient, Instructions::Avx512) => state!(ambient_avx512),
+            #[cfg(target_arch = "x86_64")]
+            (Kernel::Lamps, Instructions::Avx2) => state!(lamps_avx2),
+            #[cfg(target_arch = "x86_64")]
+            (Kernel::Ambient, Instructions::Avx2) => state!(ambient_avx2),
+            #[cfg(target_arch = "x86_64")]
+            (Kernel::Lamps, Instructions::Sse4) => state!(lamps_sse4),
+            #[cfg(target_arch = "x86_64")]
+            (Kernel::Ambient, Instructions::Sse4) => state!(ambient_sse4),
+            (Kernel::Lamps, _) => state!(lamps_baseline),
+            (Kernel::Ambient, _) => state!(ambient_baseline),
+        };
+        Self { state }
     }
 
     /// Makes the samples of `dispatch` (the words of its record) from `first_pixel` on, at most as many pixels as
@@ -197,19 +220,9 @@ impl<'a> Group<'a> {
         first_pixel: u32,
         dispatch: [u32; DISPATCH_WORDS],
     ) -> (impl Iterator<Item = f32>, [u32; COUNTERS]) {
-        let layers = self.layers;
-        let memory = self.state.memory();
-        memory.dispatch = dispatch;
-        memory.counters = [0; COUNTERS];
-        // Words wrap around as the kernels' own do.
-        memory.first_of_film = first_pixel.wrapping_mul(3 * layers);
-        memory.first_of_completed = first_pixel;
-        memory.film.fill(0);
-        memory.completed.fill(0);
-        self.state.run();
-        let memory = self.state.memory();
-        let film = memory.film.iter().map(|&word| f32::from_bits(word));
-        (film, memory.counters)
+        self.state.run(first_pixel, dispatch);
+        let (film, counters) = self.state.made();
+        (film.iter().map(|&word| f32::from_bits(word)), counters)
     }
 }
 

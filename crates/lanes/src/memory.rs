@@ -26,7 +26,7 @@ pub struct Tables<'a> {
 
 /// Memory of a group of lanes: tables that it shares with others and buffers of its own.
 #[derive(Clone, Debug)]
-pub struct Memory<'a> {
+pub struct Memory<'a, const LANES: usize> {
     pub(crate) scene: Box<[u32; SCENE_WORDS]>,
     pub(crate) dispatch: [u32; DISPATCH_WORDS],
     pub(crate) counters: [u32; COUNTERS],
@@ -35,25 +35,22 @@ pub struct Memory<'a> {
     pub(crate) texels: &'a [u32],
     pub(crate) tree: Tree<'a>,
     /// Room for a way through the tree.
-    pub(crate) waiting: Vec<Waiting>,
+    pub(crate) waiting: Vec<Waiting<LANES>>,
     pub(crate) scratch: Vec<u32>,
     pub(crate) sums: Vec<u32>,
     pub(crate) film: Vec<u32>,
     pub(crate) completed: Vec<u32>,
+    film_layers: u32,
     /// The first word of the film and of the counts of completed samples that are here.
     pub(crate) first_of_film: u32,
     pub(crate) first_of_completed: u32,
 }
 
-impl<'a> Memory<'a> {
-    /// For `lanes` lanes with `scratch_rows` rows of four words each and a film of
-    /// `pixels` pixels in `film_layers` layers.
+impl<'a, const LANES: usize> Memory<'a, LANES> {
+    /// With `scratch_rows` rows of four words for each lane and a film of `pixels` pixels in `film_layers` layers.
     pub(crate) fn new(
         tables: &Tables<'a>,
-        lanes: usize,
-        scratch_rows: u32,
-        film_layers: u32,
-        pixels: u32,
+        (scratch_rows, film_layers, pixels): (u32, u32, u32),
     ) -> Self {
         let mut scene = Box::new([0; SCENE_WORDS]);
         scene[..tables.scene.len()].copy_from_slice(tables.scene);
@@ -67,13 +64,25 @@ impl<'a> Memory<'a> {
             texels: or_a_row(tables.texels),
             tree: tables.tree,
             waiting: Vec::new(),
-            scratch: vec![0; 4 * scratch_rows as usize * lanes],
-            sums: vec![0; 4 * layers * lanes],
+            scratch: vec![0; 4 * scratch_rows as usize * LANES],
+            sums: vec![0; 4 * layers * LANES],
             film: vec![0; 3 * layers * pixels as usize],
             completed: vec![0; pixels as usize],
+            film_layers,
             first_of_film: 0,
             first_of_completed: 0,
         }
+    }
+
+    /// Makes room for the samples of `dispatch` from `first_pixel` on.
+    pub(crate) fn begin(&mut self, first_pixel: u32, dispatch: [u32; DISPATCH_WORDS]) {
+        self.dispatch = dispatch;
+        self.counters = [0; COUNTERS];
+        // Words wrap around as the kernels' own do.
+        self.first_of_film = first_pixel.wrapping_mul(3 * self.film_layers);
+        self.first_of_completed = first_pixel;
+        self.film.fill(0);
+        self.completed.fill(0);
     }
 }
 

@@ -55,9 +55,9 @@ pub struct Tree<'a> {
 
 /// A child that waits, and where rays enter it: at no finite distance where they miss it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Waiting {
+pub(crate) struct Waiting<const LANES: usize> {
     pub(crate) child: u32,
-    pub(crate) enter: [u32; WIDTH],
+    pub(crate) enter: [u32; LANES],
 }
 
 /// The numbers of a triangle's record: a corner and two edges.
@@ -78,7 +78,7 @@ macro_rules! tree_functions {
             // two corners. `limits` are the least distance, the primitive that a ray starts on, and whether any hit will do.
             fn nearest_triangles(
                 tree: &Tree<'_>,
-                waiting: &mut Vec<Waiting>,
+                waiting: &mut Vec<Waiting<LANES>>,
                 m: B,
                 ray: ([F; 3], [F; 3]),
                 limits: (F, U, B),
@@ -130,8 +130,8 @@ macro_rules! tree_functions {
             }
 
             // Puts the children that rays meet before `end` on the list, the nearest last.
-            fn wait_for_children(node: &Node, waiting: &mut Vec<Waiting>, far: usize, ray: ([F; 3], [F; 3], F)) {
-                let mut found = [[0; WIDTH]; WIDTH];
+            fn wait_for_children(node: &Node, waiting: &mut Vec<Waiting<LANES>>, far: usize, ray: ([F; 3], [F; 3], F)) {
+                let mut found = [[0; LANES]; WIDTH];
                 let mut left = 0;
                 for place in 0..WIDTH {
                     let (met, enter) = meet_box(node, place ^ far, ray);
@@ -182,7 +182,7 @@ macro_rules! tree_functions {
 
             // Which parts of the direction are negative in the first lane: bits 2, 1 and 0 for x, y and z.
             fn octant_of(m: B, direction: [F; 3]) -> usize {
-                let first = lanes_of(m).trailing_zeros() as usize % WIDTH;
+                let first = lanes_of(m).trailing_zeros() as usize % LANES;
                 let x = words_of(fbitsu(direction[0]))[first] >> 31;
                 let y = words_of(fbitsu(direction[1]))[first] >> 31;
                 let z = words_of(fbitsu(direction[2]))[first] >> 31;

@@ -148,13 +148,14 @@ fn met_by(ray: &Ray, triangles: &[Triangle]) -> Vec<(f64, u32)> {
 const UNDECIDED_SHARE: f64 = 0.0005;
 
 macro_rules! checks {
-    ($name:ident, $lanes:ident, $(#[$attribute:meta])*) => {
+    ($name:ident, $($lanes:ident)::+, $(#[$attribute:meta])*) => {
         mod $name {
             use super::*;
-            use crate::$lanes::*;
+            use crate::$($lanes)::+::*;
 
+            /// How far the rays in `takes_part` go, and what they meet.
             $(#[$attribute])*
-            fn group(tree: &Tree<'_>, rays: &[Ray; 8], m: B) -> ([f32; 8], [u32; 8]) {
+            fn group(tree: &Tree<'_>, rays: &[Ray; LANES], takes_part: [u32; LANES]) -> ([f32; LANES], [u32; LANES]) {
                 let floats = |of: &dyn Fn(&Ray) -> f32| ubitsf(of_words(std::array::from_fn(|i| of(&rays[i]).to_bits())));
                 let vector = |of: &dyn Fn(&Ray) -> [f32; 3]| [0, 1, 2].map(|k| floats(&|ray| of(ray)[k]));
                 let starts = of_words(std::array::from_fn(|i| rays[i].start));
@@ -163,7 +164,7 @@ macro_rules! checks {
                 let (t, primitive, _) = nearest_triangles(
                     tree,
                     &mut waiting,
-                    m,
+                    ueq(of_words(takes_part), us(1)),
                     (vector(&|ray| ray.origin), vector(&|ray| ray.direction)),
                     (floats(&|ray| ray.t_min), starts, ueq(any_hit, us(1))),
                     (floats(&|ray| ray.t_max), us(u32::MAX), [fs(0.0), fs(0.0)]),
@@ -185,10 +186,13 @@ macro_rules! checks {
                         let met = met_by(ray, &triangles);
                         ray.start = met.first().map_or(u32::MAX, |first| TRIANGLE | first.1);
                     }
-                    let takes_part = of_words(std::array::from_fn(|lane| u32::from((number + lane) % 5 != 0)));
-                    let (t, primitive) = group(&tree, &rays, ueq(takes_part, us(1)));
+                    let takes_part: [u32; 8] = std::array::from_fn(|lane| u32::from((number + lane) % 5 != 0));
+                    let parts = rays.as_chunks().0.iter().zip(takes_part.as_chunks().0);
+                    let (t, primitive): (Vec<_>, Vec<_>) =
+                        parts.map(|(rays, takes_part)| group(&tree, rays, *takes_part)).unzip();
+                    let (t, primitive) = (t.as_flattened(), primitive.as_flattened());
                     for (lane, ray) in rays.iter().enumerate() {
-                        if (number + lane) % 5 == 0 {
+                        if takes_part[lane] == 0 {
                             assert_eq!((t[lane], primitive[lane]), (ray.t_max, u32::MAX), "left out, {ray:?}");
                             continue;
                         }
@@ -213,15 +217,28 @@ macro_rules! checks {
     };
 }
 
-checks!(portable, portable,);
+checks!(baseline, four::baseline,);
+#[cfg(target_arch = "x86_64")]
+checks!(sse4, four::sse4, #[target_feature(enable = "fxsr,sse4.2,cmpxchg16b,popcnt")]);
 #[cfg(target_arch = "x86_64")]
 checks!(avx2, avx2, #[target_feature(enable = "avx2,fma")]);
 #[cfg(target_arch = "x86_64")]
 checks!(avx512, avx512, #[target_feature(enable = "avx2,fma,avx512f,avx512vl,avx512dq,avx512bw")]);
 
 #[test]
-fn portable_ways_through_a_tree() {
-    portable::agree_with_all_triangles();
+fn ways_through_a_tree_with_the_baseline() {
+    baseline::agree_with_all_triangles();
+}
+
+#[cfg(target_arch = "x86_64")]
+#[test]
+fn ways_through_a_tree_with_sse4() {
+    if !crate::Instructions::Sse4.are_here() {
+        eprintln!("skipped: the processor lacks SSE4.2");
+        return;
+    }
+    // SAFETY: the processor has the instructions.
+    unsafe { sse4::agree_with_all_triangles() }
 }
 
 #[cfg(target_arch = "x86_64")]

@@ -1,5 +1,5 @@
 //! Eight floats or whole numbers in vectors of 256 bits, for processors with AVX2 and fused multiplication: what does not
-//! depend on how conditions are kept. Names are as in [`crate::portable`], which says what each is.
+//! depend on how conditions are kept. Names are as in [`crate::four`], which says what each is.
 
 use std::arch::x86_64::*;
 
@@ -117,10 +117,6 @@ lane_functions! {
 
     fn unot(a: U) -> U {
         U(_mm256_xor_si256(a.0, _mm256_set1_epi32(-1)))
-    }
-
-    fn iadd(a: I, b: I) -> I {
-        I(_mm256_add_epi32(a.0, b.0))
     }
 
     fn isub(a: I, b: I) -> I {

@@ -12,8 +12,7 @@ use crate::{
 /// Where to render.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Backend {
-    /// A hardware GPU where there is one, else the processor, on vector units where it has those of
-    /// [`integrator::has_fast_lanes`].
+    /// A hardware GPU where there is one, else the processor's vector units.
     #[default]
     Auto,
     /// The native path tracer on the processor.
@@ -39,7 +38,7 @@ impl Backend {
             (Self::Auto, None) => {
                 let hardware = adapters().into_iter().find(|a| a.is_hardware());
                 let gpu = hardware.and_then(|a| Gpu::open(AdapterChoice::Named(&a.name)).ok());
-                Ok(gpu.map_or_else(Device::fastest_of_processor, Device::from))
+                Ok(gpu.map_or(Device::CpuSimd, Device::from))
             }
         }
     }
@@ -64,15 +63,6 @@ impl From<Gpu> for Device {
 }
 
 impl Device {
-    /// The vector units where the processor has those of [`integrator::has_fast_lanes`], else the native path tracer.
-    pub fn fastest_of_processor() -> Self {
-        if integrator::has_fast_lanes() {
-            Self::CpuSimd
-        } else {
-            Self::Cpu
-        }
-    }
-
     /// The graphics adapter, where it is one.
     pub fn gpu(&self) -> Option<&Gpu> {
         match self {

@@ -70,7 +70,7 @@ pub struct Args {
 /// Names of backends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum BackendName {
-    /// A hardware GPU, or else the processor: cpu-simd where it has AVX2 or AVX-512.
+    /// A hardware GPU, or else cpu-simd.
     Auto,
     /// The processor, in double precision.
     Cpu,

@@ -5,7 +5,7 @@ mod surfaces;
 
 use surfaces::FromCamera;
 use uw_lanes::{
-    COUNTERS, DISPATCH_WORDS, Group, Instructions, Kernel, LANES,
+    COUNTERS, DISPATCH_WORDS, Group, Instructions, Kernel,
     scalar::{self, Lane},
     tree::Tree,
 };
@@ -63,7 +63,7 @@ impl Precision {
     /// Lanes of a group.
     fn lanes(self) -> u32 {
         match self {
-            Self::Single(_) => LANES,
+            Self::Single(instructions) => instructions.lanes(),
             Self::Double => 1,
         }
     }
@@ -356,26 +356,26 @@ mod tests {
     fn all_instructions_make_one_picture() {
         let scene = Scene::parse(SCENE, Path::new("."), "test").unwrap_or_else(|e| panic!("{e}"));
         let scene = Prepared::build(&scene);
-        let portable = film(&scene, Instructions::Portable);
+        let baseline = film(&scene, Instructions::Baseline);
         let others = Instructions::ALL.into_iter().skip(1);
         for set in others.filter(|set| set.are_here()) {
-            compare(&film(&scene, set), &portable);
+            compare(&film(&scene, set), &baseline);
         }
     }
 
-    fn compare(ours: &Film, portable: &Film) {
+    fn compare(ours: &Film, baseline: &Film) {
         for layer in [
             FilmLayer::Ambient,
             FilmLayer::Lamp(0),
             FilmLayer::Backscatter,
         ] {
-            let (ours, portable) = (ours.layer(layer), portable.layer(layer));
-            let mean = portable.iter().map(|p| p[1]).sum::<f64>() / portable.len() as f64;
+            let (ours, baseline) = (ours.layer(layer), baseline.layer(layer));
+            let mean = baseline.iter().map(|p| p[1]).sum::<f64>() / baseline.len() as f64;
             assert!(mean > 0.0, "{layer:?} is black");
             let differ = |(a, b): &(&[f64; 3], &[f64; 3])| {
                 (0..3).any(|k| (a[k] - b[k]).abs() > 1e-3 * b[k] + 1e-5 * mean)
             };
-            let different = ours.iter().zip(&portable).filter(differ).count();
+            let different = ours.iter().zip(&baseline).filter(differ).count();
             assert!(
                 different <= 4,
                 "{layer:?}: {different} of {} pixels",

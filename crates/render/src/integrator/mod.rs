@@ -16,7 +16,7 @@ use std::{
 use cpu_time::ProcessTime;
 use rayon::prelude::*;
 use serde::Serialize;
-use uw_lanes::Instructions;
+pub use uw_lanes::Instructions;
 
 use crate::{
     film::{Film, NotFinite, Row},
@@ -219,14 +219,9 @@ pub fn render(
     render_rows(scene, plan, &method, start, cancel, observe)
 }
 
-/// Whether this processor has vector units that [`render_lanes`] has instructions for; without them it is slower than
-/// [`render`].
-pub fn has_fast_lanes() -> bool {
-    Instructions::best() != Instructions::Portable
-}
-
 /// Renders `scene` on the CPU's vector units: the kernels of the GPU backend, in single precision, a group of pixels at a
-/// time. Shares no walks. `cancel` stops it; `observe` is called from the workers after each row.
+/// time, with the best instructions of this processor. Shares no walks. `cancel` stops it; `observe` is called from the
+/// workers after each row.
 ///
 /// # Errors
 /// As in [`render`], and scenes with more triangles than the kernels can name.
@@ -236,8 +231,27 @@ pub fn render_lanes(
     cancel: &AtomicBool,
     observe: &(dyn Fn(&Progress) + Sync),
 ) -> Result<(Film, RenderStats), RenderError> {
-    let precision = Precision::Single(Instructions::best());
-    render_kernels(scene, plan, precision, cancel, observe)
+    render_lanes_with(Instructions::best(), scene, plan, cancel, observe)
+}
+
+/// The same with `instructions`; in the place of those that this processor lacks are those of every processor.
+///
+/// # Errors
+/// As in [`render_lanes`].
+pub fn render_lanes_with(
+    instructions: Instructions,
+    scene: &Prepared,
+    plan: &Plan,
+    cancel: &AtomicBool,
+    observe: &(dyn Fn(&Progress) + Sync),
+) -> Result<(Film, RenderStats), RenderError> {
+    render_kernels(
+        scene,
+        plan,
+        Precision::Single(instructions),
+        cancel,
+        observe,
+    )
 }
 
 /// Renders `scene` by the kernels in double precision, a lane at a time: the same light transport as [`render_lanes`], as

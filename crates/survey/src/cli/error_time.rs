@@ -41,7 +41,7 @@ pub(super) struct ErrorTimeArguments {
     /// Samples per pixel of the rungs (default 4,16,64,256); with --make-references a single number.
     #[arg(long, value_delimiter = ',', value_name = "N,..", value_parser = value_parser!(u32).range(2..=1 << 30))]
     spp: Vec<u32>,
-    /// Where to render. Default: cpu, and cpu-simd where the processor has AVX2 or AVX-512.
+    /// Where to render. Default: cpu and cpu-simd.
     #[arg(long, value_delimiter = ',', conflicts_with = "make_references")]
     backends: Option<Vec<Backend>>,
     /// Leave out the rungs of a scene above the first whose relative mean squared error is at most this.
@@ -237,8 +237,8 @@ fn write_rungs(out: &mut dyn Write, curves: &[Curve]) -> io::Result<()> {
     let width = name_width(curves);
     writeln!(
         out,
-        "{:width$}  backend     spp      CPU s     wall s  relMSE              bias ± standard error, % (R, G, B)",
-        "scene"
+        "{:width$}  {:17}     spp      CPU s     wall s  relMSE              bias ± standard error, % (R, G, B)",
+        "scene", "backend"
     )?;
     for curve in curves {
         for rung in &curve.rungs {
@@ -255,7 +255,7 @@ fn write_rungs(out: &mut dyn Write, curves: &[Curve]) -> io::Result<()> {
                 .collect();
             writeln!(
                 out,
-                "{:width$}  {:7} {:7} {:10.3} {:10.3}  {error:18}  {}",
+                "{:width$}  {:17} {:7} {:10.3} {:10.3}  {error:18}  {}",
                 curve.scene,
                 curve.backend,
                 rung.samples_per_pixel,
@@ -274,8 +274,9 @@ fn write_summary(out: &mut dyn Write, curves: &[Curve]) -> io::Result<()> {
     let targets = TARGETS.map(|(_, pct)| format!("{:>12}", format!("CPU s to {pct} %")));
     writeln!(
         out,
-        "{:width$}  backend  {}    setup s  relMSE x spp     paths/s  ns/vertex  vertices/path  largest bias/error",
+        "{:width$}  {:17}  {}    setup s  relMSE x spp     paths/s  ns/vertex  vertices/path  largest bias/error",
         "scene",
+        "backend",
         targets.join("  ")
     )?;
     for curve in curves {
@@ -284,7 +285,7 @@ fn write_summary(out: &mut dyn Write, curves: &[Curve]) -> io::Result<()> {
         let cost = curve.rungs.last().map(Cost::of).unwrap_or_default();
         writeln!(
             out,
-            "{:width$}  {:7}  {}  {:9.3}  {:>12}  {:10.0}  {:9.0}  {:13.1}  {:18.1}",
+            "{:width$}  {:17}  {}  {:9.3}  {:>12}  {:10.0}  {:9.0}  {:13.1}  {:18.1}",
             curve.scene,
             curve.backend,
             seconds.join("  "),

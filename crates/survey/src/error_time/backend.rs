@@ -1,12 +1,14 @@
 //! Where renders of the benchmark run.
 
 use std::fmt;
+use std::sync::atomic::AtomicBool;
 
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
-use uw_render::backend::{self, Device};
-use uw_render::gpu::GpuError;
-use uw_render::integrator;
+use uw_render::backend;
+use uw_render::film::Film;
+use uw_render::integrator::{self, Instructions, Plan, Progress, RenderError, RenderStats};
+use uw_render::prepare::Prepared;
 
 /// Where a render runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
@@ -18,6 +20,10 @@ pub enum Backend {
     CpuShared,
     /// The GPU's kernels on the vector units of the processor.
     CpuSimd,
+    /// The same with no other instructions than those that every processor of the architecture has (SSE2, NEON).
+    CpuSimdBaseline,
+    /// The same with SSE4.2.
+    CpuSimdSse4,
     /// The graphics adapter, hardware before software.
     Gpu,
 }
@@ -26,35 +32,42 @@ pub enum Backend {
 const SHARED_BY: u32 = 8;
 
 impl Backend {
-    /// Those of this processor that `uw render` chooses between: the native path tracer and, where they pay, the vector
-    /// units.
+    /// Those of `uw render` on the processor: the native path tracer and the vector units.
     pub fn of_processor() -> Vec<Self> {
-        let mut all = vec![Self::Cpu];
-        if integrator::has_fast_lanes() {
-            all.push(Self::CpuSimd);
-        }
-        all
+        vec![Self::Cpu, Self::CpuSimd]
     }
 
     /// Most neighbouring pixels that share walks.
     pub fn share_walks(self) -> u32 {
         match self {
             Self::CpuShared => SHARED_BY,
-            Self::Cpu | Self::CpuSimd | Self::Gpu => 1,
+            Self::Cpu | Self::CpuSimd | Self::CpuSimdBaseline | Self::CpuSimdSse4 | Self::Gpu => 1,
         }
     }
 
-    /// The device.
+    /// Renders `scene`. `cancel` stops it; `observe` is called now and then.
     ///
     /// # Errors
-    /// There is no graphics adapter, or it cannot be used.
-    pub fn open(self) -> Result<Device, GpuError> {
+    /// There is no graphics adapter, or it cannot be used; and those of [`backend::Device::render`].
+    pub fn render(
+        self,
+        scene: &Prepared,
+        plan: &Plan,
+        cancel: &AtomicBool,
+        observe: &(dyn Fn(&Progress) + Sync),
+    ) -> Result<(Film, RenderStats), RenderError> {
+        let with = |instructions| {
+            integrator::render_lanes_with(instructions, scene, plan, cancel, observe)
+        };
         let wanted = match self {
             Self::Cpu | Self::CpuShared => backend::Backend::Cpu,
             Self::CpuSimd => backend::Backend::CpuSimd,
+            Self::CpuSimdBaseline => return with(Instructions::Baseline),
+            Self::CpuSimdSse4 => return with(Instructions::Sse4),
             Self::Gpu => backend::Backend::Gpu,
         };
-        wanted.open(None)
+        let device = wanted.open(None)?;
+        device.render(scene, plan, cancel, observe)
     }
 }
 
@@ -64,6 +77,8 @@ impl fmt::Display for Backend {
             Self::Cpu => f.pad("cpu"),
             Self::CpuShared => f.pad("cpu-shared"),
             Self::CpuSimd => f.pad("cpu-simd"),
+            Self::CpuSimdBaseline => f.pad("cpu-simd-baseline"),
+            Self::CpuSimdSse4 => f.pad("cpu-simd-sse4"),
             Self::Gpu => f.pad("gpu"),
         }
     }

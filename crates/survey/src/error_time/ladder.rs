@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
 use uw_render::film::FilmLayer;
-use uw_render::integrator::{Plan, Progress, RenderError};
+use uw_render::integrator::{Plan, Progress};
 
 use super::backend::Backend;
 use super::curve::Curve;
@@ -322,8 +322,8 @@ fn render(
             .map(|total| progress.rows_done as f64 / total as f64);
         show(share.unwrap_or(0.0));
     };
-    let device = wanted.backend.open().map_err(RenderError::from)?;
-    let (film, stats) = device.render(scene.prepared(), &plan, observer.cancel, &observe)?;
+    let (film, stats) =
+        (wanted.backend).render(scene.prepared(), &plan, observer.cancel, &observe)?;
     if stats.interrupted {
         return Err(ErrorTimeError::Stopped);
     }

@@ -3,7 +3,6 @@
 use serde_json::Value;
 use uw_render::gpu::adapters;
 use uw_render::image::{ExrImage, LayerData, read_frame};
-use uw_render::integrator::has_fast_lanes;
 
 use super::support::{Folder, SCENE};
 
@@ -192,7 +191,7 @@ fn vector_units_render_on_request() {
     assert_eq!(stats[0]["paths"], stats[1]["paths"]);
 }
 
-/// A hardware GPU where there is one, else vector units where the processor has fast ones.
+/// A hardware GPU where there is one, else the processor's vector units.
 #[test]
 fn without_a_wish_the_fastest_of_the_processor_renders() {
     let folder = Folder::with_scene();
@@ -200,10 +199,8 @@ fn without_a_wish_the_fastest_of_the_processor_renders() {
     let stats = stats(&folder, "stats.json");
     let expected = if adapters().iter().any(|adapter| adapter.is_hardware()) {
         "gpu"
-    } else if has_fast_lanes() {
-        "cpu-simd"
     } else {
-        "cpu"
+        "cpu-simd"
     };
     assert_eq!(stats["backend"], expected);
 }

@@ -146,7 +146,7 @@ impl Thread<'_> {
                 Err(error) => {
                     // The same stage again, on the processor; the native path tracer refuses nothing.
                     self.device = match self.device {
-                        Device::Gpu(_) => Device::fastest_of_processor(),
+                        Device::Gpu(_) => Device::CpuSimd,
                         Device::Cpu | Device::CpuSimd => Device::Cpu,
                     };
                     let message = error.to_string();

@@ -13,7 +13,7 @@ use clap::{Args, ValueEnum, value_parser};
 use uw_render::backend::{self, Device};
 use uw_render::film::Film;
 use uw_render::image::ImageFormat;
-use uw_render::integrator::{self, Plan, Progress, RenderError, RenderStats};
+use uw_render::integrator::{Plan, Progress, RenderError, RenderStats};
 use uw_render::layers::RenderLayer;
 use uw_render::prepare::Prepared;
 use uw_render::scene::{Scene, Setting};
@@ -91,7 +91,7 @@ pub(super) struct RenderArguments {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Backend {
-    /// A GPU where there is one, else the processor: cpu-simd where it has AVX2 or AVX-512.
+    /// A GPU where there is one, else cpu-simd.
     Auto,
     /// All cores of the processor, in double precision.
     Cpu,
@@ -126,11 +126,6 @@ impl RenderArguments {
         let device = backend::Backend::from(self.place())
             .open(self.adapter.as_deref())
             .map_err(CliError::input)?;
-        if self.backend == Backend::CpuSimd && !integrator::has_fast_lanes() {
-            warn(format_args!(
-                "this processor has no AVX2, so that --backend cpu-simd is slower than --backend cpu"
-            ));
-        }
         if let Some(error) = self.target_error.filter(|error| *error >= 1.0) {
             warn(format_args!(
                 "--target-error {error} is an error of {} %; 5 % is 0.05 or 5%",
