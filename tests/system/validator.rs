@@ -69,11 +69,12 @@ fn validated(index: usize, case: &Case) -> Pixel {
     })
 }
 
-/// By the renderer. Kernels make a lane of every pixel, so that they are given the one in parts.
+/// By the renderer. Kernels make a lane of every pixel, so that they are given the one in parts; with as many samples the least
+/// sharp value, of a lamp in the mirror, was 2.1 % wide, so that they make twice as many.
 fn rendered(place: Place, index: usize, case: &Case) -> Pixel {
     let (parts, samples) = match place {
         Place::Native => (1, case.samples),
-        _ => (PARTS, place.samples(case.samples) / (PARTS * PARTS)),
+        _ => (PARTS, 2 * place.samples(case.samples) / (PARTS * PARTS)),
     };
     let mut plan = plan(samples, 100_000 * RUN + 1000 + index as u64);
     plan.max_bounces = case.max_events;
