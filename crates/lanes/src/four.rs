@@ -339,11 +339,11 @@ pub mod baseline {
 
     #[inline(always)]
     fn unit() -> Unit {
-        // SAFETY: the program is built for processors that have the instructions.
         #[allow(
             unused_unsafe,
             reason = "without vector instructions nothing is assumed"
         )]
+        // SAFETY: the program is built for processors that have the instructions.
         unsafe {
             Unit::assume_supported()
         }

@@ -13,8 +13,11 @@ pub const LN_ZERO: f64 = -1e30;
 /// Rows of four words of a sample that waits for its daylight walks; twin: `shaders/common/ambient_held.wgsl`.
 pub const HELD_ROWS: u32 = 3;
 
-/// Every record: its name in the shaders, its size, and its fields with their offsets in bytes.
-pub fn record_layouts() -> Vec<(&'static str, usize, Vec<(&'static str, usize)>)> {
+/// A record: its name in the shaders, its size, and its fields with their offsets, in bytes.
+pub type RecordLayout = (&'static str, usize, Vec<(&'static str, usize)>);
+
+/// Every record.
+pub fn record_layouts() -> Vec<RecordLayout> {
     [exact_layouts(), plain_layouts()].concat()
 }
 
@@ -35,7 +38,7 @@ macro_rules! exact_records {
             }
         )+
 
-        fn exact_layouts() -> Vec<(&'static str, usize, Vec<(&'static str, usize)>)> {
+        fn exact_layouts() -> Vec<RecordLayout> {
             vec![$({
                 let mut end = 0;
                 let fields = vec![$({
@@ -60,7 +63,7 @@ macro_rules! plain_records {
             pub struct $name { $(pub $field: $type),+ }
         )+
 
-        fn plain_layouts() -> Vec<(&'static str, usize, Vec<(&'static str, usize)>)> {
+        fn plain_layouts() -> Vec<RecordLayout> {
             vec![$((
                 stringify!($name),
                 size_of::<$name>(),
