@@ -6,8 +6,10 @@ use crate::model::FalseColour;
 
 /// Steps in which a scale is painted.
 const STEPS: usize = 64;
-/// Significant digits of the ends of a scale, unless both would read the same.
+/// Significant digits of the ends of a scale, unless what is between them needs more.
 const DIGITS: usize = 3;
+/// How far what is read between the ends may be from what is.
+const SPAN_WITHIN: f64 = 0.1;
 /// Most significant digits: those of single precision.
 const MOST_DIGITS: usize = 8;
 
@@ -29,13 +31,15 @@ pub fn figure(value: f64, digits: usize) -> String {
     }
 }
 
-/// The ends of a scale, with more digits where both would read the same.
+/// The ends of a scale, with more digits where what is between them would read otherwise than it is.
 pub fn ends(low: f64, high: f64) -> [String; 2] {
     let written = |digits| [low, high].map(|value| figure(value, digits));
-    let told_apart = (DIGITS..MOST_DIGITS)
-        .map(written)
-        .find(|[low, high]| low != high);
-    told_apart.unwrap_or_else(|| written(MOST_DIGITS))
+    let told_apart = |ends: &[String; 2]| {
+        let [low_read, high_read] = ends.each_ref().map(|end| end.parse().unwrap_or(f64::NAN));
+        ((high_read - low_read) / (high - low) - 1.0).abs() <= SPAN_WITHIN
+    };
+    let found = (DIGITS..MOST_DIGITS).map(written).find(told_apart);
+    found.unwrap_or_else(|| written(MOST_DIGITS))
 }
 
 /// Paints a scale: from the bottom to the top where `rect` is higher than wide, else from left to right.

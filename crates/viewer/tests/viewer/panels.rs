@@ -326,7 +326,7 @@ fn the_routine_without_daylight_says_what_to_do_and_can_be_cancelled() {
 fn a_daemon_gives_the_same_advice_as_the_library() {
     use uw_guidance::{Checks, Limits, Objective, Service, advise_checked};
     let (model, profile) = (crate::support::model(), crate::support::profile());
-    let now = crate::support::fitting(2.0, 1.5, 20.0, &model);
+    let now = crate::support::fitting(1.0, 1.0, 0.0, &model);
     let objective = Objective::default();
     let expected = advise_checked(&now, &profile, &model, &objective, &Checks::default());
     assert!(expected.moves(), "{:?}", expected.reason);
