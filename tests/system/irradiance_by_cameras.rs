@@ -19,8 +19,7 @@ use crate::radiative_transfer::{B, Comparison, IRRADIANCE_MARGIN, assert_agreeme
 const DEPTHS_M: [f64; 2] = [1.0, 5.0];
 /// Names of the quantities that cameras see.
 const SEEN: [&str; 4] = ["E_d", "E_u", "E_od", "E_ou"];
-/// Edge of the pictures, pixels. What a pixel's mean differs from its mean over solid angles is beyond the margin of the
-/// comparison; half as many pixels do not change the sums by more than 1e-4.
+/// Edge of the pictures, pixels: so many that a pixel's mean and its mean over solid angles are taken for one.
 const EDGE: u32 = 32;
 /// Parts of the edge of a pixel over which its weight is summed.
 const PARTS: u32 = 4;
