@@ -1,5 +1,5 @@
 // Free flights of walks that look for daylight, and scatterings.
-// Twin: crates/render/src/integrator/cpu/ambient_flight.rs. Checked by: crates/render/src/gpu/twins/daylight.rs (flights), tests/system/gpu.rs.
+// Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
 import package::common::ambient_walk::{AmbientWalk, DirectionNumbers, LEADING, SCATTERED_BEFORE, along, direction_numbers, push_walk, sin2_half_to_sun, turned_walk};
 import package::common::camera::{BOUNDARY, End, SCATTER, SURFACE};
 import package::common::daylight::field_sun_share;

@@ -1,6 +1,6 @@
-// Samples of a lane that wait for their walks: what they look at and their first numbers, which all lanes make together, so
-// that each can start its next one at once. In the scratch buffer beyond the stack.
-// Twin: none (the CPU starts every sample when the last has ended). Checked by: tests/system/gpu.rs.
+// Samples of a lane that wait for their walks: what they look at and their first numbers, which all lanes make
+// together, so that each can start its next one at once. In the scratch buffer beyond the stack.
+// Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
 import package::common::film::lane;
 import package::common::layout::{dispatch, scratch};
 import package::common::rng::{leading, leading_bits};

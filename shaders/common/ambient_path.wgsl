@@ -1,14 +1,13 @@
 // Daylight and emitting surfaces: a camera walk that scores sun and sky along every segment.
-// Twins: crates/render/src/integrator/cpu/{ambient_path,ambient_flight,ambient_surface}.rs.
-// Checked by: tests/system/gpu.rs.
+// Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
 import package::common::ambient_flight::{draw_flight, scatter_ambient};
 import package::common::ambient_held::numbers;
 import package::common::ambient_walk::{AmbientWalk, IN_AIR, LEADING, MET_SURFACE, SCATTERED_BEFORE, along, copies_made, copies_of, diffuse_irradiance, direction_numbers, has, has_reference, has_top, light_ahead, light_on_surface, pending, pop_walk, push_walk, relative_light, score, set_reference, sin2_half_to_sun, survival_of, turned_walk};
 import package::common::bvh::{SurfacePoint, closest, occluded, surface_point};
-import package::common::camera::{BOUNDARY, End, NOTHING, SCATTER, SURFACE, end_point, full_segment, no_point};
+import package::common::camera::{BOUNDARY, End, NOTHING, SCATTER, SURFACE, end_point, eye, full_segment, no_point};
 import package::common::daylight::{scattered_sunlight, sun_reaches};
 import package::common::interface::{depth_of, external_reflectance, flip, internal_reflectance, is_above, refract_into_water};
-import package::common::layout::{HAS_AIR, HAS_GEOMETRY_IN_AIR, HAS_MEDIUM, HAS_SCATTERING, HAS_SKY, HAS_SUN, HAS_SURFACE, INFINITE, NONE, PI, counters, scene};
+import package::common::layout::{HAS_AIR, HAS_GEOMETRY_IN_AIR, HAS_MEDIUM, HAS_SCATTERING, HAS_SKY, HAS_SUN, HAS_SURFACE, INFINITE, NONE, PI, counters, dispatch, scene};
 import package::common::math::cosine_hemisphere;
 import package::common::medium::{spectral_start, spectral_weight, transmittance};
 import package::common::phase::{phase_sample_x, phase_value};
@@ -17,8 +16,6 @@ import package::common::settings::{ambient_strategies, max_events};
 
 /// Share of directions drawn around the sun at a surface.
 const SUN_SHARE_SURFACE: f32 = 0.3;
-/// Segments of all walks of a sample, after which those that are left are cut and counted.
-const MOST_SEGMENTS: u32 = 8192u;
 
 var<private> segments: u32;
 
@@ -29,9 +26,9 @@ fn ambient_start(direction: vec3f) {
     has_reference = false;
     copies_made = 0u;
     segments = 0u;
-    let flags = LEADING | select(0u, IN_AIR, is_above(vec3f(0.0)));
+    let flags = LEADING | select(0u, IN_AIR, is_above(eye()));
     let spectral = spectral_start(ambient_strategies(), numbers.chooser);
-    push_walk(AmbientWalk(vec3f(0.0), direction, direction - scene.sun_towards, NONE, flags, 0u, spectral));
+    push_walk(AmbientWalk(eye(), direction, direction - scene.sun_towards, NONE, flags, 0u, spectral));
 }
 
 /// Where a walk is to go on from a surface.
@@ -43,7 +40,7 @@ struct AmbientLanding {
 
 /// One segment of the last of the walks that still have to go on.
 fn ambient_step() {
-    if segments == MOST_SEGMENTS {
+    if segments >= dispatch.most_segments {
         atomicAdd(&counters.cut_paths, pending);
         pending = 0u;
         return;

@@ -1,6 +1,5 @@
 // Walks that look for daylight: their state, the stack of those that still have to go on, and how many go on.
-// Twins: crates/render/src/integrator/cpu/{ambient_path,ambient_window}.rs.
-// Checked by: crates/render/src/gpu/twins/daylight.rs (angles, light ahead), tests/system/gpu.rs.
+// Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
 import package::common::ambient_held::numbers;
 import package::common::bvh::SurfacePoint;
 import package::common::camera::{End, SURFACE};

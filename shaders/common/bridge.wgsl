@@ -1,9 +1,9 @@
 // Similarity bridges: a walk with k scatterings, scaled and turned so that it joins two given points.
-// Twin: crates/render/src/integrator/cpu/bridge.rs. Checked by: crates/render/src/gpu/twins/lamps.rs.
+// Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
 //
-// Vertices live in the scratch buffer, one column per lane: positions and segment lengths of the bridge as it was drawn, then
-// positions and lengths of the walk's trail, then per place (sin²(θ/2), crossing) of the bridge and (lobe, reflected) of the
-// trail.
+// Vertices live in the scratch buffer, one column per lane: positions and segment lengths of the bridge as it was
+// drawn, then positions and lengths of the walk's trail, then per place (sin²(θ/2), crossing) of the bridge and (lobe,
+// reflected) of the trail.
 import package::common::film::lane;
 import package::common::layout::{dispatch, scene, scratch};
 import package::common::math::{circle, frame, minus_ln, turn};

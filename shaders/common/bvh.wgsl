@@ -1,5 +1,6 @@
 // What rays meet: parallelograms one by one, triangles through a tree without a stack.
-// Twins: crates/render/src/prepare/{geometry,bvh}.rs. Checked by: crates/render/src/gpu/twins/surfaces.rs.
+// Host: crates/render/src/prepare/{geometry,bvh}.rs (rays in double precision). Checked by:
+// crates/render/src/gpu/functions/surfaces.rs.
 import package::common::layout::{HAS_QUADS, HAS_TEXTURES, HAS_TRIANGLES, NONE, scene, texels};
 import package::common::settings::{node_count, quad_count};
 import package::common::tables::{material_at, node_at, quad_at, quad_normal, table_row, triangle_corner, triangle_edge_1, triangle_edge_2, triangle_material, triangle_normal_0, triangle_normal_1, triangle_normal_2, triangle_smooth_shaded, triangle_textured, triangle_u_0, triangle_u_1, triangle_u_2, triangle_v_0, triangle_v_1, triangle_v_2};

@@ -1,9 +1,9 @@
 // Rays through image points, and image points around small lamps in view.
-// Twins: crates/render/src/scene/camera.rs and crates/render/src/integrator/cpu/{lamp_pixels,camera_ray}.rs.
-// Checked by: crates/render/src/gpu/twins/surfaces.rs (directions), tests/system/gpu.rs (pictures).
+// Host: crates/render/src/scene/camera.rs (directions). Checked by: crates/render/src/gpu/functions/surfaces.rs,
+// tests/system/gpu.rs.
 import package::common::bvh::{Hit, SurfacePoint, closest, surface_point};
 import package::common::interface::{distance_to_surface, external_reflectance, is_above, refract_into_water};
-import package::common::layout::{HAS_AIR, HAS_DISTORTION, HAS_SCATTERING, INFINITE, NONE, scene};
+import package::common::layout::{GIVEN_RAYS, HAS_AIR, HAS_DISTORTION, HAS_SCATTERING, INFINITE, NONE, rays, scene};
 import package::common::math::circle;
 import package::common::settings::spot_count;
 import package::common::tables::table_f32;
@@ -102,19 +102,28 @@ fn camera_direction(column: u32, row: u32, offset: vec2f) -> vec3f {
     return normalize(scene.camera_forward + scene.camera_right * seen.x + scene.camera_down * seen.y);
 }
 
-/// Follows the ray from the camera, the origin, to the first surface, through the water surface if it is in the air.
+/// The point that samples look from: the camera, which is the origin, or that of given rays.
+fn eye() -> vec3f {
+    if GIVEN_RAYS {
+        return rays[0].xyz;
+    }
+    return vec3f(0.0);
+}
+
+/// Follows the ray from the eye to the first surface, through the water surface if it is in the air.
 fn camera_ray(direction: vec3f) -> CameraRay {
     let nothing = End(NOTHING, INFINITE, NONE, vec2f(0.0));
-    var ray = CameraRay(true, vec3f(0.0), direction, INFINITE, 1.0, HAS_AIR && is_above(vec3f(0.0)), nothing);
+    let start = eye();
+    var ray = CameraRay(true, start, direction, INFINITE, 1.0, HAS_AIR && is_above(start), nothing);
     if ray.in_air {
         let down = -direction.z;
-        let to_water = select(INFINITE, -scene.surface_height_m / down, down > 0.0);
-        if down <= 0.0 || closest(vec3f(0.0), direction, to_water, NONE).primitive != NONE {
+        let to_water = select(INFINITE, (start.z - scene.surface_height_m) / down, down > 0.0);
+        if down <= 0.0 || closest(start, direction, to_water, NONE).primitive != NONE {
             ray.wet = false;
             return ray;
         }
         ray.entry_factor = (1.0 - external_reflectance(down)) / (scene.refractive_index * scene.refractive_index);
-        ray.origin = vec3f((to_water * direction).xy, scene.surface_height_m);
+        ray.origin = vec3f((start + to_water * direction).xy, scene.surface_height_m);
         ray.direction = refract_into_water(direction);
     }
     ray.end = full_segment(ray.origin, ray.direction, NONE);

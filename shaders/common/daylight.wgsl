@@ -1,6 +1,6 @@
 // Daylight far from any object, which steers walks, and sunlight scattered once on a segment.
-// Twins: crates/render/src/prepare/daylight_field/mod.rs and crates/render/src/integrator/cpu/sun_line.rs.
-// Checked by: crates/render/src/gpu/twins/daylight.rs.
+// Host: crates/render/src/prepare/daylight_field/ (makes the tables). Checked by: tests/system/ (closed_form,
+// validator, furnace, radiative_transfer; gpu: both precisions).
 import package::common::bvh::occluded;
 import package::common::interface::depth_of;
 import package::common::layout::{HAS_GEOMETRY_IN_AIR, HAS_QUADS, HAS_SUN, HAS_SURFACE, HAS_TRIANGLES, INFINITE, NONE, far_rows, scene};

@@ -1,5 +1,5 @@
 // Light of the lamps that scatters nowhere in the water: lamp, first surface, camera; and lamps that the camera sees.
-// Twin: crates/render/src/integrator/cpu/direct_lamps.rs. Checked by: tests/system/gpu.rs.
+// Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
 import package::common::bvh::{SurfacePoint, closest};
 import package::common::camera::{BOUNDARY, CameraRay, SURFACE, end_point};
 import package::common::film::add_light;

@@ -1,5 +1,5 @@
 // Where the light of a path is counted: sums per lane, moved to the batch's film when a lane has run to its end.
-// Twins: crates/render/src/integrator/cpu/score.rs and crates/render/src/film.rs. Checked by: tests/system/gpu.rs.
+// Host: crates/render/src/film.rs. Checked by: tests/system/layers.rs.
 import package::common::layout::{counters, dispatch, film, scene, sums};
 import package::common::settings::film_layers;
 

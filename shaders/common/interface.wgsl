@@ -1,5 +1,5 @@
-// The flat water surface: Fresnel, refraction, the mirror. Twins: crates/media/src/interface.rs and
-// crates/render/src/prepare/{daylight,mod}.rs. Checked by: crates/render/src/gpu/twins/surfaces.rs.
+// The flat water surface: Fresnel, refraction, the mirror.
+// Host: crates/media/src/interface.rs. Checked by: crates/render/src/gpu/functions/surfaces.rs.
 import package::common::layout::{HAS_REFRACTION, HAS_SURFACE, INFINITE, scene};
 
 /// Share of unpolarised light that is reflected.

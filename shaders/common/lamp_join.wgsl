@@ -1,5 +1,5 @@
 // Joining the last vertex of a walk to the lamps, by bridges and by what lies straight ahead.
-// Twins: crates/render/src/integrator/cpu/{lamp_join,lamp_target}.rs. Checked by: tests/system/gpu.rs.
+// Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
 import package::common::bridge::{bridge, bridge_draw, bridge_straight, bridge_turn, bridge_vertex, extra_place, quarters_about};
 import package::common::bvh::SurfacePoint;
 import package::common::film::add_light;

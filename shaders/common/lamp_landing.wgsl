@@ -1,5 +1,5 @@
 // Where a walk lands: one of several first surface points, chosen by what it can bring.
-// Twin: crates/render/src/integrator/cpu/lamp_landing.rs. Checked by: crates/render/src/gpu/twins/lamps.rs (the estimate), tests/system/gpu.rs.
+// Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
 import package::common::bvh::SurfacePoint;
 import package::common::camera::{BOUNDARY, CameraRay, End, NOTHING, SCATTER, SURFACE, end_point, no_point};
 import package::common::lamp_join::vertex_count;

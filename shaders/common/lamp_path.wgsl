@@ -1,5 +1,5 @@
 // Light of the lamps: a camera walk whose vertices are joined to the lamps by bridges.
-// Twin: crates/render/src/integrator/cpu/lamp_path.rs. Checked by: tests/system/gpu.rs.
+// Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
 import package::common::bvh::SurfacePoint;
 import package::common::camera::{BOUNDARY, CameraRay, End, SCATTER, SURFACE, end_point};
 import package::common::lamp_join::{join_lamps, meet_lamps, vertex_count};

@@ -1,6 +1,5 @@
 // How a camera walk that looks for lamp light moves: segments, the water surface, roulette; and its targets.
-// Twins: crates/render/src/integrator/cpu/{lamp_walk,lamp_target,equiangular}.rs.
-// Checked by: crates/render/src/gpu/twins/lamps.rs (roulette, distances), tests/system/gpu.rs.
+// Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
 import package::common::bvh::closest;
 import package::common::camera::{BOUNDARY, CameraRay, End, NOTHING, SCATTER, SURFACE};
 import package::common::interface::{distance_to_surface, flip, internal_reflectance, mirror};

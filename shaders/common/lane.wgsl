@@ -1,5 +1,6 @@
 // What a lane of a kernel makes: some samples of one pixel; and how it ends, so that no sample is lost unseen.
-// Twin: crates/render/src/gpu/render.rs (`run_block`, `completed`). Checked by: crates/render/src/gpu/faults.rs.
+// Host: crates/render/src/gpu/dispatches.rs (`run_block`, `check_completed`). Checked by:
+// crates/render/src/gpu/faults.rs.
 import package::common::film::{commit_sums, lane, load_sums};
 import package::common::layout::{MANY_PIXELS, completed, counters, dispatch, scene};
 import package::common::settings::{is_forced, loop_probe, start_settings};

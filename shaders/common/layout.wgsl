@@ -1,5 +1,5 @@
-// Records and bindings that host and kernels share. Twin: crates/render/src/gpu/layout.rs.
-// Checked by: crates/render/src/gpu/shaders.rs (fields by name and offset).
+// Records and bindings that host and kernels share.
+// Host: crates/render/src/kernels/layout.rs. Checked by: tests/system/gpu_shaders.rs (fields by name and offset).
 // Lengths are in metres, relative to the camera; radiance in W/(m² sr); missing indices are NONE.
 
 const NONE: u32 = 0xffffffffu;
@@ -29,6 +29,8 @@ override ONE_LAMP: bool = false;
 override ONE_QUAD: bool = false;
 /// Whether a lane makes pixel after pixel, `dispatch.lanes` apart.
 override MANY_PIXELS: bool = false;
+/// Whether samples look along rays that are given, not through pixels.
+override GIVEN_RAYS: bool = false;
 /// Whether the small tables lie in a uniform buffer.
 override NEAR_IN_UNIFORM: bool = false;
 
@@ -110,9 +112,11 @@ struct Dispatch {
     lanes: u32,
     loop_probe: u32,
     held: u32,
-    padding_1: u32,
-    padding_2: u32,
-    padding_3: u32,
+    /// With given rays: what keys their numbers in the place of a pixel, and the sample that the first one is.
+    ray_key: u32,
+    first_ray: u32,
+    /// Segments of all daylight walks of a sample, after which those that are left are cut and counted.
+    most_segments: u32,
 }
 
 /// Read field by field (common/tables), like Triangle.
@@ -191,11 +195,13 @@ struct Counters {
 @group(0) @binding(1) var<uniform> dispatch: Dispatch;
 /// Small tables, in one of two places, and large ones.
 @group(0) @binding(2) var<uniform> uniform_rows: array<vec4u, 4096>;
-@group(0) @binding(3) var<storage, read> near_rows: array<vec4u>;
-@group(0) @binding(4) var<storage, read> far_rows: array<vec4u>;
-@group(0) @binding(5) var<storage, read> texels: array<u32>;
-@group(0) @binding(6) var<storage, read_write> scratch: array<vec4f>;
-@group(0) @binding(7) var<storage, read_write> sums: array<vec4f>;
-@group(0) @binding(8) var<storage, read_write> film: array<f32>;
-@group(0) @binding(9) var<storage, read_write> completed: array<u32>;
-@group(0) @binding(10) var<storage, read_write> counters: Counters;
+@group(0) @binding(4) var<storage, read> near_rows: array<vec4u>;
+@group(0) @binding(5) var<storage, read> far_rows: array<vec4u>;
+@group(0) @binding(6) var<storage, read> texels: array<u32>;
+@group(0) @binding(7) var<storage, read_write> scratch: array<vec4f>;
+@group(0) @binding(8) var<storage, read_write> sums: array<vec4f>;
+@group(0) @binding(9) var<storage, read_write> film: array<f32>;
+@group(0) @binding(10) var<storage, read_write> completed: array<u32>;
+@group(0) @binding(11) var<storage, read_write> counters: Counters;
+/// Rays that are given: the point they start from, then a direction each.
+@group(0) @binding(3) var<uniform> rays: array<vec4f, 4096>;

@@ -1,5 +1,6 @@
-// Lamps: points on them, intensity, what is seen of their disks. Twin: crates/render/src/prepare/lamps.rs.
-// Checked by: crates/render/src/gpu/twins/lamps.rs.
+// Lamps: points on them, intensity, what is seen of their disks.
+// Host: crates/render/src/prepare/lamps.rs. Checked by: tests/system/ (closed_form, validator, furnace,
+// radiative_transfer; gpu: both precisions).
 import package::common::layout::{NONE, PI};
 import package::common::math::circle;
 import package::common::tables::{lamp_cos_half_angle, lamp_falloff, lamp_forward, lamp_intensity, lamp_position, lamp_radius, lamp_tangent_u, lamp_tangent_v, table_f32};

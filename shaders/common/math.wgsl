@@ -1,6 +1,5 @@
 // Functions whose accuracy WGSL leaves open, and directions without cancellation.
-// Twins: std's f64 functions and crates/render/src/integrator/sampling/directions.rs.
-// Checked by: crates/render/src/gpu/twins/numbers.rs.
+// Host: crates/render/src/sampling/directions.rs. Checked by: crates/render/src/gpu/functions/numbers.rs.
 import package::common::layout::PI;
 
 /// e^x − 1, relative error 1e-6. Below −20 the exponential is nothing beside 1.

@@ -1,6 +1,7 @@
 // Attenuation in homogeneous water and the weight of a path in three channels.
-// Twins: crates/render/src/prepare/medium.rs and crates/render/src/integrator/cpu/spectral.rs; the densities of the
-// strategies are carried as logarithms, relative to the largest. Checked by: crates/render/src/gpu/twins/lamps.rs.
+// The densities of the strategies are carried as logarithms, relative to the largest.
+// Host: crates/render/src/prepare/medium.rs. Checked by: tests/system/ (closed_form, validator, furnace,
+// radiative_transfer; gpu: both precisions).
 import package::common::layout::{HAS_MEDIUM, scene};
 
 /// The logarithm of zero.

@@ -1,5 +1,5 @@
 // The sensor's noise: standard normal numbers from the same 64 bits as the host's.
-// Twin: crates/render/src/sensor.rs (`standard_normal`). Checked by: crates/render/src/gpu/twins/picture.rs.
+// Host: crates/render/src/sensor.rs (`standard_normal`). Checked by: crates/render/src/gpu/functions/picture.rs.
 // 64 bits are a vector of their low and high halves.
 import package::common::math::{circle, minus_ln};
 

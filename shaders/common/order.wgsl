@@ -1,5 +1,5 @@
 // How many scatterings a bridge has: q(k | D), a Poisson law with a geometric tail.
-// Twin: crates/render/src/integrator/cpu/order.rs. Checked by: crates/render/src/gpu/twins/lamps.rs.
+// Host: crates/render/src/kernels/order.rs (makes the table). Checked by: crates/render/src/gpu/functions/orders.rs.
 import package::common::layout::{NONE, scene};
 import package::common::math::expm1;
 import package::common::settings::largest_order;

@@ -1,5 +1,5 @@
-// Phase function and its inverse CDF as piecewise cubics. Twin: crates/media/src/phase/fast/.
-// Checked by: crates/render/src/gpu/twins/numbers.rs.
+// Phase function and its inverse CDF as piecewise cubics.
+// Host: crates/media/src/phase/fast/. Checked by: crates/render/src/gpu/functions/numbers.rs.
 import package::common::layout::scene;
 import package::common::tables::{table_row_f32, table_word};
 

@@ -1,7 +1,8 @@
-// The film that a graphics adapter holds while a render goes on, and what it makes of it without the host.
-// Plane after plane, three channels per pixel: the mean of the total, the sum of its squared deviations over the batches
-// (weighted by their samples), then the means of ambient, direct, backscatter and each lamp at 100 %.
-// Twins: crates/render/src/film.rs and crates/render/src/gpu/held.rs. Checked by: crates/render/src/gpu/twins/picture.rs.
+// The film that a graphics adapter holds while a render goes on, and what it makes of it without the host. Plane after
+// plane, three channels per pixel: the mean of the total, the sum of its squared deviations over the batches (weighted
+// by their samples), then the means of ambient, direct, backscatter and each lamp at 100 %.
+// Host: crates/render/src/film.rs and crates/render/src/gpu/held.rs. Checked by:
+// crates/render/src/gpu/functions/picture.rs.
 
 /// Planes of the held film.
 const TOTAL: u32 = 0u;

@@ -1,5 +1,5 @@
 // Random numbers keyed by (seed, pixel, sample, stream), as bits and as floats.
-// Twins: crates/render/src/integrator/sampling/{rng,sobol,draws}.rs. Checked by: crates/render/src/gpu/twins/numbers.rs.
+// Host: crates/render/src/sampling/{rng,sobol,draws}.rs. Checked by: crates/render/src/gpu/functions/numbers.rs.
 import package::common::layout::{dispatch, scene};
 import package::common::tables::table_word;
 

@@ -1,5 +1,6 @@
-// What a scene's tables hold, in rows of four words. The small ones lie in a uniform buffer on adapters that read it faster
-// than storage. Twins: crates/render/src/gpu/{tables,upload}.rs. Checked by: crates/render/src/gpu/twins/ (tables.rs: both
+// What a scene's tables hold, in rows of four words. The small ones lie in a uniform buffer on adapters that read it
+// faster than storage.
+// Host: crates/render/src/kernels/{tables,records}.rs. Checked by: crates/render/src/gpu/functions/tables.rs (both
 // places), tests/system/gpu_shaders.rs (fields and their rows).
 import package::common::layout::{HAS_DISKS, HAS_FALLOFFS, Material, NEAR_IN_UNIFORM, NONE, Node, ONE_LAMP, ONE_QUAD, Quad, far_rows, near_rows, scene, uniform_rows};
 

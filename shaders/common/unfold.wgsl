@@ -1,5 +1,5 @@
-// The underside of the water surface as a mirror, unfolded. Twin: crates/render/src/integrator/cpu/unfold.rs.
-// Checked by: crates/render/src/gpu/twins/surfaces.rs, tests/system/gpu_features.rs (scenes under a refracting surface).
+// The underside of the water surface as a mirror, unfolded.
+// Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
 import package::common::bvh::occluded;
 import package::common::interface::{flip, internal_reflectance, is_above, mirror};
 import package::common::layout::{HAS_QUADS, HAS_SURFACE, HAS_TRIANGLES, NONE, scene};

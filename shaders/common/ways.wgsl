@@ -1,5 +1,5 @@
 // The ways in which one path to a lamp can be made, combined by the balance heuristic.
-// Twin: crates/render/src/integrator/cpu/ways.rs. Checked by: crates/render/src/gpu/twins/lamps.rs.
+// Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
 import package::common::bridge::{bridge, bridge_vertex, extra_place, trail_place};
 import package::common::layout::{HAS_SCATTERING, scene, scratch};
 import package::common::math::ln_1p;

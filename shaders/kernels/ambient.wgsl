@@ -1,14 +1,13 @@
-// Sun, sky and emitting surfaces: one lane per pixel (or for pixel after pixel, MANY_PIXELS), some samples of a batch per
-// dispatch.
-// Twin: crates/render/src/integrator/cpu/mod.rs (`Worker::sample`). Checked by: tests/system/gpu.rs.
+// Sun, sky and emitting surfaces: one lane per pixel (or for pixel after pixel, MANY_PIXELS), some samples of a batch
+// per dispatch.
+// Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
 import package::common::ambient_held::{first_numbers, hold, take_up};
 import package::common::ambient_path::{ambient_start, ambient_step};
 import package::common::ambient_walk::pending;
-import package::common::camera::{camera_direction, place};
 import package::common::film::share;
 import package::common::lane::{LaneWork, lane_end, lane_start};
-import package::common::layout::{MANY_PIXELS, dispatch, scene};
-import package::common::rng::{continue_draws, leading, start_draws};
+import package::common::layout::{MANY_PIXELS, dispatch};
+import package::common::sight::{continue_sample, sight, start_sample};
 
 /// Stream of the walks' numbers.
 const STREAM: u32 = 1u;
@@ -58,12 +57,10 @@ fn hold_samples(id: u32, each: u32, first: u32, count: u32) {
             pixel += sample / each * dispatch.lanes;
             sample %= each;
         }
-        let column = pixel % scene.width;
-        let row = pixel / scene.width;
-        start_draws(pixel, work.first + sample, 0u);
-        let placed = place(column, row, leading(0u), leading(1u));
-        start_draws(pixel, work.first + sample, STREAM);
-        hold(i, camera_direction(column, row, placed.offset), placed.factor, first_numbers());
+        start_sample(pixel, work.first + sample, 0u);
+        let seen = sight(pixel);
+        start_sample(pixel, work.first + sample, STREAM);
+        hold(i, seen.direction, seen.factor, first_numbers());
         i += 1u;
         if i >= count {
             break;
@@ -87,7 +84,7 @@ fn trace_samples(id: u32, each: u32, first: u32, count: u32) -> u32 {
                 }
                 sample %= each;
             }
-            start_sample(work.first + sample, begun);
+            start_walks(work.first + sample, begun);
             begun += 1u;
         }
         if pending > 0u {
@@ -103,11 +100,11 @@ fn trace_samples(id: u32, each: u32, first: u32, count: u32) -> u32 {
 }
 
 /// Starts the walks of a sample, unless nothing can be seen where it looks.
-fn start_sample(index: u32, held_at: u32) {
+fn start_walks(index: u32, held_at: u32) {
     let held = take_up(held_at);
     if held.w != 0.0 {
         share = held.w;
-        continue_draws(work.pixel, index, STREAM);
+        continue_sample(work.pixel, index, STREAM);
         ambient_start(held.xyz);
     }
 }

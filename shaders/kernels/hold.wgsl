@@ -1,5 +1,5 @@
 // Adds the newest batch to the held film; a lane takes pixels at equal distances.
-// Twin: crates/render/src/film.rs (`Row::add`). Checked by: crates/render/src/gpu/twins/picture.rs.
+// Host: crates/render/src/film.rs (`Row::add`). Checked by: crates/render/src/gpu/functions/picture.rs.
 import package::common::picture::{
     DEVIATIONS, FIRST_LAYER, FIXED_LAYERS, TOTAL, batch_at, held_at, hold, levels, picture,
 };

@@ -1,5 +1,5 @@
 // Light of the lamps: one lane per pixel, some samples of a batch per dispatch.
-// Twin: crates/render/src/integrator/cpu/mod.rs (`Worker::sample`). Checked by: tests/system/gpu.rs.
+// Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
 import package::common::camera::{CameraRay, camera_direction, camera_ray, is_clear, place};
 import package::common::direct_lamps::direct_lamps;
 import package::common::film::share;
@@ -7,9 +7,10 @@ import package::common::lamp_join::vertex_count;
 import package::common::lamp_path::lamp_walk;
 import package::common::lamp_walk::{FREE, SCATTERED, THROUGH};
 import package::common::lane::{LaneWork, lane_end, lane_start};
-import package::common::layout::{HAS_SCATTERING, MANY_PIXELS, dispatch};
+import package::common::layout::{GIVEN_RAYS, HAS_SCATTERING, MANY_PIXELS, dispatch};
 import package::common::rng::{leading, start_draws};
 import package::common::settings::max_events;
+import package::common::sight::{sight, start_sample};
 
 /// Image points per sample at which unscattered light is seen in clear water.
 const DIRECT_POINTS: u32 = 4u;
@@ -34,7 +35,7 @@ fn make_pixel(id: u32) {
     let work = lane_start(id);
     vertex_count = 0u;
     var walks = 0u;
-    let clear = is_clear(camera_ray(camera_direction(work.column, work.row, vec2f(0.5))));
+    let clear = !GIVEN_RAYS && is_clear_pixel(work);
     var index = work.first;
     if index < work.last {
         loop {
@@ -48,14 +49,20 @@ fn make_pixel(id: u32) {
     lane_end(work, index, walks, vertex_count);
 }
 
+/// Whether unscattered light has image points of its own: by the centre of the pixel, because a choice that hung on the
+/// sample's own ray would count light twice, or not at all, where rays of one pixel differ.
+fn is_clear_pixel(work: LaneWork) -> bool {
+    return is_clear(camera_ray(camera_direction(work.column, work.row, vec2f(0.5))));
+}
+
 /// One sample; returns the number of its walks.
 fn sample(work: LaneWork, index: u32, clear: bool) -> u32 {
-    start_draws(work.pixel, index, 0u);
-    let placed = place(work.column, work.row, leading(0u), leading(1u));
-    let ray = camera_ray(camera_direction(work.column, work.row, placed.offset));
-    share = placed.factor;
+    start_sample(work.pixel, index, 0u);
+    let seen = sight(work.pixel);
+    let ray = camera_ray(seen.direction);
+    share = seen.factor;
     var walks = 0u;
-    if placed.factor != 0.0 && ray.wet && max_events() > 0u {
+    if seen.factor != 0.0 && ray.wet && max_events() > 0u {
         walks = sample_walks(ray);
     }
     sample_direct(work, index, clear, ray);

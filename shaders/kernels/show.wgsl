@@ -1,6 +1,6 @@
 // The picture of the held film on the screen: exposure, noise, clipping, encoding, rounding to counts of 8 bits.
-// Twins: crates/render/src/sensor.rs (`Sensor::expose`) and crates/viewer/src/model/display.rs (`photograph`).
-// Checked by: crates/render/src/gpu/twins/picture.rs.
+// Host: crates/render/src/sensor.rs (`Sensor::expose`) and crates/viewer/src/model/display.rs (`photograph`). Checked
+// by: crates/render/src/gpu/functions/picture.rs.
 import package::common::noise::standard_normal;
 import package::common::picture::{TOTAL, held_at, picture, shown};
 

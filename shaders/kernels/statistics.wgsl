@@ -1,8 +1,8 @@
-// Sums over the held film, tile by tile: of the mean radiance, and of variance over level for the estimate of the error,
-// which takes a second run with the mean of the first. A pixel's level is drawn to the other pixels of its tile by its
-// noise.
-// Twins: crates/render/src/film.rs (`Film::mean`) and crates/render/src/film/error.rs. Checked by:
-// crates/render/src/gpu/twins/picture.rs.
+// Sums over the held film, tile by tile: of the mean radiance, and of variance over level for the estimate of the
+// error, which takes a second run with the mean of the first. A pixel's level is drawn to the other pixels of its tile
+// by its noise.
+// Host: crates/render/src/film.rs (`Film::mean`) and crates/render/src/film/error.rs. Checked by:
+// crates/render/src/gpu/functions/picture.rs.
 import package::common::picture::{DEVIATIONS, TOTAL, held_at, partial_sums, picture};
 
 const LANES: u32 = 64u;

@@ -1,18 +1,16 @@
 // Shared functions over tables of inputs: row i of the scratch buffer holds four numbers, of which function
-// `max_events` of the list below makes up to four, in the film. Checked by: crates/render/src/gpu/twins/.
-import package::common::bridge::{bridge, bridge_draw, bridge_vertex, extra_place};
+// `max_events` of the list below makes up to four, in the film. Checked by: crates/render/src/gpu/functions/.
 import package::common::bvh::{closest, surface_point};
 import package::common::camera::camera_direction;
 import package::common::film::lane;
 import package::common::interface::{external_reflectance, internal_reflectance, refract_into_water};
-import package::common::layout::{INFINITE, NONE, dispatch, film, scene, scratch};
-import package::common::light::{lamp_facing_area, lamp_radiance_along, lamp_relative_intensity, lamp_sample_point};
+import package::common::layout::{INFINITE, NONE, dispatch, film, scratch};
 import package::common::math::{angle_of, cosine_hemisphere, expm1, ln_1p, minus_ln, sin2_half, turn};
-import package::common::medium::{spectral_pass, spectral_scatter, spectral_start, spectral_weight, transmittance};
+import package::common::medium::transmittance;
 import package::common::order::{order_ln_tail, order_sample, order_sample_scattered, scattered_share};
 import package::common::phase::{phase_sample_x, phase_value};
 import package::common::rng::{leading_bits, next_bits, start_draws};
-import package::common::settings::{lamp_strategies, max_events};
+import package::common::settings::max_events;
 import package::probe::inputs::direction_of;
 
 @compute @workgroup_size(64)
@@ -61,38 +59,13 @@ fn evaluate(a: vec4f) -> vec4f {
             return vec4f(hit.t, point.shading_normal.xy, point.reflectance.y);
         }
         case 7u: {
-            let d = direction_of(a.x, a.y);
-            let disk = lamp_radiance_along(0u, vec3f(0.0), d, INFINITE);
-            return vec4f(lamp_relative_intensity(0u, d), lamp_facing_area(0u, d), lamp_sample_point(0u, a.z, a.w).x, select(0.0, disk.radiance.x, disk.met));
-        }
-        case 8u: {
-            var s = spectral_start(lamp_strategies(), a.x);
-            s = spectral_scatter(s, scene.lamp_sigma, scene.lamp_ln_sigma, a.y);
-            s = spectral_pass(s, scene.lamp_sigma, a.z);
-            return vec4f(spectral_weight(s), f32(s.chosen));
-        }
-        case 9u: {
             return vec4f(f32(order_sample(a.x, a.y)), f32(order_sample_scattered(a.x, a.y)), scattered_share(a.x), order_ln_tail(u32(a.z)));
         }
-        case 10u: {
-            let end = a.xyz;
-            let order = u32(a.w);
-            start_draws(id_of(end), 0u, 0u);
-            if !bridge_draw(vec3f(0.0), end, order) {
-                return vec4f(-1.0, 0.0, 0.0, 0.0);
-            }
-            return vec4f(bridge.length, bridge.first.z, bridge_vertex(order - 1u).x, scratch[extra_place(order - 1u)].x);
-        }
-        case 11u: {
+        case 8u: {
             return vec4f(camera_direction(bitcast<u32>(a.x), bitcast<u32>(a.y), a.zw), 0.0);
         }
         default: {
             return vec4f(transmittance(a.x), 0.0);
         }
     }
-}
-
-/// The pixel whose random numbers a bridge takes.
-fn id_of(end: vec3f) -> u32 {
-    return u32(end.x * 1000.0);
 }

@@ -5,6 +5,7 @@
 
 use std::sync::atomic::AtomicBool;
 
+use uw_render::backend::Device;
 use uw_render::irradiance::{IrradiancePlan, measure};
 use uw_render::prepare::Prepared;
 use uw_tests::corpus_scene;
@@ -44,6 +45,7 @@ fn print_scene(name: &str, phase_name: &str, published: &[IrradianceRow]) {
         max_bounces: 0,
     };
     let measured = measure(
+        &Device::Cpu,
         &Prepared::build(&scene),
         &plan,
         &AtomicBool::new(false),

@@ -6,9 +6,11 @@ use std::{
 };
 
 use uw_render::{
+    backend::Device,
     film::Film,
-    gpu::{self, AdapterChoice, Gpu, GpuError, skipped::skip_test},
-    integrator::{self, Plan, RenderStats},
+    gpu::{AdapterChoice, Gpu, GpuError, skipped::skip_test},
+    integrator::{Plan, RenderStats},
+    irradiance::{DepthIrradiance, IrradianceError, IrradiancePlan, measure},
     prepare::Prepared,
     scene::Scene,
 };
@@ -31,9 +33,7 @@ const ROUNDING_F32: f64 = 1e-5;
 /// Where a test renders.
 #[derive(Clone, Copy)]
 pub enum Place {
-    /// The native path tracer.
-    Native,
-    /// The kernels in double precision.
+    /// The kernels in double precision on the processor.
     Double,
     /// The kernels on the processor's vector units.
     VectorUnits,
@@ -42,10 +42,10 @@ pub enum Place {
 }
 
 /// Both ways of the processor, of which `uw render` takes one where there is no hardware GPU.
-pub const PROCESSOR: [Place; 2] = [Place::Native, Place::VectorUnits];
+pub const PROCESSOR: [Place; 2] = [Place::Double, Place::VectorUnits];
 
-/// Calls `check` for every place that this machine has: the native path tracer, the kernels in double precision, on the vector
-/// units and, where there is one, on the adapter. One that fails keeps no other from being checked; without an adapter the test is counted as
+/// Calls `check` for every place that this machine has: the kernels in double precision, on the vector units and, where there
+/// is one, on the adapter. One that fails keeps no other from being checked; without an adapter the test is counted as
 /// skipped, once.
 ///
 /// # Panics
@@ -53,7 +53,7 @@ pub const PROCESSOR: [Place; 2] = [Place::Native, Place::VectorUnits];
 #[allow(clippy::print_stdout, reason = "what a test prints belongs to a place")]
 pub fn everywhere(check: impl Fn(Place)) {
     let mut failed = Vec::new();
-    for place in std::iter::once(Place::Native).chain(places()) {
+    for place in places() {
         println!("on {}:", place.name());
         if catch_unwind(AssertUnwindSafe(|| check(place))).is_err() {
             failed.push(place.name());
@@ -72,11 +72,19 @@ pub fn places() -> Vec<Place> {
     processor.into_iter().chain(adapter).collect()
 }
 
+/// The places in single precision, which are compared with the others.
+///
+/// # Panics
+/// As in [`device`].
+pub fn in_single_precision() -> Vec<Place> {
+    let adapter = device().map(Place::Adapter);
+    std::iter::once(Place::VectorUnits).chain(adapter).collect()
+}
+
 impl Place {
     /// For messages.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Native => "native",
             Self::Double => "double precision",
             Self::VectorUnits => "vector units",
             Self::Adapter(_) => "adapter",
@@ -86,7 +94,7 @@ impl Place {
     /// Samples where `samples` are taken in double precision: an adapter, which may be a processor, takes an eighth.
     pub fn samples(self, samples: u32) -> u32 {
         match self {
-            Self::Native | Self::Double | Self::VectorUnits => samples,
+            Self::Double | Self::VectorUnits => samples,
             Self::Adapter(_) => samples.div_ceil(8),
         }
     }
@@ -94,7 +102,7 @@ impl Place {
     /// Standard error of these samples by that in double precision.
     pub fn noise(self) -> f64 {
         match self {
-            Self::Native | Self::Double | Self::VectorUnits => 1.0,
+            Self::Double | Self::VectorUnits => 1.0,
             Self::Adapter(_) => 8f64.sqrt(),
         }
     }
@@ -102,7 +110,7 @@ impl Place {
     /// Relative standard error of radiances for their arithmetic, beside that of their samples.
     pub fn rounding(self) -> f64 {
         match self {
-            Self::Native | Self::Double => 0.0,
+            Self::Double => 0.0,
             Self::VectorUnits | Self::Adapter(_) => ROUNDING_F32,
         }
     }
@@ -113,12 +121,28 @@ impl Place {
     /// When rendering fails.
     pub fn render(self, scene: &Scene, plan: &Plan) -> (Film, RenderStats) {
         let (prepared, go_on) = (Prepared::build(scene), AtomicBool::new(false));
+        let rendered = self.device().render(&prepared, plan, &go_on, &|_| {});
+        rendered.unwrap_or_else(|e| panic!("{e}"))
+    }
+
+    /// What irradiance sensors of `scene` measure.
+    ///
+    /// # Errors
+    /// As in [`measure`].
+    pub fn irradiances(
+        self,
+        scene: &Scene,
+        plan: &IrradiancePlan,
+    ) -> Result<Vec<DepthIrradiance>, IrradianceError> {
+        let (prepared, go_on) = (Prepared::build(scene), AtomicBool::new(false));
+        measure(&self.device(), &prepared, plan, &go_on, &|_| {})
+    }
+
+    fn device(self) -> Device {
         match self {
-            Self::Native => integrator::render(&prepared, plan, &go_on, &|_| {}),
-            Self::Double => integrator::render_exact(&prepared, plan, &go_on, &|_| {}),
-            Self::VectorUnits => integrator::render_lanes(&prepared, plan, &go_on, &|_| {}),
-            Self::Adapter(gpu) => gpu::render(gpu, &prepared, plan, &go_on, &|_| {}),
+            Self::Double => Device::Cpu,
+            Self::VectorUnits => Device::CpuSimd,
+            Self::Adapter(gpu) => Device::from(gpu.clone()),
         }
-        .unwrap_or_else(|e| panic!("{e}"))
     }
 }

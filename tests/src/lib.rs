@@ -42,16 +42,15 @@ pub fn plan(samples_per_pixel: u32, seed: u64) -> Plan {
         threads: None,
         max_bounces: 0,
         dark_lamps: false,
-        share_walks: 1,
     }
 }
 
-/// Renders `scene` to the end by the native path tracer, with which the kernels are compared.
+/// Renders `scene` to the end in double precision, with which the others are compared.
 ///
 /// # Panics
 /// When rendering fails.
 pub fn render(scene: &Scene, plan: &Plan) -> (Film, RenderStats) {
-    Place::Native.render(scene, plan)
+    Place::Double.render(scene, plan)
 }
 
 /// Mean and standard error of the pixels of a picture whose pixels all see the same, rendered at `place` with its share of

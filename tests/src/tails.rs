@@ -1,14 +1,6 @@
 //! Heavy tails among the samples of a pixel.
 
-use uw_render::{
-    film::FilmLayer,
-    integrator::{
-        cpu::{Selection, Worker},
-        stepper::Stepper,
-    },
-    prepare::Prepared,
-    scene::Scene,
-};
+use uw_render::{film::FilmLayer, integrator::stepper::Stepper, prepare::Prepared, scene::Scene};
 
 use crate::{divided, gpu::Place, plan};
 
@@ -27,36 +19,12 @@ pub fn largest_share_of(
     pixels: impl Iterator<Item = (u32, u32)>,
     root: u32,
 ) -> f64 {
-    match place {
-        Place::Native => by_samples(scene, pixels, root * root),
-        _ => pixels
-            .map(|pixel| largest_share(&one_sample_each(place, &only(scene, pixel), root)))
-            .fold(0.0, f64::max),
-    }
+    pixels
+        .map(|pixel| largest_share(&one_sample_each(place, &only(scene, pixel), root)))
+        .fold(0.0, f64::max)
 }
 
-/// By the native path tracer, which shows its samples.
-fn by_samples(scene: &Scene, pixels: impl Iterator<Item = (u32, u32)>, samples: u32) -> f64 {
-    let prepared = Prepared::build(scene);
-    let selection = Selection {
-        lamps: (0..prepared.lamps.len()).collect(),
-        ambient: prepared.needs.ambient(),
-        max_events: usize::MAX,
-        share_walks: 1,
-    };
-    let mut worker = Worker::new(&prepared, &selection);
-    let mut share = 0f64;
-    for (column, row) in pixels {
-        let values: Vec<f64> = (0..samples)
-            .map(|i| worker.sample(9, column, row, i / 16, i % 16).total())
-            .map(|t| t[0] + t[1] + t[2])
-            .collect();
-        share = share.max(largest_share(&values));
-    }
-    share
-}
-
-/// Samples of a picture of one pixel: kernels show no samples, but pictures of one sample a pixel, and `root` × `root` pixels
+/// Samples of a picture of one pixel: renders show no samples, but pictures of one sample a pixel, and `root` × `root` pixels
 /// in the place of the one.
 fn one_sample_each(place: Place, pixel: &Scene, root: u32) -> Vec<f64> {
     let film = place.render(&divided(pixel, root), &plan(1, 9)).0;
@@ -64,10 +32,19 @@ fn one_sample_each(place: Place, pixel: &Scene, root: u32) -> Vec<f64> {
     pixels.iter().map(|t| t[0] + t[1] + t[2]).collect()
 }
 
-/// The same over all pixels of a picture by the kernels on the vector units, which add `samples` samples one by one.
-pub fn largest_share_in_steps(scene: &Scene, samples: u32) -> f64 {
+/// The same over all pixels of a picture to which a processor adds `samples` samples one by one.
+///
+/// # Panics
+/// On an adapter.
+pub fn largest_share_in_steps(place: Place, scene: &Scene, samples: u32) -> f64 {
     let prepared = Prepared::build(scene);
-    let mut stepper = Stepper::on_lanes(&prepared, &plan(samples, 9)).expect("few triangles");
+    let plan = plan(samples, 9);
+    let stepper = match place {
+        Place::Double => Stepper::new(&prepared, &plan),
+        Place::VectorUnits => Stepper::on_lanes(&prepared, &plan),
+        Place::Adapter(_) => panic!("an adapter takes too long for single samples"),
+    };
+    let mut stepper = stepper.expect("few triangles");
     let mut film = stepper.film();
     let pixels = film.layer(FilmLayer::Total).len();
     let (mut before, mut values) = (vec![0.0; pixels], vec![Vec::new(); pixels]);

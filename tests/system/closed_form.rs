@@ -4,7 +4,7 @@ use glam::DVec3;
 use serde_json::Value;
 use uw_media::phase::{FournierForand, HenyeyGreenstein, Phase, PhaseTable};
 use uw_media::transmittance::{free_path_m, transmittance};
-use uw_render::integrator::sampling::{Rng, directions::turn};
+use uw_render::sampling::{Rng, directions::turn};
 use uw_render::scene::{Falloff, Sun};
 use uw_tests::single_ray::{add_plate, camera, empty, point_lamp, surface, water};
 use uw_tests::{

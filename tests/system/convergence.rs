@@ -5,7 +5,7 @@
 
 use uw_render::{
     film::{Film, FilmLayer},
-    integrator::sampling::Rng,
+    sampling::Rng,
     scene::Scene,
 };
 use uw_tests::{

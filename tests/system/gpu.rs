@@ -7,7 +7,7 @@ use uw_render::{
 };
 use uw_tests::{
     corpus_scene,
-    gpu::{Place, places},
+    gpu::{Place, in_single_precision, places},
     plan, render,
     tiles::{TILE, Tiles, spread},
 };
@@ -49,51 +49,17 @@ fn assert_same_picture(name: &str, ours: &Film, theirs: &Film) {
 
 /// Samples per pixel of the pictures with one seed.
 const SAME_SAMPLES: u32 = 2;
-/// How far a pixel may be from the other side's, relative to it and to the picture's mean, and the largest share of the
-/// pixels of a layer that may be further apart: where a random number lies within the rounding of a decision, the two walks go
-/// different ways.
-struct Closeness {
-    relative: f64,
-    of_mean: f64,
-    different_share: f64,
-}
-
-impl Closeness {
-    /// Of the kernels to the native path tracer on `scene`.
-    fn of(place: Place, scene: &Scene) -> Self {
-        match place {
-            // Up to 2e-4 of a pixel were seen: probably because the native path tracer steers daylight by exponentials within 1e-3
-            // (`rough_exp` of the field), which roulette and copies weigh against.
-            Place::Native | Place::Double if scene.sun.is_some() => Self {
-                relative: 1e-3,
-                of_mean: 1e-6,
-                different_share: 0.004,
-            },
-            Place::Native | Place::Double => Self {
-                relative: 1e-6,
-                of_mean: 1e-9,
-                different_share: 0.001,
-            },
-            // Single precision leaves 1e-6 of the light of most samples and 1e-4 of that of long walks. Up to 0.1 % of the
-            // pixels were seen to differ.
-            Place::VectorUnits | Place::Adapter(_) => Self {
-                relative: 1e-3,
-                of_mean: 1e-5,
-                different_share: 0.004,
-            },
-        }
-    }
-}
+/// How far a pixel may be from that in double precision, relative to it and to the picture's mean: single precision leaves
+/// 1e-6 of the light of most samples and 1e-4 of that of long walks.
+const RELATIVE: f64 = 1e-3;
+const OF_MEAN: f64 = 1e-5;
+/// Largest share of the pixels of a layer that may be further apart: where a random number lies within the rounding of a
+/// decision, the two walks go different ways. Up to 0.1 % were seen.
+const DIFFERENT_SHARE: f64 = 0.004;
 
 /// With one seed both sides draw the same numbers for the same decisions, so that every sample, and with it every pixel of
-/// every layer, is the same but for rounding. What a z-test cannot see shows here: each function that a sample passes
-/// through must give what its twin gives.
-fn assert_same_samples(
-    test: &str,
-    scene: &Scene,
-    (ours, theirs): (&Film, &Film),
-    close: &Closeness,
-) {
+/// every layer, is the same but for rounding.
+fn assert_same_samples(test: &str, scene: &Scene, (ours, theirs): (&Film, &Film)) {
     let lamps = (0..scene.lamps.len()).map(FilmLayer::Lamp);
     let layers = [
         FilmLayer::Total,
@@ -106,7 +72,7 @@ fn assert_same_samples(
         let values = theirs.iter().flatten();
         let mean = values.sum::<f64>() / (3 * theirs.len()) as f64;
         let apart = |(a, b): (&[f64; 3], &[f64; 3])| {
-            let within = |b: f64| close.relative * b.abs() + close.of_mean * mean;
+            let within = |b: f64| RELATIVE * b.abs() + OF_MEAN * mean;
             (0..3).any(|k| (a[k] - b[k]).abs() > within(b[k]))
         };
         let different = ours.iter().zip(&theirs).filter(|&pair| apart(pair)).count();
@@ -116,7 +82,7 @@ fn assert_same_samples(
             100.0 * share
         );
         assert!(
-            share <= close.different_share,
+            share <= DIFFERENT_SHARE,
             "{test}, {layer:?}: {share} of the pixels differ with one seed"
         );
     }
@@ -131,7 +97,7 @@ pub(crate) fn compare(places: &[Place], test: &str, scene: &Scene, samples: u32)
         let test = format!("{test}, {}", place.name());
         let (film, stats) = place.render(scene, &plan(samples, 5));
         println!(
-            "{test}: {:.0} paths/s on {:?}, {:?}; native {:?}",
+            "{test}: {:.0} paths/s on {:?}, {:?}; double precision {:?}",
             stats.paths as f64 / stats.render_s,
             stats.adapter,
             stats.relative_error,
@@ -144,34 +110,39 @@ pub(crate) fn compare(places: &[Place], test: &str, scene: &Scene, samples: u32)
             stats.relative_error.unwrap_or(f64::NAN) / cpu.relative_error.unwrap_or(f64::NAN);
         assert!(
             (0.4..2.5).contains(&ratio),
-            "{test}: error {ratio} times that of the native path tracer"
+            "{test}: error {ratio} times that in double precision"
         );
         assert_same_picture(&test, &film, &theirs);
         let ours = place.render(scene, &same).0;
         let both = (&ours, &theirs_with_one_seed);
-        assert_same_samples(&test, scene, both, &Closeness::of(*place, scene));
+        assert_same_samples(&test, scene, both);
     }
 }
 
 #[test]
 fn clear_water_with_a_point_lamp() {
-    compare(&places(), "s1", &corpus_scene("s1_clear"), 64);
+    compare(&in_single_precision(), "s1", &corpus_scene("s1_clear"), 64);
 }
 
 #[test]
 fn clear_water_with_a_disk_lamp() {
-    compare(&places(), "s1d", &corpus_scene("s1d_clear_disk"), 64);
+    compare(
+        &in_single_precision(),
+        "s1d",
+        &corpus_scene("s1d_clear_disk"),
+        64,
+    );
 }
 
 #[test]
 fn turbid_water_with_a_point_lamp() {
-    compare(&places(), "s2", &corpus_scene("s2_turbid"), 64);
+    compare(&in_single_precision(), "s2", &corpus_scene("s2_turbid"), 64);
 }
 
 #[test]
 fn daylight_over_a_plate() {
     compare(
-        &places(),
+        &in_single_precision(),
         "s3",
         &resized(corpus_scene("s3_sun"), 160, 90),
         64,

@@ -7,7 +7,7 @@ use uw_render::{
     film::{Film, FilmLayer},
     scene::Scene,
 };
-use uw_tests::{file, gpu::places, plan, render};
+use uw_tests::{file, gpu::in_single_precision, plan, render};
 
 use crate::gpu::compare;
 
@@ -33,7 +33,7 @@ fn scene(camera: &str, water: &str, phase: &str, rest: &str) -> Scene {
 
 #[test]
 fn every_phase_function() {
-    let places = places();
+    let places = in_single_precision();
     let phases = [
         (
             "fournier-forand",
@@ -58,7 +58,7 @@ fn every_phase_function() {
 
 #[test]
 fn lamps_and_surfaces() {
-    let places = places();
+    let places = in_single_precision();
     let disk = LAMP.replace(
         "half_angle_deg = 50.0",
         "radius_m = 0.05\nfalloff = \"cosine\"",
@@ -87,7 +87,7 @@ fn lamps_and_surfaces() {
 
 #[test]
 fn cameras_and_daylight() {
-    let places = places();
+    let places = in_single_precision();
     let above = "position_m = [0.0, 0.0, 1.5]\nforward = [1.0, 0.0, -1.0]";
     let up = "position_m = [0.0, 0.0, -3.0]\nforward = [1.0, 0.0, 1.0]";
     let lens = format!("{CAMERA}\ndistortion = [-0.2, 0.05, 0.001, -0.002, 0.0]");
@@ -123,7 +123,7 @@ fn cameras_and_daylight() {
 
 #[test]
 fn media_without_scattering_and_without_water() {
-    let places = places();
+    let places = in_single_precision();
     let absorbing = "a = [0.35, 0.06, 0.025]\nb = [0.0, 0.0, 0.0]";
     let red_only = "a = [0.35, 0.06, 0.025]\nb = [0.5, 0.0, 0.02]";
     for (name, water) in [("absorbing", absorbing), ("one channel clear", red_only)] {
@@ -170,7 +170,7 @@ fn add_mesh(scene: &mut Scene) {
 
 #[test]
 fn meshes_with_normals_and_textures() {
-    let places = places();
+    let places = in_single_precision();
     let textured = PLATE.replace(
         "reflectance = [0.2, 0.5, 0.7]",
         "reflectance = { texture = \"target_tex.png\", encoding = \"linear\" }",
@@ -186,7 +186,7 @@ fn meshes_with_normals_and_textures() {
 /// Each layer's picture mean within four standard errors of two renders; a lamp at level 0 has a layer too.
 #[test]
 fn layers_and_limits_on_bounces() {
-    let places = places();
+    let places = in_single_precision();
     let off = LAMP
         .replace("\"l\"", "\"off\"")
         .replace("half_angle_deg = 50.0", "level_pct = 0.0");

@@ -20,7 +20,6 @@ mod near_lamps;
 mod radiative_transfer;
 mod reference_scenes;
 mod scales;
-mod shared_walks;
 mod stress;
 mod symmetries;
 mod units;

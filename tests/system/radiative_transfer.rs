@@ -1,14 +1,10 @@
 //! Daylight in plane-parallel water against reference rows and discrete ordinates: irradiances and radiances of the
 //! problems of Mobley et al. 1993 (Applied Optics 32, 7484): sun at 60°, flat surface, black sky, infinite depth.
-//! Radiances are seen by cameras, everywhere; irradiances are measured in double precision only, because no kernel starts
-//! rays from anywhere but a camera.
-
-use std::sync::atomic::AtomicBool;
+//! Both everywhere.
 
 use glam::DVec3;
 use uw_media::phase::{FournierForand, Phase, Rayleigh};
-use uw_render::irradiance::{DepthIrradiance, IrradiancePlan, measure as measure_irradiance};
-use uw_render::prepare::Prepared;
+use uw_render::irradiance::{DepthIrradiance, IrradiancePlan};
 use uw_render::scene::{Scene, Sun};
 use uw_tests::discrete_ordinates::{Irradiances, Problem, Travel, irradiances, radiances};
 use uw_tests::reference::{rayleigh_irradiances, rayleigh_radiances};
@@ -96,21 +92,15 @@ pub(crate) fn assert_agreement(comparisons: &[Comparison], independent: usize) {
     );
 }
 
-fn sensors(scene: &Scene, samples: u32, seed: u64) -> Vec<DepthIrradiance> {
+fn sensors(place: Place, scene: &Scene, samples: u32, seed: u64) -> Vec<DepthIrradiance> {
     let plan = IrradiancePlan {
         depths_m: DEPTHS_M.to_vec(),
-        samples,
+        samples: place.samples(samples),
         seed,
         threads: None,
         max_bounces: 0,
     };
-    measure_irradiance(
-        &Prepared::build(scene),
-        &plan,
-        &AtomicBool::new(false),
-        &|_| {},
-    )
-    .expect("valid")
+    place.irradiances(scene, &plan).expect("valid")
 }
 
 /// Measured quantities of one channel beside references by depth and name.
@@ -145,36 +135,40 @@ fn compare(
 fn against_discrete_ordinates(name: &str, samples: u32, seed: u64) {
     let scene = corpus_scene(name);
     let phase = &scene.water.as_ref().expect("water").phase;
-    let measured = sensors(&scene, samples, seed);
-    let mut comparisons = Vec::new();
-    for channel in 0..3 {
-        let solved: Vec<Irradiances> =
-            irradiances(&Problem::benchmark(phase, B[channel]), &DEPTHS_M, NODES);
-        comparisons.extend(compare(&measured, channel, |level, name| {
-            Some(solved[level].quantity(name))
-        }));
-    }
-    // Depths times hemispheres (and the single direction); quantities and channels share directions.
-    assert_agreement(&comparisons, 3 * DEPTHS_M.len());
+    let solved: [Vec<Irradiances>; 3] =
+        B.map(|albedo| irradiances(&Problem::benchmark(phase, albedo), &DEPTHS_M, NODES));
+    everywhere(|place| {
+        let measured = sensors(place, &scene, samples, seed);
+        let mut comparisons = Vec::new();
+        for (channel, solved) in solved.iter().enumerate() {
+            comparisons.extend(compare(&measured, channel, |level, name| {
+                Some(solved[level].quantity(name))
+            }));
+        }
+        // Depths times hemispheres (and the single direction); quantities and channels share directions.
+        assert_agreement(&comparisons, 3 * DEPTHS_M.len());
+    });
 }
 
 #[test]
 fn irradiances_in_molecular_water_are_the_reference_rows() {
-    let measured = sensors(&corpus_scene("rt_rayleigh"), SAMPLES, 1);
-    let rows = rayleigh_irradiances();
-    let mut comparisons = Vec::new();
-    for channel in [0, 2] {
-        comparisons.extend(compare(&measured, channel, |level, name| {
-            let is_this = |row: &&uw_tests::reference::IrradianceRow| {
-                row.albedo == B[channel]
-                    && row.optical_depth == DEPTHS_M[level]
-                    && row.quantity == name
-            };
-            rows.iter().find(is_this).map(|row| row.reference)
-        }));
-    }
-    assert_eq!(comparisons.len(), rows.len());
-    assert_agreement(&comparisons, 3 * DEPTHS_M.len());
+    everywhere(|place| {
+        let measured = sensors(place, &corpus_scene("rt_rayleigh"), SAMPLES, 1);
+        let rows = rayleigh_irradiances();
+        let mut comparisons = Vec::new();
+        for channel in [0, 2] {
+            comparisons.extend(compare(&measured, channel, |level, name| {
+                let is_this = |row: &&uw_tests::reference::IrradianceRow| {
+                    row.albedo == B[channel]
+                        && row.optical_depth == DEPTHS_M[level]
+                        && row.quantity == name
+                };
+                rows.iter().find(is_this).map(|row| row.reference)
+            }));
+        }
+        assert_eq!(comparisons.len(), rows.len());
+        assert_agreement(&comparisons, 3 * DEPTHS_M.len());
+    });
 }
 
 #[test]

@@ -85,7 +85,6 @@ pub fn run(
             threads,
             max_bounces: 0,
             dark_lamps: false,
-            share_walks: 1,
         };
         look(name, phase, &target, &plan, cancel)
     };

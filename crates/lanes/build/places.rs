@@ -56,6 +56,7 @@ impl Writer<'_> {
                     AddressSpace::Uniform if name == "uniform_rows" => {
                         (Root::Buffer, "near_rows".to_owned())
                     }
+                    AddressSpace::Uniform if name == "rays" => (Root::Buffer, name.to_owned()),
                     AddressSpace::Uniform => (Root::Shared, format!("s.memory.{name}")),
                     _ => (Root::Buffer, name.to_owned()),
                 };

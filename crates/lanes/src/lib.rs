@@ -115,6 +115,8 @@ impl fmt::Display for Instructions {
 
 /// What a kernel for some instructions does. A state of instructions that the processor lacks is never made.
 trait State: Send {
+    /// Gives it rays: rows of four words, of their origin and of a direction each.
+    fn set_rays(&mut self, rows: &[f32]);
     /// Runs the kernel on all lanes, for the samples of `dispatch` from `first_pixel` on.
     fn run(&mut self, first_pixel: u32, dispatch: [u32; DISPATCH_WORDS]);
     /// The words of the film and the counters.
@@ -138,6 +140,12 @@ macro_rules! generated {
             type Memory<'a> = crate::memory::Memory<'a, LANES>;
 
             impl crate::State for State<'_> {
+                fn set_rays(&mut self, rows: &[f32]) {
+                    let words = rows.iter().map(|x| x.to_bits());
+                    self.memory.rays.clear();
+                    self.memory.rays.extend(words);
+                }
+
                 fn run(&mut self, first_pixel: u32, dispatch: [u32; crate::DISPATCH_WORDS]) {
                     self.memory.begin(first_pixel, dispatch);
                     // SAFETY: the state was made, so that the processor has the instructions.
@@ -211,6 +219,12 @@ impl<'a> Group<'a> {
             (Kernel::Ambient, _) => state!(ambient_baseline),
         };
         Self { state }
+    }
+
+    /// Gives a kernel that looks along given rays (`GIVEN_RAYS`) the rays of its next run: rows of four numbers, three of
+    /// the point where all start and then three of each direction.
+    pub fn set_rays(&mut self, rows: &[f32]) {
+        self.state.set_rays(rows);
     }
 
     /// Makes the samples of `dispatch` (the words of its record) from `first_pixel` on, at most as many pixels as

@@ -34,6 +34,8 @@ pub struct Memory<'a, const LANES: usize> {
     pub(crate) far_rows: &'a [u32],
     pub(crate) texels: &'a [u32],
     pub(crate) tree: Tree<'a>,
+    /// Rays that are given, a row each after that of their origin.
+    pub(crate) rays: Vec<u32>,
     /// Room for a way through the tree.
     pub(crate) waiting: Vec<Waiting<LANES>>,
     pub(crate) scratch: Vec<u32>,
@@ -63,6 +65,7 @@ impl<'a, const LANES: usize> Memory<'a, LANES> {
             far_rows: or_a_row(tables.far_rows),
             texels: or_a_row(tables.texels),
             tree: tables.tree,
+            rays: vec![0; 4],
             waiting: Vec::new(),
             scratch: vec![0; 4 * scratch_rows as usize * LANES],
             sums: vec![0; 4 * layers * LANES],

@@ -241,6 +241,13 @@ impl<'a> Lane<'a> {
         }
     }
 
+    /// As [`crate::Group::set_rays`].
+    pub fn set_rays(&mut self, rows: &[f64]) {
+        let rays = &mut self.memory().rays;
+        rays.clear();
+        rays.extend(rows.iter().map(|&x| word_of(x)));
+    }
+
     /// As [`crate::Group::run`].
     pub fn run(
         &mut self,

@@ -201,7 +201,6 @@ fn plan(samples: u32, seed: u32) -> Plan {
         threads: Some(1),
         max_bounces: 0,
         dark_lamps: false,
-        share_walks: 1,
     }
 }
 

@@ -15,9 +15,9 @@ pub enum Backend {
     /// A hardware GPU where there is one, else the processor's vector units.
     #[default]
     Auto,
-    /// The native path tracer on the processor.
+    /// The kernels in double precision on the processor, a sample at a time.
     Cpu,
-    /// The GPU's kernels on the processor's vector units.
+    /// The kernels in single precision on the processor's vector units.
     CpuSimd,
     /// A graphics adapter, software ones included.
     Gpu,
@@ -47,10 +47,10 @@ impl Backend {
 /// What renders.
 #[derive(Clone, Debug, Default)]
 pub enum Device {
-    /// The native path tracer on the processor.
+    /// The kernels in double precision on the processor, a sample at a time.
     #[default]
     Cpu,
-    /// The GPU's kernels on the processor's vector units.
+    /// The kernels in single precision on the processor's vector units.
     CpuSimd,
     /// A graphics adapter.
     Gpu(Box<Gpu>),

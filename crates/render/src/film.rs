@@ -4,11 +4,11 @@ mod coarse;
 mod error;
 mod finite;
 
+pub(crate) use error::FEWEST_SAMPLES;
 pub use finite::NotFinite;
 
 use rayon::prelude::*;
 
-use crate::integrator::cpu::Scores;
 use coarse::Coarse;
 
 /// Radiance of one source or one way, or the variance of the whole.
@@ -239,7 +239,7 @@ impl Row {
     }
 }
 
-/// Mean of the scores of one batch of samples of a pixel.
+/// Mean of one batch of samples of a pixel.
 #[derive(Clone, Debug, Default)]
 pub struct BatchMean {
     total: [f64; 3],
@@ -250,17 +250,9 @@ pub struct BatchMean {
 }
 
 impl BatchMean {
-    /// Empty sums for `lamps` lamps.
-    pub fn new(lamps: usize) -> Self {
-        Self {
-            lamps: vec![[0.0; 3]; lamps],
-            ..Self::default()
-        }
-    }
-
     /// From the sums over `samples` samples of three channels of each layer, W/(m² sr), in the order of
     /// [`BatchMean::of_layers`].
-    pub(crate) fn of_sums<T: Copy + Into<f64>>(sums: &[T], samples: u32, levels: &[f64]) -> Self {
+    pub fn of_sums<T: Copy + Into<f64>>(sums: &[T], samples: u32, levels: &[f64]) -> Self {
         let mean = |sum: T| sum.into() / f64::from(samples);
         let layers: Vec<[f64; 3]> = sums
             .chunks_exact(3)
@@ -286,30 +278,6 @@ impl BatchMean {
             direct: layers[1],
             backscatter: layers[2],
             lamps,
-        }
-    }
-
-    /// Sets everything to zero.
-    pub fn clear(&mut self) {
-        let lamps = std::mem::take(&mut self.lamps);
-        *self = Self {
-            lamps,
-            ..Self::default()
-        };
-        self.lamps.fill([0.0; 3]);
-    }
-
-    /// Adds a sample that weighs `weight` = 1 / samples in the batch.
-    pub fn add(&mut self, scores: &Scores, weight: f64) {
-        let total = scores.total();
-        for k in 0..3 {
-            self.total[k] += weight * total[k];
-            self.ambient[k] += weight * scores.ambient[k];
-            self.direct[k] += weight * scores.direct[k];
-            self.backscatter[k] += weight * scores.backscatter[k];
-            for (sum, lamp) in self.lamps.iter_mut().zip(&scores.lamps) {
-                sum[k] += weight * lamp[k];
-            }
         }
     }
 }

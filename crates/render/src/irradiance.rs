@@ -3,6 +3,7 @@
 //! Radiance is estimated as in pictures, along directions drawn over the upper and the lower hemisphere. Light from
 //! single directions (sun, point lamps) that arrives unscattered is added exactly.
 
+mod beams;
 mod directions;
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -11,14 +12,14 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::{
-    integrator::{
-        ThreadsError,
-        cpu::{Beam, Selection, Worker, unscattered_beams},
-        sampling::{Draws, MAX_BATCH},
-        thread_pool,
-    },
+    backend::Device,
+    gpu::GpuError,
+    integrator::{RenderError, ThreadsError, thread_pool},
     prepare::{Boundary, Prepared},
+    rays::{RayBatch, RayTracer, Rays, Selection},
+    sampling::{Draws, MAX_BATCH},
 };
+use beams::{Beam, unscattered_beams};
 use directions::{Gaze, Lobes};
 
 /// Independent batches that a sensor's standard errors come from, where there are enough samples.
@@ -104,6 +105,12 @@ pub enum IrradianceError {
     /// The worker threads could not be started.
     #[error(transparent)]
     Threads(#[from] ThreadsError),
+    /// The device cannot be used.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+    /// Rays could not be traced.
+    #[error(transparent)]
+    Render(#[from] RenderError),
     /// Stopped from outside.
     #[error("stopped before all samples were made")]
     Interrupted,
@@ -112,9 +119,13 @@ pub enum IrradianceError {
 /// Largest number of depths.
 const MOST_DEPTHS: usize = 1 << 20;
 
-/// Measures at the camera's horizontal position and the depths of `plan`. `cancel` stops it; `observe` is told the
-/// share of the work that is done, from the workers.
+/// Measures on `device` at the camera's horizontal position and the depths of `plan`. `cancel` stops it; `observe` is told
+/// the share of the work that is done, from the workers.
+///
+/// # Errors
+/// A scene without a surface, a plan that makes no sense, a device that fails, or stopped.
 pub fn measure(
+    device: &Device,
     scene: &Prepared,
     plan: &IrradiancePlan,
     cancel: &AtomicBool,
@@ -122,11 +133,12 @@ pub fn measure(
 ) -> Result<Vec<DepthIrradiance>, IrradianceError> {
     let boundary = check(scene, plan)?;
     let pool = thread_pool(plan.threads)?;
+    let selection = Selection::all(scene, false, plan.max_bounces);
     let job = Job {
         scene,
         plan,
         boundary,
-        selection: select(scene, plan),
+        rays: Rays::new(device, scene, &selection)?,
         lobes: Lobes::new(scene),
         batches: BATCHES
             .min(plan.samples)
@@ -156,24 +168,6 @@ fn check(scene: &Prepared, plan: &IrradiancePlan) -> Result<Boundary, Irradiance
     Ok(boundary)
 }
 
-/// The lamps that shine, and daylight where there is any.
-fn select(scene: &Prepared, plan: &IrradiancePlan) -> Selection {
-    let shines = |&i: &usize| {
-        let lamp = &scene.lamps[i];
-        lamp.level > 0.0 && lamp.intensity.iter().any(|&x| x > 0.0)
-    };
-    Selection {
-        lamps: (0..scene.lamps.len()).filter(shines).collect(),
-        ambient: scene.needs.ambient(),
-        max_events: if plan.max_bounces == 0 {
-            usize::MAX
-        } else {
-            plan.max_bounces as usize
-        },
-        share_walks: 1,
-    }
-}
-
 /// Mean over a batch of directions: weighted by the cosine against the vertical, and unweighted.
 #[derive(Clone, Copy, Debug, Default)]
 struct BatchMean {
@@ -185,7 +179,7 @@ struct Job<'a> {
     scene: &'a Prepared,
     plan: &'a IrradiancePlan,
     boundary: Boundary,
-    selection: Selection,
+    rays: Rays<'a>,
     lobes: Lobes<'a>,
     batches: u32,
     cancel: &'a AtomicBool,
@@ -196,19 +190,19 @@ struct Job<'a> {
 impl Job<'_> {
     fn run(&self) -> Result<Vec<DepthIrradiance>, IrradianceError> {
         let tasks = self.plan.depths_m.len() * Gaze::ALL.len() * self.batches as usize;
-        let means: Option<Vec<BatchMean>> = (0..tasks)
+        let means: Result<Vec<BatchMean>, IrradianceError> = (0..tasks)
             .into_par_iter()
             .map_init(
-                || Worker::new(self.scene, &self.selection),
-                |worker, task| {
-                    let mean = self.batch(worker, task)?;
+                || self.rays.tracer(),
+                |tracer, task| {
+                    let mean = self.batch(tracer, task)?;
                     let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
                     (self.observe)(done as f64 / tasks as f64);
-                    Some(mean)
+                    Ok(mean)
                 },
             )
             .collect();
-        let means = means.ok_or(IrradianceError::Interrupted)?;
+        let means = means?;
         let per_gaze: Vec<&[BatchMean]> = means.chunks(self.batches as usize).collect();
         let depths = self
             .plan
@@ -226,33 +220,47 @@ impl Job<'_> {
         point
     }
 
-    /// One batch of one gaze at one depth, in this order from the fastest; `None` when cancelled.
-    fn batch(&self, worker: &mut Worker, task: usize) -> Option<BatchMean> {
+    /// One batch of one gaze at one depth, in this order from the fastest.
+    fn batch(
+        &self,
+        tracer: &mut RayTracer<'_, '_>,
+        task: usize,
+    ) -> Result<BatchMean, IrradianceError> {
+        if self.cancel.load(Ordering::Relaxed) {
+            return Err(IrradianceError::Interrupted);
+        }
         let batch = (task % self.batches as usize) as u32;
         let stream = task / self.batches as usize;
         let gaze = Gaze::ALL[stream % Gaze::ALL.len()];
         let point = self.point(self.plan.depths_m[stream / Gaze::ALL.len()]);
-        let stream = stream as u32;
+        let key = stream as u32;
         let size = self.plan.samples.div_ceil(self.batches);
-        let mut mean = BatchMean::default();
-        for index in 0..size {
-            if self.cancel.load(Ordering::Relaxed) {
-                return None;
-            }
-            let choice = Draws::new(self.plan.seed, stream, batch, index, 0);
+        // A direction that leaves the hemisphere counts for nothing, and looks straight up.
+        let drawn = (0..size).map(|index| {
+            let choice = Draws::new(self.plan.seed, key, batch, index, 0);
             let (u, v) = (choice.leading(0), choice.leading(1));
-            let Some((direction, density)) = self.lobes.draw(gaze, u, v) else {
-                continue;
-            };
-            let scores = worker.radiance(self.plan.seed, stream, batch, index, point, direction);
-            let radiance = scores.total();
-            let weight = 1.0 / (density * f64::from(size));
+            match self.lobes.draw(gaze, u, v) {
+                Some((direction, density)) => (direction, 1.0 / (density * f64::from(size))),
+                None => (DVec3::Z, 0.0),
+            }
+        });
+        let (directions, weights): (Vec<DVec3>, Vec<f64>) = drawn.unzip();
+        let batch = RayBatch {
+            seed: self.plan.seed,
+            key,
+            batch,
+            first: 0,
+        };
+        let lights = tracer.trace(&batch, point, &directions)?;
+        let mut mean = BatchMean::default();
+        for (light, (direction, weight)) in lights.iter().zip(directions.iter().zip(&weights)) {
+            let radiance = light.total();
             for k in 0..3 {
                 mean.plane[k] += weight * direction.z.abs() * radiance[k];
                 mean.scalar[k] += weight * radiance[k];
             }
         }
-        Some(mean)
+        Ok(mean)
     }
 
     fn finish(&self, depth_m: f64, gazes: &[&[BatchMean]]) -> DepthIrradiance {

@@ -81,7 +81,6 @@ fn is_finite(scene: &Scene) -> bool {
         threads: Some(1),
         max_bounces: 8,
         dark_lamps: false,
-        share_walks: 1,
     };
     let (film, _) = render(
         &Prepared::build(scene),

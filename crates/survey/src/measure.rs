@@ -62,7 +62,6 @@ impl RenderedView {
                 threads: quality.threads,
                 max_bounces: 0,
                 dark_lamps: true,
-                share_walks: 1,
             };
             let (film, stats) = integrator::render(&prepared, &plan, cancel, &|_| {})?;
             if stats.interrupted {
@@ -259,7 +258,7 @@ impl PatchSums {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use uw_render::integrator::sampling::Rng;
+    use uw_render::sampling::Rng;
     use uw_render::scene::Encoding;
 
     const WIDTH: usize = 200;

@@ -64,7 +64,6 @@ impl Job<'_> {
             threads: self.threads,
             max_bounces: 0,
             dark_lamps: true,
-            share_walks: 1,
         };
         let prepared = Prepared::build(&source.alone(scene));
         let (film, stats) = integrator::render(&prepared, &plan, self.cancel, &|_| {})?;

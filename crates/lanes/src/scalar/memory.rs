@@ -65,6 +65,8 @@ pub(super) struct Memory<'a> {
     pub(super) far_rows: &'a [u32],
     pub(super) texels: &'a [u32],
     surfaces: &'a dyn Surfaces,
+    /// Rays that are given, a row each after that of their origin.
+    pub(super) rays: Vec<u64>,
     pub(super) scratch: Vec<u64>,
     pub(super) sums: Vec<u64>,
     pub(super) film: Vec<u64>,
@@ -92,6 +94,7 @@ impl<'a> Memory<'a> {
             far_rows: or_a_row(tables.far_rows),
             texels: or_a_row(tables.texels),
             surfaces: tables.surfaces,
+            rays: vec![0; 4],
             scratch: vec![0; 4 * scratch_rows as usize],
             sums: vec![0; 4 * layers],
             film: vec![0; 3 * layers * pixels as usize],

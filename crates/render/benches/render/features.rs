@@ -2,11 +2,12 @@
 
 use criterion::{Criterion, Throughput};
 use glam::DVec3;
+use uw_render::backend::Device;
 use uw_render::gpu::{AdapterChoice, Gpu};
 use uw_render::scene::{Scene, SceneError, Sun, WaterSurface};
 
 use super::gpu::{Place, SAMPLES, bench_picture};
-use super::scenes::{Unit, bench_samples, read};
+use super::scenes::{bench_samples, read};
 
 /// Width and height of the pictures on the graphics adapter.
 const GPU_PICTURE: (u32, u32) = (128, 72);
@@ -56,7 +57,7 @@ pub fn bench(criterion: &mut Criterion) -> Result<(), SceneError> {
         });
         let mut group = criterion.benchmark_group(format!("features/{light}"));
         for (variant, scene) in &scenes {
-            bench_samples(&mut group, variant, scene, Unit::Samples);
+            bench_samples(&mut group, variant, scene, &Device::CpuSimd);
         }
         group.finish();
         let Some(device) = &device else { continue };

@@ -29,7 +29,7 @@ pub fn bench(criterion: &mut Criterion) -> Result<(), SceneError> {
         let counted = integrator::render(&Prepared::build(&scene), &plan, &GO_ON, &|_| {});
         let paths = counted.map_or(0, |(_, stats)| stats.paths);
         group.throughput(Throughput::Elements(paths));
-        bench_picture(&mut group, &format!("cpu/{name}"), &scene, Place::Native);
+        bench_picture(&mut group, &format!("cpu/{name}"), &scene, Place::Double);
         bench_picture(
             &mut group,
             &format!("cpu-simd/{name}"),
@@ -58,14 +58,13 @@ fn plan() -> Plan {
         threads: None,
         max_bounces: 0,
         dark_lamps: false,
-        share_walks: 1,
     }
 }
 
 /// Where a picture is rendered.
 #[derive(Clone, Copy)]
 pub enum Place<'a> {
-    Native,
+    Double,
     Lanes,
     Adapter(&'a Gpu),
 }
@@ -82,7 +81,7 @@ pub fn bench_picture(
         bencher.iter(|| match place {
             Place::Adapter(device) => gpu::render(device, &prepared, &plan, &GO_ON, &|_| {}),
             Place::Lanes => integrator::render_lanes(&prepared, &plan, &GO_ON, &|_| {}),
-            Place::Native => integrator::render(&prepared, &plan, &GO_ON, &|_| {}),
+            Place::Double => integrator::render(&prepared, &plan, &GO_ON, &|_| {}),
         });
     });
 }

@@ -1,13 +1,14 @@
-//! Paths of lamp light and of daylight: vertices per second (the cost of one vertex is its inverse) and samples per
-//! second of whole scenes, and the preparation of scenes.
+//! Samples per second of whole scenes, in double precision and on the vector units, one thread; and the preparation of
+//! scenes.
 
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput};
+use uw_render::backend::Device;
 use uw_render::prepare::Prepared;
 use uw_render::scene::SceneError;
 
-use super::scenes::{Unit, bench_samples, read};
+use super::scenes::{bench_samples, read};
 
 const SCENES: [&str; 6] = [
     "s1_clear",
@@ -18,12 +19,12 @@ const SCENES: [&str; 6] = [
     "s3_sun",
 ];
 
-/// Rates of all scenes, in vertices and in samples.
+/// Rates of all scenes.
 pub fn bench(criterion: &mut Criterion) -> Result<(), SceneError> {
-    for (name, unit) in [("vertices", Unit::Vertices), ("samples", Unit::Samples)] {
-        let mut group = criterion.benchmark_group(name);
+    for (name, device) in [("cpu", Device::Cpu), ("cpu-simd", Device::CpuSimd)] {
+        let mut group = criterion.benchmark_group(format!("samples/{name}"));
         for scene in SCENES {
-            bench_samples(&mut group, scene, &read(scene)?, unit);
+            bench_samples(&mut group, scene, &read(scene)?, &device);
         }
         group.finish();
     }

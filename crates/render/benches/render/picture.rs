@@ -3,10 +3,11 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput};
+use uw_render::backend::Device;
 use uw_render::film::{BatchMean, Film, FilmLayer};
 use uw_render::image::{ExrImage, Picture, write_frame};
-use uw_render::integrator::cpu::{Scores, Selection, Worker};
 use uw_render::prepare::Prepared;
+use uw_render::rays::{Light, RayBatch, Rays, Selection};
 use uw_render::scene::{Encoding, Exposure, Noise, SceneError, Sensor};
 
 use super::scenes::read;
@@ -16,8 +17,8 @@ const HEIGHT: u32 = 180;
 
 /// The rates of all steps on a picture of 320 × 180 pixels.
 pub fn bench(criterion: &mut Criterion) -> Result<(), SceneError> {
-    let scores = scores()?;
-    let film = filled(&scores);
+    let samples = samples()?;
+    let film = filled(&samples);
     let picture = Picture {
         width: WIDTH,
         height: HEIGHT,
@@ -31,7 +32,7 @@ pub fn bench(criterion: &mut Criterion) -> Result<(), SceneError> {
     group.throughput(Throughput::Elements(u64::from(WIDTH * HEIGHT)));
     let mut fill = film.clone();
     group.bench_function("film add", |bencher| {
-        bencher.iter(|| add(&mut fill, &scores))
+        bencher.iter(|| add(&mut fill, &samples))
     });
     group.bench_function("film error", |bencher| {
         bencher.iter(|| black_box(&film).relative_error());
@@ -73,37 +74,50 @@ fn bench_files(
     });
 }
 
-/// A sample of every column of the middle row of a lamp scene.
-fn scores() -> Result<Vec<Scores>, SceneError> {
+/// A sample of every column of the middle row of a lamp scene: the sums of its layers.
+fn samples() -> Result<Vec<BatchMean>, SceneError> {
     let prepared = Prepared::build(&read("s2_turbid")?);
-    let selection = Selection {
-        lamps: vec![0],
-        ambient: false,
-        max_events: usize::MAX,
-        share_walks: 1,
+    let lamp = Selection::all(&prepared, false, 0);
+    let rays = Rays::new(&Device::Cpu, &prepared, &lamp).expect("few triangles");
+    let camera = &prepared.camera;
+    let column = |i: u32| camera.direction(f64::from(i) + 0.5, 0.5 * f64::from(HEIGHT));
+    let directions: Vec<_> = (0..WIDTH).map(column).collect();
+    let batch = RayBatch {
+        seed: 1,
+        key: 0,
+        batch: 0,
+        first: 0,
     };
-    let mut worker = Worker::new(&prepared, &selection);
-    Ok((0..WIDTH)
-        .map(|column| worker.sample(1, column, HEIGHT / 2, 0, 0).clone())
-        .collect())
+    let mut tracer = rays.tracer();
+    let lights = tracer.trace(&batch, camera.position_m, &directions);
+    let mean = |light: Light<'_>| {
+        let layers = [
+            light.ambient(),
+            light.direct(),
+            light.backscatter(),
+            light.lamps()[0],
+        ];
+        BatchMean::of_sums(layers.as_flattened(), 1, &[1.0])
+    };
+    Ok(lights.expect("light").iter().map(mean).collect())
 }
 
 /// A film of two batches.
-fn filled(scores: &[Scores]) -> Film {
+fn filled(samples: &[BatchMean]) -> Film {
     let mut film = Film::new(WIDTH, HEIGHT, 1);
-    add(&mut film, scores);
-    add(&mut film, &scores.iter().rev().cloned().collect::<Vec<_>>());
+    add(&mut film, samples);
+    add(
+        &mut film,
+        &samples.iter().rev().cloned().collect::<Vec<_>>(),
+    );
     film
 }
 
 /// Adds a batch of one sample to every pixel.
-fn add(film: &mut Film, scores: &[Scores]) {
-    let mut mean = BatchMean::new(1);
+fn add(film: &mut Film, samples: &[BatchMean]) {
     for row in &mut film.rows {
-        for (column, scores) in scores.iter().enumerate() {
-            mean.clear();
-            mean.add(scores, 1.0);
-            row.add(column, 1, &mean, 1);
+        for (column, mean) in samples.iter().enumerate() {
+            row.add(column, 1, mean, 1);
         }
         row.finish_batch(1);
     }

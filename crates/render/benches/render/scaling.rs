@@ -3,11 +3,12 @@
 use std::sync::atomic::AtomicBool;
 
 use criterion::{Criterion, Throughput};
+use uw_render::backend::Device;
 use uw_render::integrator::{self, Plan};
 use uw_render::prepare::Prepared;
 use uw_render::scene::{Scene, SceneError};
 
-use super::scenes::{Unit, bench_samples, read};
+use super::scenes::{bench_samples, read};
 
 /// Optical depths of the green channel between camera and target.
 const OPTICAL_DEPTHS: [f64; 3] = [1.0, 4.0, 16.0];
@@ -23,7 +24,7 @@ pub fn bench(criterion: &mut Criterion) -> Result<(), SceneError> {
     for depth in OPTICAL_DEPTHS {
         let mut scene = read("s2_turbid")?;
         scale_water(&mut scene, depth);
-        bench_samples(&mut group, &depth.to_string(), &scene, Unit::Samples);
+        bench_samples(&mut group, &depth.to_string(), &scene, &Device::CpuSimd);
     }
     group.finish();
     Ok(())
@@ -60,7 +61,6 @@ fn threads(criterion: &mut Criterion, name: &str) -> Result<(), SceneError> {
             threads: Some(threads),
             max_bounces: 0,
             dark_lamps: false,
-            share_walks: 1,
         };
         group.bench_function(threads.to_string(), |bencher| {
             bencher.iter(|| {

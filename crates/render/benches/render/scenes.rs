@@ -4,22 +4,14 @@ use std::path::Path;
 
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Throughput};
-use uw_render::integrator::cpu::{Selection, Work, Worker};
+use uw_render::backend::Device;
 use uw_render::prepare::Prepared;
+use uw_render::rays::{RayBatch, Rays, Selection};
 use uw_render::scene::{Scene, SceneError};
 
 /// Pixels per side of the grid through which samples go, and samples of each.
-const GRID: u32 = 8;
+const GRID: u32 = 16;
 const SAMPLES: u32 = 4;
-
-/// What a rate counts.
-#[derive(Clone, Copy)]
-pub enum Unit {
-    /// Samples of pixels.
-    Samples,
-    /// Vertices of walks and bridges.
-    Vertices,
-}
 
 /// A scene of `assets/benchmarks`.
 pub fn read(name: &str) -> Result<Scene, SceneError> {
@@ -27,45 +19,39 @@ pub fn read(name: &str) -> Result<Scene, SceneError> {
     Scene::read(&Path::new(folder).join(format!("{name}.toml")))
 }
 
-/// Measures the same samples over and over; their rate is in `unit`.
+/// Measures the same samples on one thread of `device` over and over; the rate is in samples.
 pub fn bench_samples(
     group: &mut BenchmarkGroup<'_, WallTime>,
     name: &str,
     scene: &Scene,
-    unit: Unit,
+    device: &Device,
 ) {
     let prepared = Prepared::build(scene);
-    let lit = |i: &usize| prepared.lamps[*i].level > 0.0;
-    let selection = Selection {
-        lamps: (0..prepared.lamps.len()).filter(lit).collect(),
-        ambient: prepared.needs.ambient(),
-        max_events: usize::MAX,
-        share_walks: 1,
+    let selection = Selection::all(&prepared, false, 0);
+    let rays = Rays::new(device, &prepared, &selection).expect("few triangles");
+    let mut tracer = rays.tracer();
+    let camera = &prepared.camera;
+    let cell = |i: u32, pixels: u32| f64::from(2 * i + 1) * f64::from(pixels) / f64::from(2 * GRID);
+    let directions: Vec<_> = (0..GRID * GRID * SAMPLES)
+        .map(|ray| ray / SAMPLES)
+        .map(|at| {
+            camera.direction(
+                cell(at % GRID, camera.width),
+                cell(at / GRID, camera.height),
+            )
+        })
+        .collect();
+    let batch = RayBatch {
+        seed: 1,
+        key: 0,
+        batch: 0,
+        first: 0,
     };
-    let mut worker = Worker::new(&prepared, &selection);
-    let work = trace(&mut worker, &prepared);
-    group.throughput(Throughput::Elements(match unit {
-        Unit::Samples => u64::from(GRID * GRID * SAMPLES),
-        Unit::Vertices => work.vertices,
-    }));
+    group.throughput(Throughput::Elements(directions.len() as u64));
     group.bench_function(name, |bencher| {
-        bencher.iter(|| trace(&mut worker, &prepared))
+        bencher.iter(|| {
+            let lights = tracer.trace(&batch, camera.position_m, &directions);
+            lights.expect("light").iter().count()
+        });
     });
-}
-
-/// Traces the set of samples once; returns the work it took, which is the same every time.
-fn trace(worker: &mut Worker, prepared: &Prepared) -> Work {
-    let before = worker.work;
-    let (width, height) = (prepared.camera.width, prepared.camera.height);
-    for cell in 0..GRID * GRID {
-        let column = (cell % GRID * 2 + 1) * width / (2 * GRID);
-        let row = (cell / GRID * 2 + 1) * height / (2 * GRID);
-        for sample in 0..SAMPLES {
-            worker.sample(1, column, row, 0, sample);
-        }
-    }
-    Work {
-        paths: worker.work.paths - before.paths,
-        vertices: worker.work.vertices - before.vertices,
-    }
 }

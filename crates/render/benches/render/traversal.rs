@@ -4,8 +4,8 @@ use std::hint::black_box;
 
 use criterion::{Criterion, Throughput};
 use glam::{DVec2, DVec3};
-use uw_render::integrator::sampling::Rng;
 use uw_render::prepare::{Geometry, Primitive};
+use uw_render::sampling::Rng;
 use uw_render::scene::{Camera, Material, Mesh, RenderSettings, Scene};
 
 /// Rays per iteration.

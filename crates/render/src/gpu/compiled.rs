@@ -5,7 +5,8 @@ use std::{
     sync::{Arc, Mutex, PoisonError},
 };
 
-use super::{Gpu, GpuError};
+use super::Gpu;
+use crate::kernels::GpuError;
 
 /// The composed text and the constants, by name and bits. Constants are switches, so that there are few.
 type Key = (String, Vec<(&'static str, u64)>);

@@ -7,7 +7,8 @@ use std::time::Duration;
 
 use serde::Serialize;
 
-use super::{GpuError, compiled::Compiled};
+use super::compiled::Compiled;
+use crate::kernels::GpuError;
 
 /// Storage buffers that the kernels bind.
 const STORAGE_BUFFERS: u32 = 8;

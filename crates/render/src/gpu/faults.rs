@@ -30,7 +30,6 @@ fn plan() -> Plan {
         threads: None,
         max_bounces: 0,
         dark_lamps: false,
-        share_walks: 1,
     }
 }
 

@@ -1,13 +1,12 @@
 //! The film that stays on the adapter: batches are added, measured and shown there. Twin: `shaders/common/picture.wgsl`.
 
 use super::{
-    Gpu, GpuError,
-    layout::PictureTask,
+    Gpu,
     pipeline::{Maker, WORKGROUP},
-    shaders::compose,
 };
 use crate::{
-    film::Film,
+    film::{FEWEST_SAMPLES, Film},
+    kernels::{GpuError, layout::PictureTask, shaders::compose},
     scene::{Encoding, Noise},
     sensor::noise_start,
 };
@@ -41,7 +40,8 @@ pub struct Look {
 pub struct Statistics {
     /// Mean radiance of the picture per channel, W/(m² sr).
     pub mean: [f64; 3],
-    /// Estimated relative error as in [`Film::relative_error`]; `None` before the second batch.
+    /// Estimated relative error as in [`Film::relative_error`]; `None` before the second batch and
+    /// the fourth sample.
     pub relative_error: Option<f64>,
 }
 
@@ -135,7 +135,7 @@ impl<'a> Held<'a> {
         let first = self.sums(&task)?;
         let mean = [first[0], first[1], first[2]].map(|sum| sum / pixels);
         task.mean = mean.map(|x| x as f32);
-        let relative_error = if self.batches < 2 {
+        let relative_error = if self.batches < 2 || self.samples < FEWEST_SAMPLES {
             None
         } else {
             Some((self.sums(&task)?[3] / (3.0 * pixels)).sqrt())

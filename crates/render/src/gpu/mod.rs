@@ -1,31 +1,27 @@
-//! The GPU backend: the estimators of the CPU in f32, as compute kernels.
+//! The kernels as compute shaders of a graphics adapter.
 //!
-//! Kernels run a batch in dispatches that are short enough for display drivers. A lane makes some samples of one pixel
-//! and moves their mean to the film; the host adds the batch to the same film as the CPU.
+//! They run a batch in dispatches that are short enough for display drivers. A lane makes some samples of one pixel and
+//! moves their sum to the film; the host adds the batch to the same film as the processor.
 
 mod compiled;
 mod device;
-mod error;
+mod dispatches;
 #[cfg(test)]
 mod faults;
+#[cfg(test)]
+mod functions;
 mod held;
-pub mod layout;
-pub(crate) mod pipeline;
-pub(crate) mod render;
-pub mod shaders;
+mod pipeline;
+mod rays;
+mod render;
 mod shared;
 pub mod skipped;
 mod stepper;
-mod tables;
-mod tree;
-#[cfg(test)]
-mod twins;
-pub(crate) mod upload;
-mod wide_tree;
-mod words;
 
 pub use device::{AdapterChoice, AdapterInfo, Gpu, adapters};
-pub use error::GpuError;
 pub use held::{Look, Statistics};
+pub(crate) use rays::RayKernels;
 pub use render::render;
 pub use stepper::Stepper;
+
+pub use crate::kernels::{GpuError, layout, shaders};

@@ -1,23 +1,21 @@
 //! Buffers, bindings and pipelines of one scene.
 
-use super::{
-    Gpu, GpuError,
-    layout::{Counters, Dispatch, HELD_ROWS, Scene},
-    render::MOST_SAMPLES,
-    upload::Tables,
+use super::{Gpu, dispatches::MOST_SAMPLES};
+use crate::{
+    kernels::{
+        GpuError, MOST_RAYS, Room, Tables,
+        layout::{Counters, Dispatch},
+        switches,
+    },
+    prepare::Prepared,
 };
-use crate::prepare::Prepared;
 
 /// Bindings: uniform buffers, then storage that kernels read, then what they write.
-const UNIFORMS: u32 = 3;
-const FIRST_WRITTEN: u32 = 6;
-const BINDINGS: u32 = 11;
+const UNIFORMS: u32 = 4;
+const FIRST_WRITTEN: u32 = 7;
+const BINDINGS: u32 = 12;
 /// Rows of the uniform buffer; twin: `uniform_rows`.
 const UNIFORM_ROWS: usize = 4096;
-/// Rows of four words of a place of the scratch buffer for vertices.
-const SLOT_ROWS: u32 = 3;
-/// Places that the stack of walks that look for daylight needs: 96 walks.
-const AMBIENT_SLOTS: u32 = 128;
 /// Most bytes of scratch memory.
 const SCRATCH_BYTES: u64 = 96 << 20;
 /// Most lanes of a dispatch.
@@ -39,6 +37,7 @@ pub(super) struct Loaded<'a> {
     #[cfg(test)]
     pub(super) scratch: wgpu::Buffer,
     dispatch: wgpu::Buffer,
+    rays: wgpu::Buffer,
     completed: wgpu::Buffer,
     counters: wgpu::Buffer,
     counters_read: wgpu::Buffer,
@@ -48,11 +47,16 @@ pub(super) struct Loaded<'a> {
 }
 
 impl<'a> Loaded<'a> {
-    /// Uploads `tables` of `scene`.
+    /// Uploads `tables` of `scene`, for rays that are given or for pixels.
     ///
     /// # Errors
     /// [`GpuError::Limit`] when something does not fit, or a fault of the device.
-    pub(super) fn new(gpu: &'a Gpu, scene: &Prepared, tables: &Tables) -> Result<Self, GpuError> {
+    pub(super) fn new(
+        gpu: &'a Gpu,
+        scene: &Prepared,
+        tables: &Tables,
+        given_rays: bool,
+    ) -> Result<Self, GpuError> {
         let record = &tables.scene;
         let pixels = record.width * record.height;
         let room = Room::of(scene, record, MOST_SAMPLES);
@@ -69,6 +73,7 @@ impl<'a> Loaded<'a> {
         let completed = maker.empty("completed samples", 4 * u64::from(pixels))?;
         let counters = maker.empty("counters", size_of::<Counters>() as u64)?;
         let dispatch = maker.uniform(&[0; size_of::<Dispatch>()]);
+        let rays = maker.uniform(bytemuck::cast_slice(&[[0f32; 4]; MOST_RAYS + 1]));
         let mut near_rows = tables.near_rows();
         let near_in_uniform = gpu.tables_in_uniform && near_rows.len() <= UNIFORM_ROWS;
         let mut uniform_rows = vec![[0; 4]; UNIFORM_ROWS];
@@ -80,6 +85,7 @@ impl<'a> Loaded<'a> {
             maker.uniform(bytemuck::cast_slice(&tables.scene_words())),
             dispatch.clone(),
             maker.uniform(bytemuck::cast_slice(&uniform_rows)),
+            rays.clone(),
             maker.filled("small tables", &near_rows)?,
             maker.filled("triangles and field of daylight", &tables.far_rows)?,
             maker.filled("textures", &tables.texels)?,
@@ -90,6 +96,13 @@ impl<'a> Loaded<'a> {
             counters.clone(),
         ];
         let (bind_group, layout) = maker.bind(&buffers);
+        let mut constants = switches(scene, record);
+        for (name, on) in [
+            ("NEAR_IN_UNIFORM", near_in_uniform),
+            ("GIVEN_RAYS", given_rays),
+        ] {
+            constants.push((name, f64::from(u8::from(on))));
+        }
         let loaded = Self {
             gpu,
             film_layers: record.film_layers,
@@ -101,11 +114,12 @@ impl<'a> Loaded<'a> {
             #[cfg(test)]
             scratch,
             dispatch,
+            rays,
             completed,
             counters,
             bind_group,
             layout,
-            constants: constants(scene, record, near_in_uniform),
+            constants,
         };
         gpu.check()?;
         Ok(loaded)
@@ -130,6 +144,13 @@ impl<'a> Loaded<'a> {
         text: &str,
     ) -> Result<wgpu::ComputePipeline, GpuError> {
         self.gpu.pipeline(name, text, &self.layout, &self.constants)
+    }
+
+    /// The rays of the next dispatches: their origin, then a direction each.
+    pub(super) fn set_rays(&self, rows: &[[f32; 4]]) {
+        self.gpu
+            .queue
+            .write_buffer(&self.rays, 0, bytemuck::cast_slice(rows));
     }
 
     /// Sets the film, and with `only_completed` nothing but the counts of completed samples, to zero.
@@ -185,74 +206,6 @@ impl<'a> Loaded<'a> {
     pub(super) fn read_film(&self) -> Result<Vec<f32>, GpuError> {
         self.gpu.read_buffer(&self.film, self.film.size())
     }
-}
-
-/// What a lane's scratch memory has room for.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Room {
-    /// The vertices of a bridge and of the walk before it, or a stack of walks.
-    pub(crate) slots: u32,
-    /// Samples that wait for their daylight walks.
-    pub(crate) held: u32,
-}
-
-impl Room {
-    /// What `scene` needs, for `held` samples.
-    pub(crate) fn of(scene: &Prepared, record: &Scene, held: u32) -> Self {
-        let (least, held) = if scene.needs.ambient() {
-            (AMBIENT_SLOTS, held)
-        } else {
-            (3, 0)
-        };
-        Self {
-            slots: (record.largest_order + 2).max(least),
-            held,
-        }
-    }
-
-    /// Rows of four words.
-    pub(crate) fn rows(self) -> u32 {
-        SLOT_ROWS * self.slots + HELD_ROWS * self.held
-    }
-}
-
-/// Override constants: what the scene can reach.
-pub(crate) fn constants(
-    scene: &Prepared,
-    record: &Scene,
-    near_in_uniform: bool,
-) -> Vec<(&'static str, f64)> {
-    let needs = &scene.needs;
-    [
-        ("HAS_MEDIUM", needs.medium),
-        ("HAS_SCATTERING", needs.scattering),
-        ("HAS_SURFACE", needs.boundary),
-        ("HAS_REFRACTION", needs.refraction),
-        ("HAS_QUADS", record.quad_count > 0),
-        ("HAS_TRIANGLES", record.node_count > 0),
-        ("HAS_TEXTURES", needs.textures),
-        ("HAS_VARIED_REFLECTANCE", needs.varied_reflectance),
-        ("HAS_GEOMETRY_IN_AIR", needs.geometry_in_air),
-        (
-            "HAS_AIR",
-            needs.geometry_in_air || scene.in_air(scene.camera.position_m),
-        ),
-        ("HAS_SUN", needs.sun),
-        ("HAS_SKY", needs.sky),
-        ("HAS_DAYLIGHT_FIELD", scene.daylight.is_some()),
-        (
-            "HAS_DISTORTION",
-            scene.camera.distortion.iter().any(|&k| k != 0.0),
-        ),
-        ("HAS_DISKS", needs.disks),
-        ("HAS_FALLOFFS", needs.falloffs),
-        ("ONE_LAMP", record.lamp_count == 1),
-        ("ONE_QUAD", record.quad_count == 1),
-        ("NEAR_IN_UNIFORM", near_in_uniform),
-    ]
-    .into_iter()
-    .map(|(name, needed)| (name, f64::from(u8::from(needed))))
-    .collect()
 }
 
 pub(super) struct Maker<'a> {

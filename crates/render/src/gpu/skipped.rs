@@ -7,7 +7,7 @@ use std::{
     thread,
 };
 
-use super::GpuError;
+use crate::kernels::GpuError;
 
 static SKIPPED: AtomicU32 = AtomicU32::new(0);
 

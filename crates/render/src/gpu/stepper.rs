@@ -3,14 +3,11 @@
 
 use std::sync::atomic::AtomicBool;
 
-use super::{
-    Gpu, GpuError, Look, Statistics,
-    held::Held,
-    render::{Job, levels},
-};
+use super::{Gpu, Look, Statistics, held::Held, render::Job};
 use crate::{
     film::Film,
     integrator::{Plan, Progress},
+    kernels::{GpuError, levels},
     prepare::Prepared,
 };
 

@@ -2,16 +2,16 @@
 //! view comes first. It stands in for the rows that the time does not last for, so that there is always a whole picture.
 //!
 //! The coarse picture has the same camera with fewer, larger pixels: its values are unbiased means over squares of
-//! pixels. The native path tracer makes it whatever renders the picture itself, because it needs no tables. Nothing of
-//! it enters a pixel that has samples of its own.
+//! pixels. The kernels in double precision make it whatever renders the picture itself, because they need the fewest tables.
+//! Nothing of it enters a pixel that has samples of its own.
 
 use std::{
     sync::atomic::{AtomicBool, Ordering},
     time::Instant,
 };
 
-use super::{FirstBatch, Job, Method, Plan, cpu::Work};
-use crate::{film::Film, prepare::Prepared, scene::Camera};
+use super::{FirstBatch, Job, Plan, RenderError, share};
+use crate::{film::Film, kernels::Work, prepare::Prepared, processor::Precision, scene::Camera};
 
 /// Most pixels of the first coarse picture, from which the time of others is reckoned. It is finished whatever the time.
 const FIRST_PIXELS: u64 = 256;
@@ -62,16 +62,20 @@ impl<'a> CoarseFirst<'a> {
         plan: &Plan,
         cancel: &'a AtomicBool,
         start: Instant,
-    ) -> Option<Self> {
-        let end = plan.end(start)?;
+    ) -> Result<Option<Self>, RenderError> {
+        let Some(end) = plan.end(start) else {
+            return Ok(None);
+        };
         let mut step = 1;
         while pixels(&scene.camera, step) > FIRST_PIXELS {
             step *= 2;
         }
         if step == 1 {
-            return None;
+            return Ok(None);
         }
-        let best = Level::render(scene, plan, cancel, step, Until::Done)?;
+        let Some(best) = Level::render(scene, plan, cancel, step, Until::Done)? else {
+            return Ok(None);
+        };
         let mut coarse = Self {
             scene,
             plan: plan.clone(),
@@ -82,22 +86,22 @@ impl<'a> CoarseFirst<'a> {
             begun: start,
         };
         if coarse.first_round_s() <= SHORT_S {
-            return None;
+            return Ok(None);
         }
         while coarse.first_round_s() > SAFE_SHARE * coarse.left_s() {
             let Some((step, _)) = coarse.finer(EARLY_SHARE) else {
                 break;
             };
-            if !coarse.replace(step, Until::DoneBy(coarse.end)) {
+            if !coarse.replace(step, Until::DoneBy(coarse.end))? {
                 break;
             }
         }
         coarse.begun = Instant::now();
-        Some(coarse)
+        Ok(Some(coarse))
     }
 
     /// Whether enough of the picture itself is within reach of what makes up to `speed` samples in the time of one by
-    /// the native path tracer.
+    /// double precision.
     pub(crate) fn leaves_time_for(&self, speed: f64) -> bool {
         WORTHWHILE_ROWS * self.first_round_s() <= speed * self.left_s()
     }
@@ -113,39 +117,40 @@ impl<'a> CoarseFirst<'a> {
 
     /// Lets the best coarse picture stand in for the rows of `film` without samples, where there are any and the render
     /// has not been cancelled; what is left of the time makes it better. Returns the work of all coarse pictures.
-    pub(crate) fn complete(mut self, film: &mut Film) -> Work {
+    pub(crate) fn complete(mut self, film: &mut Film) -> Result<Work, RenderError> {
         let cancelled = |this: &Self| this.cancel.load(Ordering::Relaxed);
         let done = film.rows.iter().filter(|row| row.batches > 0).count();
         if cancelled(&self) || done == film.rows.len() {
-            return self.work;
+            return Ok(self.work);
         }
         if (done as f64) < WORTHWHILE_ROWS * film.rows.len() as f64 {
             // A few sharp rows in a coarse picture serve nobody.
             *film = Film::new(film.width, film.height, film.lamps());
         }
-        self.use_up_time();
+        self.use_up_time()?;
         if !cancelled(&self) {
             film.stand_in(self.best.film, self.best.step);
         }
-        self.work
+        Ok(self.work)
     }
 
     /// Makes ever finer coarse pictures, and gives the finest that fits as many samples as the time lasts for.
-    fn use_up_time(&mut self) {
+    fn use_up_time(&mut self) -> Result<(), RenderError> {
         while let Some((step, is_last)) = self.finer(LATE_SHARE) {
             let until = if is_last {
                 Until::TimeIsUp(self.end)
             } else {
                 Until::DoneBy(self.end)
             };
-            if !self.replace(step, until) || is_last {
-                return;
+            if !self.replace(step, until)? || is_last {
+                return Ok(());
             }
         }
         // No finer one fits: the same again with more samples, where there is time for more than twice as many.
         if self.left_s() > 2.0 * self.round_s(self.best.step, SAMPLES) {
-            self.replace(self.best.step, Until::TimeIsUp(self.end));
+            self.replace(self.best.step, Until::TimeIsUp(self.end))?;
         }
+        Ok(())
     }
 
     fn left_s(&self) -> f64 {
@@ -153,7 +158,7 @@ impl<'a> CoarseFirst<'a> {
         left.as_secs_f64()
     }
 
-    /// Time of the first round of the native path tracer over all pixels, s.
+    /// Time of the first round over all pixels, s.
     fn first_round_s(&self) -> f64 {
         self.round_s(1, self.plan.next_batch(0, 0).unwrap_or(1))
     }
@@ -173,15 +178,14 @@ impl<'a> CoarseFirst<'a> {
     }
 
     /// Makes a coarse picture and takes it for the best one where it is finished.
-    fn replace(&mut self, step: u32, until: Until) -> bool {
-        let made = Level::render(self.scene, &self.plan, self.cancel, step, until);
+    fn replace(&mut self, step: u32, until: Until) -> Result<bool, RenderError> {
+        let made = Level::render(self.scene, &self.plan, self.cancel, step, until)?;
         let is_there = made.is_some();
         if let Some(level) = made {
-            self.work.paths += level.work.paths;
-            self.work.vertices += level.work.vertices;
+            self.work.add(level.work);
             self.best = level;
         }
-        is_there
+        Ok(is_there)
     }
 }
 
@@ -204,7 +208,7 @@ impl Level {
         cancel: &AtomicBool,
         step: u32,
         until: Until,
-    ) -> Option<Self> {
+    ) -> Result<Option<Self>, RenderError> {
         let start = Instant::now();
         let mut small = scene.clone();
         small.camera = coarser(&scene.camera, step);
@@ -217,12 +221,11 @@ impl Level {
             samples_per_pixel: samples,
             time_limit: None,
             target_error: None,
-            share_walks: 1,
             ..plan.clone()
         };
-        let method = Method::native(&small, &plan);
+        let shared = share(&small, &plan, Precision::Double)?;
         let unobserved = |_: &super::Progress| {};
-        let mut job = Job::new(&small, &plan, &method, start, cancel, &unobserved);
+        let mut job = Job::new(&small, &plan, &shared, start, cancel, &unobserved);
         job.end = end;
         if end.is_some() {
             job.first_batch = FirstBatch::InTime;
@@ -230,15 +233,16 @@ impl Level {
         let (width, height) = (small.camera.width, small.camera.height);
         let mut film = Film::new(width, height, small.lamps.len());
         job.run(&mut film);
-        let (work, ..) = job.into_work();
+        let work = job.work();
         let rows: u64 = film.rows.iter().map(|row| row.samples).sum();
         let samples = (rows * u64::from(width)) as f64;
-        (film.samples() > 0).then(|| Self {
+        let level = (film.samples() > 0).then(|| Self {
             film,
             step,
             sample_s: start.elapsed().as_secs_f64() / samples,
             work,
-        })
+        });
+        Ok(level)
     }
 }
 
@@ -309,7 +313,6 @@ mod tests {
             threads: None,
             max_bounces: 0,
             dark_lamps: false,
-            share_walks: 1,
         };
         let (film, stats) =
             render(&scene, &plan, &go_on, &|_| {}).unwrap_or_else(|e| panic!("{e}"));
@@ -317,7 +320,9 @@ mod tests {
         assert_eq!((stats.samples_per_pixel, stats.relative_error), (0, None));
         let step = stats.coarse_step_px.expect("coarse");
         assert!(step >= 16 && stats.coarse_samples == Some(4), "{stats:?}");
-        let plain = Level::render(&small, &plan, &go_on, step, Until::Done).expect("not cancelled");
+        let plain = Level::render(&small, &plan, &go_on, step, Until::Done)
+            .unwrap_or_else(|e| panic!("{e}"))
+            .expect("not cancelled");
         let total = film.layer(FilmLayer::Total);
         let expected = plain.film.layer(FilmLayer::Total);
         for (x, y) in [(0, 0), (1999, 1500), (3999, 2999)] {

@@ -4,18 +4,12 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
-use uw_lanes::Instructions;
-
-use super::{
-    Plan,
-    cpu::RowBatch,
-    lanes::Precision,
-    method::{Method, RowWorker},
-};
+use super::{Instructions, Plan, share};
 use crate::{
     film::{Film, Row},
-    gpu::GpuError,
+    kernels::{GpuError, Work},
     prepare::Prepared,
+    processor::{Precision, RowBatch, RowWorker, Shared},
 };
 
 /// Adds batches of samples to a film, one step at a time, on the rayon pool in which it is called.
@@ -24,7 +18,7 @@ use crate::{
 /// the rows that lack the batch, so that no row gets ahead by more than one.
 pub struct Stepper<'a> {
     scene: &'a Prepared,
-    method: Method<'a>,
+    shared: Shared<'a>,
     seed: u64,
     batch: u32,
     batch_samples: u32,
@@ -32,30 +26,32 @@ pub struct Stepper<'a> {
 }
 
 impl<'a> Stepper<'a> {
-    /// A render of `scene` by the native path tracer that has not begun. Of `plan` count the seed, the bounces, the dark
-    /// lamps and the shared walks.
-    pub fn new(scene: &'a Prepared, plan: &Plan) -> Self {
-        Self::by(Method::native(scene, plan), scene, plan)
-    }
-
-    /// The same on the processor's vector units, as [`super::render_lanes`]; shares no walks.
+    /// A render of `scene` in double precision, as [`super::render`], that has not begun. Of `plan` count the seed, the
+    /// bounces and the dark lamps.
     ///
     /// # Errors
-    /// [`GpuError::Limit`] when the scene has more triangles than the kernels can name.
-    pub fn on_lanes(scene: &'a Prepared, plan: &Plan) -> Result<Self, GpuError> {
-        let method = Method::kernels(scene, plan, Precision::Single(Instructions::best()))?;
-        Ok(Self::by(method, scene, plan))
+    /// The scene has more triangles than the kernels can name.
+    pub fn new(scene: &'a Prepared, plan: &Plan) -> Result<Self, GpuError> {
+        Self::by(Precision::Double, scene, plan)
     }
 
-    fn by(method: Method<'a>, scene: &'a Prepared, plan: &Plan) -> Self {
-        Self {
+    /// The same on the processor's vector units, as [`super::render_lanes`].
+    ///
+    /// # Errors
+    /// As in [`Stepper::new`].
+    pub fn on_lanes(scene: &'a Prepared, plan: &Plan) -> Result<Self, GpuError> {
+        Self::by(Precision::Single(Instructions::best()), scene, plan)
+    }
+
+    fn by(precision: Precision, scene: &'a Prepared, plan: &Plan) -> Result<Self, GpuError> {
+        Ok(Self {
             scene,
-            method,
+            shared: share(scene, plan, precision)?,
             seed: plan.seed,
             batch: 0,
             batch_samples: 0,
             paths: AtomicU64::new(0),
-        }
+        })
     }
 
     /// An empty film of the camera's size.
@@ -82,7 +78,7 @@ impl<'a> Stepper<'a> {
         }
         let this = &*self;
         film.rows.par_iter_mut().enumerate().for_each_init(
-            || this.method.worker(),
+            || RowWorker::new(&this.shared),
             |worker, (index, row)| {
                 if row.batches == this.batch && !stop() {
                     this.add_row(worker, index as u32, row, stop);
@@ -104,7 +100,7 @@ impl<'a> Stepper<'a> {
         row: &mut Row,
         stop: &(dyn Fn() -> bool + Sync),
     ) {
-        let before = worker.work().work;
+        worker.work = Work::default();
         let at = RowBatch {
             seed: self.seed,
             row: index,
@@ -112,8 +108,7 @@ impl<'a> Stepper<'a> {
             samples: self.batch_samples,
         };
         worker.add_row(at, row, stop);
-        self.paths
-            .fetch_add(worker.work().work.paths - before.paths, Ordering::Relaxed);
+        self.paths.fetch_add(worker.work.paths, Ordering::Relaxed);
     }
 }
 
@@ -152,7 +147,6 @@ mod tests {
             threads: None,
             max_bounces: 0,
             dark_lamps: false,
-            share_walks: 1,
         }
     }
 
@@ -162,13 +156,13 @@ mod tests {
         &AtomicBool,
         &(dyn Fn(&Progress) + Sync),
     ) -> Result<(Film, RenderStats), RenderError>;
-    type New = for<'a> fn(&'a Prepared, &Plan) -> Stepper<'a>;
+    type New = for<'a> fn(&'a Prepared, &Plan) -> Result<Stepper<'a>, GpuError>;
 
     /// Steppers, the renders they are the steps of, and after how many questions a step is stopped, within a batch of rows.
     const METHODS: [(New, Render, u64); 2] = [
-        (|scene, plan| Stepper::new(scene, plan), render, 30),
+        (|scene, plan| Stepper::new(scene, plan), render, 2),
         (
-            |scene, plan| Stepper::on_lanes(scene, plan).expect("few triangles"),
+            |scene, plan| Stepper::on_lanes(scene, plan),
             render_lanes,
             5,
         ),
@@ -178,7 +172,7 @@ mod tests {
     fn two_steps_are_a_render_of_two_batches() {
         let scene = prepared();
         for (new, render, _) in METHODS {
-            let mut stepper = new(&scene, &plan(8));
+            let mut stepper = new(&scene, &plan(8)).expect("few triangles");
             let mut film = stepper.film();
             for _ in 0..2 {
                 assert!(stepper.step(&mut film, 4, &|| false));
@@ -195,7 +189,7 @@ mod tests {
     fn a_stopped_step_leaves_whole_rows_and_goes_on_where_it_was() {
         let scene = prepared();
         for (new, _, allowed) in METHODS {
-            let mut stepper = new(&scene, &plan(8));
+            let mut stepper = new(&scene, &plan(8)).expect("few triangles");
             let mut film = stepper.film();
             let asked = AtomicU64::new(0);
             let mut rounds = 0;
@@ -213,7 +207,7 @@ mod tests {
                 assert!(rounds < 100, "no progress");
             }
             assert!(rounds > 1, "nothing was stopped");
-            let mut other = new(&scene, &plan(8));
+            let mut other = new(&scene, &plan(8)).expect("few triangles");
             let mut whole = other.film();
             other.step(&mut whole, 4, &|| false);
             assert_eq!(film.layer(FilmLayer::Total), whole.layer(FilmLayer::Total));

@@ -5,8 +5,8 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 
 use crate::{
-    integrator::sampling::directions::{sin2_half, turn},
     prepare::{Medium, Prepared, SunBeam},
+    sampling::directions::{sin2_half, turn},
 };
 
 /// Where a sensor looks: against the light that it measures.
@@ -94,7 +94,7 @@ fn hemisphere_density(cosine: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::integrator::sampling::Rng;
+    use crate::sampling::Rng;
 
     /// Directions with their density integrate any function: solid angle and cosine over each hemisphere.
     #[test]

@@ -54,13 +54,6 @@ impl Boundary {
         let (x, y) = (direction.x / self.index, direction.y / self.index);
         DVec3::new(x, y, -(1.0 - x * x - y * y).max(0.0).sqrt())
     }
-
-    /// Direction in the air of what goes up along `direction` in the water; `None` for total reflection.
-    pub fn refract_into_air(&self, direction: DVec3) -> Option<DVec3> {
-        let (x, y) = (direction.x * self.index, direction.y * self.index);
-        let vertical2 = 1.0 - x * x - y * y;
-        (vertical2 > 0.0).then(|| DVec3::new(x, y, vertical2.sqrt()))
-    }
 }
 
 /// The sun's parallel beam, inside the water where there is a surface, else in space.

@@ -1,11 +1,8 @@
 //! Lamps as the integrators read them.
 
-use std::f64::consts::PI;
-
 use glam::DVec3;
 
 use super::{Boundary, Medium};
-use crate::integrator::sampling::circle;
 use crate::scene::{Falloff, Lamp};
 
 /// Entries of a falloff table, spaced evenly in the sine of half the angle from the axis.
@@ -77,17 +74,6 @@ impl PreparedLamp {
         self
     }
 
-    /// A point of the lamp, uniform on its disk, from two numbers in (0, 1).
-    #[inline]
-    pub fn sample_point(&self, u: f64, v: f64) -> DVec3 {
-        if self.radius == 0.0 {
-            return self.position;
-        }
-        let r = self.radius * u.sqrt();
-        let (sin, cos) = circle(v);
-        self.position + r * (cos * self.tangent.0 + sin * self.tangent.1)
-    }
-
     /// Intensity in unit direction `emission`, relative to the axis at 100 %. A disk's own cosine is included.
     #[inline]
     pub fn relative_intensity(&self, emission: DVec3) -> f64 {
@@ -104,40 +90,6 @@ impl PreparedLamp {
             None => disk,
             Some(table) => disk * look_up(table, (0.5 * (1.0 - cosine)).clamp(0.0, 1.0).sqrt()),
         }
-    }
-
-    /// Whether the lamp sends different light in different directions.
-    #[inline]
-    pub fn is_directed(&self) -> bool {
-        self.radius > 0.0 || self.falloff.is_some() || self.cos_half_angle > -1.0
-    }
-
-    /// Area of the disk as it is seen from unit direction `emission`, m²; 0 for a point and from behind.
-    #[inline]
-    pub fn facing_area(&self, emission: DVec3) -> f64 {
-        PI * self.radius * self.radius * self.forward.dot(emission).max(0.0)
-    }
-
-    /// Radiance that a camera sees when its ray from `origin` along `direction` meets the disk's front
-    /// closer than `t_max`, and the distance; `None` otherwise. Points are invisible.
-    pub fn radiance_along(
-        &self,
-        origin: DVec3,
-        direction: DVec3,
-        t_max: f64,
-    ) -> Option<(f64, [f64; 3])> {
-        let cosine = -self.forward.dot(direction);
-        if self.radius == 0.0 || cosine <= 0.0 {
-            return None;
-        }
-        let t = self.forward.dot(origin - self.position) / cosine;
-        let offset = (origin + t * direction).distance_squared(self.position);
-        if !(t > 0.0 && t < t_max && offset <= self.radius * self.radius) {
-            return None;
-        }
-        let radiance =
-            self.relative_intensity(-direction) / (cosine * PI * self.radius * self.radius);
-        Some((t, self.intensity.map(|i| i * radiance)))
     }
 }
 
@@ -206,20 +158,6 @@ mod tests {
             0.0,
         );
         assert!((at(&beam, 15.0) - 0.7).abs() < 1e-3 && at(&beam, 61.0) == 0.0);
-    }
-
-    #[test]
-    fn a_disk_has_the_stated_intensity_and_a_dark_back() {
-        let disk = lamp(Falloff::Uniform, 90.0, 0.1);
-        let (t, radiance) = disk
-            .radiance_along(DVec3::new(2.0, 0.05, 0.0), -DVec3::X, 10.0)
-            .unwrap();
-        assert!((t - 2.0).abs() < 1e-12);
-        assert!((radiance[0] * PI * 0.01 - 10.0).abs() < 1e-9);
-        assert!(
-            disk.radiance_along(DVec3::new(-2.0, 0.05, 0.0), DVec3::X, 10.0)
-                .is_none()
-        );
     }
 
     /// At the surface half of the paths go to the image, deep in absorbing water next to none; a camera at the surface sees

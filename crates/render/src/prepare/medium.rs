@@ -68,21 +68,6 @@ impl Strategies {
     }
 }
 
-impl Strategies {
-    /// The strategies along a direction of vertical component `up`: σ (1 − κ up) with κ = `stretch` in [0, 1).
-    #[inline]
-    pub fn stretched(&self, stretch: [f64; 3], up: f64) -> Self {
-        if stretch == [0.0; 3] {
-            return *self;
-        }
-        let sigma = std::array::from_fn(|j| self.sigma[j] * (1.0 - stretch[j] * up).max(0.05));
-        Self {
-            count: self.count,
-            sigma,
-        }
-    }
-}
-
 impl Medium {
     /// Prepares `water`; `None` when nothing is absorbed or scattered.
     pub fn build(water: &Water) -> Option<Self> {

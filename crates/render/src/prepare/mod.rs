@@ -138,22 +138,6 @@ impl Prepared {
         self.boundary.map_or(0.0, |b| (b.height - point.z).max(0.0))
     }
 
-    /// Whether two points lie on the same side of the water surface's plane.
-    #[inline]
-    pub fn same_side(&self, a: DVec3, b: DVec3) -> bool {
-        self.boundary
-            .is_none_or(|plane| (a.z > plane.height) == (b.z > plane.height))
-    }
-
-    /// Distance along `direction` from a point in the water to the surface; infinite when there is none ahead.
-    #[inline]
-    pub fn distance_to_boundary(&self, origin: DVec3, direction: DVec3) -> f64 {
-        match self.boundary {
-            Some(b) if direction.z > 0.0 => ((b.height - origin.z) / direction.z).max(0.0),
-            _ => f64::INFINITY,
-        }
-    }
-
     /// `point` mirrored at the water surface.
     #[inline]
     pub fn mirror(&self, point: DVec3) -> DVec3 {

@@ -10,6 +10,7 @@ use uw_render::scene::Scene;
 
 use super::error::{CliError, note};
 use super::numbers::significant;
+use super::place::PlaceArguments;
 use super::progress::ProgressDisplay;
 use super::{interrupt, output};
 
@@ -30,6 +31,8 @@ pub(super) struct IrradianceArguments {
     /// Seed of all random numbers.
     #[arg(long, default_value_t = 0)]
     seed: u64,
+    #[command(flatten)]
+    place: PlaceArguments,
     /// Worker threads. Default: one per core.
     #[arg(long, value_parser = value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
@@ -69,7 +72,9 @@ impl IrradianceArguments {
         };
         let display = ProgressDisplay::start(self.quiet || json, true);
         let observe = |share| display.update(Some(share), || "measuring".to_owned());
-        let measured = irradiance::measure(&Prepared::build(&scene), &plan, &cancel, &observe);
+        let device = self.place.open()?;
+        let prepared = Prepared::build(&scene);
+        let measured = irradiance::measure(&device, &prepared, &plan, &cancel, &observe);
         display.finish();
         let table = measured.map_err(|error| self.no_table(&error))?;
         output::to_file(&self.output, |file| write_table(file, &table))

@@ -17,6 +17,7 @@ pub(crate) mod numbers;
 pub(crate) mod output;
 mod phase;
 mod phase_model;
+mod place;
 mod predict;
 pub(crate) mod progress;
 mod render;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::{ArgGroup, Args};
 use uw_media::phase::{Phase, PhaseFunction, X_FLOOR};
-use uw_render::integrator::sampling::Rng;
+use uw_render::sampling::Rng;
 
 use super::error::CliError;
 use super::numbers::{read_column, significant};

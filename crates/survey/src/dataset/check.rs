@@ -18,15 +18,18 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use uw_calib::stats::{PATCH_COLUMNS, PATCH_ROWS};
-use uw_render::integrator::cpu::{Selection, Worker};
-use uw_render::integrator::sampling::Rng;
+use uw_render::integrator::RenderError;
 use uw_render::prepare::Prepared;
+use uw_render::rays::{RayBatch, RayTracer, Rays, Selection};
+use uw_render::sampling::{Draws, MAX_BATCH, Rng};
+use uw_render::scene::Camera;
 
 use super::check_files::{self, entry_path, image_name, keep, kept};
 use super::group::{self, GroupLight, Place, group_scene};
 use super::plan::{Group, groups};
 use super::verdict::{ALLOWED_COUNTS, ALLOWED_SHARE};
 use super::{DatasetConfig, DatasetError, Observer, Progress, Workshop, exposure, pool, rows};
+use crate::estimate::paths::DEVICE;
 use crate::estimate::radiance::{Estimates, Lattice, RadianceImage, Reflection};
 use crate::estimate::statistics::Shot;
 
@@ -363,15 +366,13 @@ fn render(
         scene.lamps.clear();
     }
     let prepared = Prepared::build(&scene);
-    let selection = Selection {
-        lamps: (0..prepared.lamps.len()).collect(),
-        ambient: true,
-        max_events: usize::MAX,
-        share_walks: 1,
+    let selection = Selection::all(&prepared, true, 0);
+    let rays = Rays::new(&DEVICE, &prepared, &selection).map_err(RenderError::from)?;
+    let mut pixel = PixelSampler {
+        camera: &prepared.camera,
+        tracer: rays.tracer(),
+        samples: plan.samples_per_pixel.div_ceil(2),
     };
-    let mut worker = Worker::new(&prepared, &selection);
-    let width = prepared.camera.width as usize;
-    let samples = plan.samples_per_pixel.div_ceil(2);
     let mut half = |half: u64| -> Result<Vec<Vec<[f64; 3]>>, DatasetError> {
         let seed = workshop.config.seed ^ 0xc4ec_0000 ^ (half << 40) ^ (u64::from(index) << 48);
         let mut all = Vec::with_capacity(pixels.len());
@@ -379,22 +380,50 @@ fn render(
             if workshop.cancel.load(Ordering::Relaxed) {
                 return Err(DatasetError::Stopped);
             }
-            let of_pixel = |&i: &usize| {
-                let mut sum = [0.0; 3];
-                for sample in 0..samples {
-                    let scores =
-                        worker.sample(seed, (i % width) as u32, (i / width) as u32, 0, sample);
-                    let total = scores.total();
-                    (0..3).for_each(|k| sum[k] += total[k] / f64::from(samples));
-                }
-                sum
-            };
-            all.push(patch.iter().map(of_pixel).collect());
+            let means: Result<Vec<_>, _> = patch.iter().map(|&i| pixel.mean(seed, i)).collect();
+            all.push(means?);
             tick(1);
         }
         Ok(all)
     };
     Ok([half(0)?, half(1)?])
+}
+
+/// Renders single pixels: rays through random points of each.
+struct PixelSampler<'a> {
+    camera: &'a Camera,
+    tracer: RayTracer<'a, 'a>,
+    samples: u32,
+}
+
+impl PixelSampler<'_> {
+    /// Mean radiance of pixel `index`, row by row.
+    fn mean(&mut self, seed: u64, index: usize) -> Result<[f64; 3], RenderError> {
+        let width = self.camera.width as usize;
+        let corner = ((index % width) as f64, (index / width) as f64);
+        let mut sum = [0.0; 3];
+        for batch in 0..self.samples.div_ceil(MAX_BATCH) {
+            let samples = MAX_BATCH.min(self.samples - batch * MAX_BATCH);
+            let key = RayBatch {
+                seed,
+                key: index as u32,
+                batch,
+                first: 0,
+            };
+            let direction = |sample| {
+                let draws = Draws::new(seed, key.key, batch, sample, 0);
+                let (x, y) = (corner.0 + draws.leading(0), corner.1 + draws.leading(1));
+                self.camera.direction(x, y)
+            };
+            let directions: Vec<_> = (0..samples).map(direction).collect();
+            let eye = self.camera.position_m;
+            for light in self.tracer.trace(&key, eye, &directions)?.iter() {
+                let total = light.total();
+                (0..3).for_each(|k| sum[k] += total[k]);
+            }
+        }
+        Ok(sum.map(|s| s / f64::from(self.samples)))
+    }
 }
 
 /// Contrast of the rendered image and its standard error.

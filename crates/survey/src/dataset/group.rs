@@ -162,7 +162,7 @@ fn daylight_at(
         render.seed(workshop.config.seed),
         &|| !workshop.cancelled(),
         &mut enough,
-    );
+    )?;
     let fields = fields.ok_or_else(|| workshop.stopped())?;
     workshop.watch.write_fields(&path, &fields)?;
     workshop
@@ -213,7 +213,7 @@ fn lamps(
         render.seed(workshop.config.seed),
         &|| !workshop.cancelled(),
         &mut enough,
-    );
+    )?;
     let fields = fields.ok_or_else(|| workshop.stopped())?;
     workshop.watch.write_fields(&path, &fields)?;
     workshop

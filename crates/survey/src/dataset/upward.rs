@@ -24,13 +24,13 @@ pub(super) fn make(workshop: &Workshop, upward: &Upward) -> Result<(), DatasetEr
     };
     let scene = scene(&config.vehicle, &upward.water, &target.target, view)?;
     let prepared = Prepared::build(&scene);
-    let mut sampler = UpwardSampler::new(&scene, &prepared, render.seed(config.seed));
+    let mut sampler = UpwardSampler::new(&scene, &prepared, render.seed(config.seed))?;
     let mut samples = workshop.effort.least;
     loop {
         if workshop.cancelled() {
             return Err(DatasetError::Stopped);
         }
-        sampler.extend_to(samples);
+        sampler.extend_to(samples)?;
         let image = sampler.image();
         // Relative error of the mean as the shallowest image's exposure would show it.
         let exposure = config.vehicle.up_mean / image.mean_radiance().max(1e-30);

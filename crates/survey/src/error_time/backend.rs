@@ -14,11 +14,9 @@ use uw_render::prepare::Prepared;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Backend {
-    /// The native path tracer on the cores of the processor.
+    /// The kernels in double precision on the processor, a sample at a time.
     Cpu,
-    /// The same, neighbouring pixels sharing their daylight walks where the scene lets them (`--share-walks 8`).
-    CpuShared,
-    /// The GPU's kernels on the vector units of the processor.
+    /// The kernels in single precision on the vector units of the processor.
     CpuSimd,
     /// The same with no other instructions than those that every processor of the architecture has (SSE2, NEON).
     CpuSimdBaseline,
@@ -28,21 +26,10 @@ pub enum Backend {
     Gpu,
 }
 
-/// Pixels that share walks on [`Backend::CpuShared`].
-const SHARED_BY: u32 = 8;
-
 impl Backend {
-    /// Those of `uw render` on the processor: the native path tracer and the vector units.
+    /// Those of `uw render` on the processor: double precision and the vector units.
     pub fn of_processor() -> Vec<Self> {
         vec![Self::Cpu, Self::CpuSimd]
-    }
-
-    /// Most neighbouring pixels that share walks.
-    pub fn share_walks(self) -> u32 {
-        match self {
-            Self::CpuShared => SHARED_BY,
-            Self::Cpu | Self::CpuSimd | Self::CpuSimdBaseline | Self::CpuSimdSse4 | Self::Gpu => 1,
-        }
     }
 
     /// Renders `scene`. `cancel` stops it; `observe` is called now and then.
@@ -60,7 +47,7 @@ impl Backend {
             integrator::render_lanes_with(instructions, scene, plan, cancel, observe)
         };
         let wanted = match self {
-            Self::Cpu | Self::CpuShared => backend::Backend::Cpu,
+            Self::Cpu => backend::Backend::Cpu,
             Self::CpuSimd => backend::Backend::CpuSimd,
             Self::CpuSimdBaseline => return with(Instructions::Baseline),
             Self::CpuSimdSse4 => return with(Instructions::Sse4),
@@ -75,7 +62,6 @@ impl fmt::Display for Backend {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Cpu => f.pad("cpu"),
-            Self::CpuShared => f.pad("cpu-shared"),
             Self::CpuSimd => f.pad("cpu-simd"),
             Self::CpuSimdBaseline => f.pad("cpu-simd-baseline"),
             Self::CpuSimdSse4 => f.pad("cpu-simd-sse4"),

@@ -118,7 +118,7 @@ fn channel_means(pixels: &[[f64; 3]]) -> [f64; 3] {
 mod tests {
     use super::*;
     use crate::error_time::reference::Provenance;
-    use uw_render::integrator::sampling::Rng;
+    use uw_render::sampling::Rng;
 
     fn reference(mean: Vec<[f64; 3]>, standard_error: Vec<[f64; 3]>) -> Reference {
         Reference {

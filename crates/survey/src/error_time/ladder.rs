@@ -314,7 +314,6 @@ fn render(
         threads: Some(wanted.threads),
         max_bounces: scene.max_bounces(),
         dark_lamps: false,
-        share_walks: wanted.backend.share_walks(),
     };
     let observe = |progress: &Progress| {
         let share = progress

@@ -136,7 +136,6 @@ impl Remake {
             threads: Some(threads_or_all(self.threads)),
             max_bounces: scene.max_bounces(),
             dark_lamps: false,
-            share_walks: 1,
         }
     }
 }

@@ -1,10 +1,11 @@
 //! The smooth parts of an image, fitted to the renderer's paths through random image points.
 
-use uw_render::integrator::cpu::{Selection, Worker};
-use uw_render::integrator::sampling::{Draws, MAX_BATCH};
+use uw_render::integrator::RenderError;
 use uw_render::prepare::Prepared;
+use uw_render::rays::{Rays, Selection};
 
 use super::basis::{Basis, solve};
+use super::paths::{self, DEVICE};
 use super::radiance::Source;
 
 /// Independent groups of paths; even, as half of them make each of the two images.
@@ -55,8 +56,7 @@ impl Fields {
 /// Takes paths and fits fields to them, as many as are asked for.
 pub struct FieldSampler<'a> {
     source: &'a Source<'a>,
-    prepared: &'a Prepared,
-    selection: Selection,
+    rays: Rays<'a>,
     basis: Basis,
     seed: u64,
     samples_per_group: u32,
@@ -78,7 +78,14 @@ struct GroupSums {
 
 impl<'a> FieldSampler<'a> {
     /// A sampler of `source` in the scene `prepared` of its view; `seed` keys all its random numbers.
-    pub fn new(source: &'a Source<'a>, prepared: &'a Prepared, seed: u64) -> Self {
+    ///
+    /// # Errors
+    /// [`RenderError::Gpu`] where the scene has more triangles than the kernels can name.
+    pub fn new(
+        source: &'a Source<'a>,
+        prepared: &'a Prepared,
+        seed: u64,
+    ) -> Result<Self, RenderError> {
         let basis = Fields::basis(source.lamps, source.symmetric);
         let n = basis.len();
         let empty = GroupSums {
@@ -87,62 +94,64 @@ impl<'a> FieldSampler<'a> {
             veil: std::array::from_fn(|_| vec![0.0; n]),
             reflected: std::array::from_fn(|_| vec![0.0; n]),
         };
-        Self {
-            selection: Selection {
-                lamps: if source.lamps {
-                    (0..prepared.lamps.len()).collect()
-                } else {
-                    Vec::new()
-                },
-                ambient: !source.lamps,
-                max_events: usize::MAX,
-                share_walks: 1,
-            },
+        let all = 0..prepared.lamps.len();
+        let selection = Selection {
+            lamps: all.filter(|_| source.lamps).collect(),
+            ambient: !source.lamps,
+            max_events: u32::MAX,
+        };
+        Ok(Self {
             source,
-            prepared,
+            rays: Rays::new(&DEVICE, prepared, &selection)?,
             basis,
             seed,
             samples_per_group: 0,
             sums: vec![empty; GROUPS],
-        }
+        })
     }
 
     /// Goes on to `samples_per_group` paths in every group.
-    pub fn extend_to(&mut self, samples_per_group: u32) {
-        let mut worker = Worker::new(self.prepared, &self.selection);
+    ///
+    /// # Errors
+    /// Light that is no number.
+    pub fn extend_to(&mut self, samples_per_group: u32) -> Result<(), RenderError> {
+        let mut tracer = self.rays.tracer();
         let mut phi = vec![0.0; self.basis.len()];
         let view = self.source.view;
         let (width, height) = view.size_px();
-        for group in 0..GROUPS {
-            for sample in self.samples_per_group..samples_per_group {
-                let (batch, index) = (sample / MAX_BATCH, sample % MAX_BATCH);
-                let draws = Draws::new(self.seed, group as u32, batch, index, 0);
-                let (x, y) = (draws.leading(0) * width, draws.leading(1) * height);
-                let Some(sight) = view.sight(x, y) else {
-                    continue;
-                };
-                let origin = view.camera.position_m;
-                let scores = worker.radiance(
-                    self.seed,
-                    group as u32,
-                    batch,
-                    index,
-                    origin,
-                    sight.direction,
-                );
-                let mut total = scores.ambient;
-                for lamp in &scores.lamps {
-                    (0..3).for_each(|k| total[k] += lamp[k]);
+        let place = |(u, v): (f64, f64)| (u * width, v * height);
+        for (group, sums) in (0..).zip(&mut self.sums) {
+            for batch in paths::batches(self.seed, group, self.samples_per_group..samples_per_group)
+            {
+                let points: Vec<_> = batch.numbers().map(place).collect();
+                let sights: Vec<_> = points.iter().map(|&(x, y)| view.sight(x, y)).collect();
+                // Where there is no target the ray is not counted.
+                let forward = view.camera.forward;
+                let towards = sights
+                    .iter()
+                    .map(|s| s.as_ref().map_or(forward, |s| s.direction));
+                let directions: Vec<_> = towards.collect();
+                let eye = view.camera.position_m;
+                let lights = tracer.trace(&batch.key(), eye, &directions)?;
+                for ((light, sight), &(x, y)) in lights.iter().zip(&sights).zip(&points) {
+                    let Some(sight) = sight else {
+                        continue;
+                    };
+                    let mut total = light.ambient();
+                    for lamp in light.lamps() {
+                        (0..3).for_each(|k| total[k] += lamp[k]);
+                    }
+                    let veil = light.backscatter();
+                    let expected = self.source.at_point(sight);
+                    let (p, q) = view.unit_coordinates(x, y);
+                    self.basis.values(p, q, &mut phi);
+                    let reflected = std::array::from_fn(|k| total[k] - veil[k]);
+                    sums.add(&phi, expected, veil, reflected);
                 }
-                let veil = scores.backscatter;
-                let expected = self.source.at_point(&sight);
-                let (p, q) = view.unit_coordinates(x, y);
-                self.basis.values(p, q, &mut phi);
-                let reflected = std::array::from_fn(|k| total[k] - veil[k]);
-                self.sums[group].add(&phi, expected, veil, reflected);
             }
         }
         self.samples_per_group = self.samples_per_group.max(samples_per_group);
+        Ok(())
     }
 
     /// The fit to all paths so far; `None` where too few of them see the target.

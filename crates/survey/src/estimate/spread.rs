@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use uw_media::phase::PhaseTable;
-use uw_render::integrator::sampling::{Draws, LEADING, directions::turn};
+use uw_render::sampling::{Draws, LEADING, directions::turn};
 use uw_render::scene::Water;
 
 use super::basis::solve;

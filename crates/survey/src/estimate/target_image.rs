@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use uw_calib::ImageStats;
 use uw_render::image::Picture;
+use uw_render::integrator::RenderError;
 use uw_render::prepare::Prepared;
 use uw_render::scene::Scene;
 
@@ -14,6 +15,17 @@ use super::response::CountResponse;
 use super::statistics::Shot;
 use super::target_model::{TargetModel, daylight_alone, lamps_alone};
 use super::target_view::BeyondTarget;
+
+/// Why there is no image of a target.
+#[derive(Debug, thiserror::Error)]
+pub enum TargetImageError {
+    /// It would show more than the target.
+    #[error(transparent)]
+    BeyondTarget(#[from] BeyondTarget),
+    /// The renderer failed.
+    #[error(transparent)]
+    Render(#[from] RenderError),
+}
 
 /// Radiance of every pixel from daylight and from the lamps at 100 %, in two independent estimates.
 #[derive(Clone, Debug)]
@@ -29,26 +41,26 @@ impl TargetImage {
     /// `Ok(None)` when `cancel` was set.
     ///
     /// # Errors
-    /// When the image shows more than the target.
+    /// When the image shows more than the target, or the renderer fails.
     pub fn render(
         scene: &Scene,
         pyramid: &TexturePyramid,
         seed: u64,
         paths_per_group: u32,
         cancel: &AtomicBool,
-    ) -> Result<Option<Self>, BeyondTarget> {
+    ) -> Result<Option<Self>, TargetImageError> {
         let (daylight, lamps) = rayon::join(
             || Prepared::build(&daylight_alone(scene)),
             || Prepared::build(&lamps_alone(scene)),
         );
         let model = TargetModel::new(scene, &lamps, pyramid, true, seed)?;
-        let fields = |source: &Source, prepared: &Prepared, seed: u64| -> Option<Fields> {
+        let fields = |source: &Source, prepared: &Prepared, seed: u64| {
             if cancel.load(Ordering::Relaxed) {
-                return None;
+                return Ok(None);
             }
-            let mut sampler = FieldSampler::new(source, prepared, seed);
-            sampler.extend_to(paths_per_group);
-            sampler.fit()
+            let mut sampler = FieldSampler::new(source, prepared, seed)?;
+            sampler.extend_to(paths_per_group)?;
+            Ok::<_, RenderError>(sampler.fit())
         };
         let image = |source: &Source, fields: &Fields| {
             let reflection = Reflection::new(source, model.lattice(1));
@@ -56,11 +68,16 @@ impl TargetImage {
         };
         let (sun, lamp) = (model.daylight(), model.lamps());
         let (of_sun, of_lamps) = rayon::join(
-            || fields(&sun, &daylight, seed).map(|f| image(&sun, &f)),
-            || fields(&lamp, &lamps, seed.wrapping_add(1)).map(|f| image(&lamp, &f)),
+            || Ok(fields(&sun, &daylight, seed)?.map(|f| image(&sun, &f))),
+            || {
+                let of_lamps = fields(&lamp, &lamps, seed.wrapping_add(1))?;
+                Ok(of_lamps.map(|f| image(&lamp, &f)))
+            },
         );
-        Ok(of_sun
-            .zip(of_lamps)
+        let (of_sun, of_lamps): (Result<_, RenderError>, Result<_, RenderError>) =
+            (of_sun, of_lamps);
+        Ok(of_sun?
+            .zip(of_lamps?)
             .map(|(daylight, lamps)| Self { daylight, lamps }))
     }
 

@@ -1,5 +1,6 @@
 //! A view of a flat target made ready: its two sources of light, and paths until the image is known well enough.
 
+use uw_render::integrator::RenderError;
 use uw_render::prepare::Prepared;
 use uw_render::scene::Scene;
 
@@ -141,6 +142,9 @@ pub struct Effort {
 impl Effort {
     /// Takes paths of `source` in the scene `prepared` until `enough` accepts the fit or the most are taken.
     /// `go_on` is asked before each round; `None` when it says no or no fit is possible.
+    ///
+    /// # Errors
+    /// The scene does not fit the kernels, or light is no number.
     pub fn fields(
         &self,
         source: &Source,
@@ -148,17 +152,19 @@ impl Effort {
         seed: u64,
         go_on: &dyn Fn() -> bool,
         enough: &mut dyn FnMut(&Fields) -> bool,
-    ) -> Option<Fields> {
-        let mut sampler = FieldSampler::new(source, prepared, seed);
+    ) -> Result<Option<Fields>, RenderError> {
+        let mut sampler = FieldSampler::new(source, prepared, seed)?;
         let mut samples = self.least;
         loop {
             if !go_on() {
-                return None;
+                return Ok(None);
             }
-            sampler.extend_to(samples);
-            let fields = sampler.fit()?;
+            sampler.extend_to(samples)?;
+            let Some(fields) = sampler.fit() else {
+                return Ok(None);
+            };
             if samples >= self.most || enough(&fields) {
-                return Some(fields);
+                return Ok(Some(fields));
             }
             samples = (2 * samples).min(self.most);
         }

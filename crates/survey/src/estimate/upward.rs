@@ -7,12 +7,14 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
-use uw_render::integrator::cpu::{Selection, Worker};
-use uw_render::integrator::sampling::{Draws, MAX_BATCH, directions::frame};
+use uw_render::integrator::RenderError;
 use uw_render::prepare::Prepared;
+use uw_render::rays::{Rays, Selection};
+use uw_render::sampling::directions::frame;
 use uw_render::scene::Scene;
 
 use super::fields::GROUPS;
+use super::paths::{self, DEVICE};
 use super::response::CountResponse;
 
 /// Rings around the sun's direction.
@@ -36,7 +38,7 @@ pub struct UpwardImage {
 /// Takes paths of an upward image.
 pub struct UpwardSampler<'a> {
     prepared: &'a Prepared,
-    selection: Selection,
+    rays: Rays<'a>,
     axes: [DVec3; 3],
     seed: u64,
     image: UpwardImage,
@@ -44,46 +46,55 @@ pub struct UpwardSampler<'a> {
 
 impl<'a> UpwardSampler<'a> {
     /// A sampler of `scene`, prepared.
-    pub fn new(scene: &Scene, prepared: &'a Prepared, seed: u64) -> Self {
+    ///
+    /// # Errors
+    /// [`RenderError::Gpu`] where the scene has more triangles than the kernels can name.
+    pub fn new(scene: &Scene, prepared: &'a Prepared, seed: u64) -> Result<Self, RenderError> {
         let sun = towards_sun(scene);
         let (s, t) = frame(sun);
-        Self {
+        let daylight = Selection {
+            lamps: Vec::new(),
+            ambient: true,
+            max_events: u32::MAX,
+        };
+        Ok(Self {
             prepared,
-            selection: Selection {
-                lamps: Vec::new(),
-                ambient: true,
-                max_events: usize::MAX,
-                share_walks: 1,
-            },
+            rays: Rays::new(&DEVICE, prepared, &daylight)?,
             axes: [sun, s, t],
             seed,
             image: UpwardImage {
                 samples_per_group: 0,
                 sums: vec![[0.0; 4]; GROUPS * CELLS],
             },
-        }
+        })
     }
 
     /// Goes on to `samples_per_group` paths in every group.
-    pub fn extend_to(&mut self, samples_per_group: u32) {
-        let mut worker = Worker::new(self.prepared, &self.selection);
+    ///
+    /// # Errors
+    /// Light that is no number.
+    pub fn extend_to(&mut self, samples_per_group: u32) -> Result<(), RenderError> {
+        let mut tracer = self.rays.tracer();
         let camera = &self.prepared.camera;
+        let (width, height) = (f64::from(camera.width), f64::from(camera.height));
+        let samples = self.image.samples_per_group..samples_per_group;
         for group in 0..GROUPS {
-            for sample in self.image.samples_per_group..samples_per_group {
-                let (batch, index) = (sample / MAX_BATCH, sample % MAX_BATCH);
-                let draws = Draws::new(self.seed, group as u32, batch, index, 0);
-                let x = draws.leading(0) * f64::from(camera.width);
-                let y = draws.leading(1) * f64::from(camera.height);
-                let direction = camera.direction(x, y);
-                let origin = camera.position_m;
-                let scores =
-                    worker.radiance(self.seed, group as u32, batch, index, origin, direction);
-                let sum = &mut self.image.sums[group * CELLS + cell(&self.axes, direction)];
-                sum[0] += 1.0;
-                (0..3).for_each(|k| sum[k + 1] += scores.ambient[k]);
+            for batch in paths::batches(self.seed, group as u32, samples.clone()) {
+                let numbers = batch.numbers();
+                let directions: Vec<DVec3> = numbers
+                    .map(|(u, v)| camera.direction(u * width, v * height))
+                    .collect();
+                let lights = tracer.trace(&batch.key(), camera.position_m, &directions)?;
+                for (light, &direction) in lights.iter().zip(&directions) {
+                    let sum = &mut self.image.sums[group * CELLS + cell(&self.axes, direction)];
+                    let radiance = light.ambient();
+                    sum[0] += 1.0;
+                    (0..3).for_each(|k| sum[k + 1] += radiance[k]);
+                }
             }
         }
         self.image.samples_per_group = self.image.samples_per_group.max(samples_per_group);
+        Ok(())
     }
 
     /// The image so far.

@@ -158,14 +158,6 @@ fn arguments_of_a_render_are_checked_before_it() {
         ("-o out.exr --target-error=-0.1", &["--target-error", "> 0"]),
         ("-o out.exr --seed -1", &["-1"]),
         ("-o out.exr --share-walks 0", &["--share-walks", "0"]),
-        (
-            "-o out.exr --share-walks 8 --backend gpu",
-            &["--share-walks", "--backend cpu only"],
-        ),
-        (
-            "-o out.exr --share-walks 8 --backend cpu-simd",
-            &["--share-walks", "--backend cpu only"],
-        ),
         ("-o out.exr --sharper", &["--sharper"]),
         ("", &["--output"]),
     ] {

@@ -205,23 +205,20 @@ fn without_a_wish_the_fastest_of_the_processor_renders() {
     assert_eq!(stats["backend"], expected);
 }
 
+/// It was a way of the path tracer that the kernels have replaced.
 #[test]
-fn walks_are_shared_where_that_is_asked_for_and_possible() {
+fn the_option_to_share_walks_is_accepted_and_said_to_do_nothing() {
     let folder = Folder::with_scene();
-    let with_plate = folder.good("render scene.toml -o out.exr --share-walks 8 --stats out.json");
-    assert!(with_plate.stderr.contains("--share-walks had no effect"));
-    assert_eq!(stats(&folder, "out.json")["share_walks"], 1);
-    let (before, after) = SCENE.split_once("[[object]]").expect("a plate");
-    let (_, sensor) = after.split_once("[sensor]").expect("a sensor");
-    folder.write("open.toml", format!("{before}[sensor]{sensor}"));
-    for share in [8, 1] {
-        let line =
-            format!("render open.toml -o {share}.exr --share-walks {share} --stats out.json");
-        assert!(!folder.good(&line).stderr.contains("--share-walks"));
-        assert_eq!(stats(&folder, "out.json")["share_walks"], share);
-    }
-    let [shared, apart] = ["8.exr", "1.exr"].map(|name| exr(&folder, name).picture.data);
-    assert_ne!(shared, apart);
+    let pixels = ["--share-walks 8", ""].map(|option| {
+        let run = folder.good(&format!(
+            "render scene.toml -o out.exr {option} --stats out.json"
+        ));
+        let is_told = run.stderr.contains("--share-walks has no effect");
+        assert_eq!(is_told, !option.is_empty(), "{}", run.stderr);
+        assert_eq!(stats(&folder, "out.json")["share_walks"], 1);
+        exr(&folder, "out.exr").picture.data
+    });
+    assert_eq!(pixels[0], pixels[1]);
 }
 
 #[test]

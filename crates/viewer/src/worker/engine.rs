@@ -52,7 +52,7 @@ impl<'a> Engine<'a> {
             stepper,
         };
         Ok(match device {
-            Device::Cpu => on_processor(Stepper::new(scene, plan)),
+            Device::Cpu => on_processor(Stepper::new(scene, plan)?),
             Device::CpuSimd => on_processor(Stepper::on_lanes(scene, plan)?),
             Device::Gpu(gpu) => Self::Gpu {
                 gpu,

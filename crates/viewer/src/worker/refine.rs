@@ -205,7 +205,6 @@ fn plan(job: &Job) -> Plan {
         max_bounces: job.settings.max_bounces,
         // Lamps that are off have layers too, for the menu of layers.
         dark_lamps: true,
-        share_walks: 1,
     }
 }
 

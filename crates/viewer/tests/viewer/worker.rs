@@ -53,13 +53,13 @@ fn is_what_its_steps_make(device: Device) {
         threads: None,
         max_bounces: 0,
         dark_lamps: true,
-        share_walks: 1,
     };
     let mut stepper = if is_native {
         Stepper::new(&prepared, &plan)
     } else {
-        Stepper::on_lanes(&prepared, &plan).expect("few triangles")
-    };
+        Stepper::on_lanes(&prepared, &plan)
+    }
+    .expect("few triangles");
     let mut film = stepper.film();
     for samples in [1, 1, 1, 1, 4] {
         assert!(stepper.step(&mut film, samples, &|| false));

@@ -8,13 +8,12 @@ mod sun_share;
 mod table;
 mod transition;
 
-use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{Boundary, Medium, SunBeam};
 use solver::{Daylight, Solution};
 use sun_share::sun_shares;
-use table::{ChannelField, Direction, Table, rough_exp};
+use table::{ChannelField, Table};
 use transition::Transitions;
 
 /// Bins in the cosine u of the viewing direction against the vertical.
@@ -35,8 +34,6 @@ const STRETCH_BELOW: f64 = 0.8;
 const STRETCH_SHARE: f64 = 0.8;
 /// |ln| of the ratio of a channel's attenuation to a strategy's coefficient within which it follows it.
 const STRETCH_MATCH: f64 = 0.3;
-/// Largest exponent of that correction.
-const MAX_NARROW: f64 = 30.0;
 
 /// Plane-parallel daylight in homogeneous water: radiance per direction and depth, irradiances.
 #[derive(Clone, Debug)]
@@ -108,36 +105,6 @@ impl DaylightField {
         })
     }
 
-    /// Radiance seen at `depth_m` in unit direction `view` that scattered more than once, or that came from
-    /// the sky and scattered at least once; W/(m² sr) per channel. `line` is the radiance of singly scattered
-    /// sunlight in that direction: what is narrowly scattered besides is a multiple of it.
-    pub fn scattered(&self, depth_m: f64, view: DVec3, line: [f64; 3]) -> [f64; 3] {
-        let mut light = self
-            .table
-            .scattered(self.table.place(depth_m), self.direction(view));
-        if view.z > 0.0 {
-            for k in 0..3 {
-                let narrow = (self.narrow_rate[k] * depth_m).min(MAX_NARROW);
-                if line[k] > 0.0 && narrow > 0.0 {
-                    light[k] = light[k].max(line[k] * narrowly_scattered(narrow));
-                }
-            }
-        }
-        light
-    }
-
-    /// Share of the light that a scattering at `depth_m` sends into unit direction `view` which comes from around the
-    /// sun rather than from around `view`, without the sun's own beam; per strategy of the medium's attenuation.
-    pub fn sun_share(&self, depth_m: f64, view: DVec3) -> [f64; 3] {
-        self.table
-            .sun_share(self.table.place(depth_m), self.direction(view))
-    }
-
-    /// Downward and upward plane irradiance at `depth_m`, W/m² per channel, without the sun's own beam.
-    pub fn diffuse_irradiance(&self, depth_m: f64) -> [(f64, f64); 3] {
-        self.table.irradiance(self.table.place(depth_m))
-    }
-
     /// How much longer flights upwards should be than downwards: σ(1 − κu) with κ per strategy of `medium`.
     /// Only where absorption makes the light come from above; else 0.
     pub fn stretch(&self, medium: &Medium) -> [f64; 3] {
@@ -159,44 +126,12 @@ impl DaylightField {
                 .unwrap_or(0.0)
         })
     }
-
-    #[inline]
-    fn direction(&self, view: DVec3) -> Direction {
-        Direction {
-            bin: cosine_bin(view.z),
-            azimuth: self.azimuth_bin(view),
-        }
-    }
-
-    fn azimuth_bin(&self, view: DVec3) -> (usize, f32) {
-        let Some((x, y)) = self.sun_azimuth else {
-            return (0, 0.0);
-        };
-        let across = (view.x * view.x + view.y * view.y).sqrt().max(1e-30);
-        let cosine = (view.x * x + view.y * y) / across;
-        let place = (0.5 * (1.0 - cosine)).clamp(0.0, 1.0).sqrt() * (AZIMUTHS - 1) as f64;
-        let low = (place as usize).min(AZIMUTHS - 2);
-        (low, (place - low as f64) as f32)
-    }
-}
-
-/// e^x − 1 for x > 0, roughly.
-#[inline]
-fn narrowly_scattered(x: f64) -> f64 {
-    (rough_exp(x as f32) - 1.0).max(x)
 }
 
 /// Index of the coefficient closest to `sigma`.
 fn closest(c: &[f64; 3], sigma: f64) -> usize {
     let apart = |k: usize| (c[k] - sigma).abs();
     (1..3).fold(0, |best, k| if apart(k) < apart(best) { k } else { best })
-}
-
-/// Bin below the cosine and the weight of the bin above it.
-fn cosine_bin(u: f64) -> (usize, f32) {
-    let place = (0.5 * (u + 1.0) * COSINES as f64 - 0.5).clamp(0.0, (COSINES - 1) as f64);
-    let low = (place as usize).min(COSINES - 2);
-    (low, (place - low as f64) as f32)
 }
 
 /// Centre of a cosine bin.
@@ -206,12 +141,26 @@ fn bin_cosine(bin: usize) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
     use crate::scene::Water;
     use uw_media::{
         Iops,
         phase::{Phase, Rayleigh},
     };
+
+    /// Diffuse downward and upward irradiance of the second channel, between the nodes of the table.
+    fn irradiances(field: &DaylightField, depth_m: f64) -> (f64, f64) {
+        let place = (depth_m / field.table.max_depth_m).sqrt() * (DEPTHS - 1) as f64;
+        let (node, weight) = (place as usize, place.fract());
+        let (_, [_, down, up, _]) = field.table.parts();
+        let at = |t: &[[f32; 4]]| {
+            let [a, b] = [t[node][1], t[node + 1][1]].map(f64::from);
+            (a + weight * (b - a)).exp()
+        };
+        (at(down), at(up))
+    }
 
     /// Mobley et al. 1993, problem 1 (albedo 0.9): E_d and E_u from discrete ordinates, for a sun at 60° with
     /// 0.5 W/m² on the horizontal. A field that only steers may be off by some percent, not by a factor.
@@ -241,7 +190,7 @@ mod tests {
         let field =
             DaylightField::build(&medium, &boundary, Some(&sun), [0.0; 3], 10.0).expect("lit");
         for (depth, down, up) in [(1.0, 0.3659944, 0.1734997), (5.0, 0.04328907, 0.02035448)] {
-            let (diffuse, found_up) = field.diffuse_irradiance(depth)[1];
+            let (diffuse, found_up) = irradiances(&field, depth);
             let beam = entering * (-depth / -travel.z).exp();
             assert!(
                 ((diffuse + beam) / down - 1.0).abs() < 0.1,

@@ -34,22 +34,6 @@ pub(super) struct ChannelField {
     pub(super) sun_share: Vec<f32>,
 }
 
-/// A place in the table.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Place {
-    node: usize,
-    fraction: f32,
-    /// Depth below the grid, m.
-    beyond_m: f32,
-}
-
-/// A direction in the table: bin of the cosine below it, weight of the next one, the same for azimuths.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Direction {
-    pub(super) bin: (usize, f32),
-    pub(super) azimuth: (usize, f32),
-}
-
 impl Table {
     /// A table down to `deepest_m` and below; `scatters` tells which channels do, in at least one; `strategies` gives
     /// the channel of each strategy, in whose order the shares are; `turns` whether the light depends on azimuth.
@@ -111,73 +95,6 @@ impl Table {
         ];
         (self.azimuths, tables.map(Vec::as_slice))
     }
-
-    /// Where `depth_m` lies in the table.
-    #[inline]
-    pub(super) fn place(&self, depth_m: f64) -> Place {
-        let depth_m = depth_m.max(0.0);
-        if depth_m >= self.max_depth_m {
-            return Place {
-                node: DEPTHS - 2,
-                fraction: 1.0,
-                beyond_m: (depth_m - self.max_depth_m) as f32,
-            };
-        }
-        let place = (depth_m / self.max_depth_m).sqrt() * (DEPTHS - 1) as f64;
-        let node = (place as usize).min(DEPTHS - 2);
-        Place {
-            node,
-            fraction: (place - node as f64) as f32,
-            beyond_m: 0.0,
-        }
-    }
-
-    /// Radiance at a place in a direction, per channel.
-    #[inline]
-    pub(super) fn scattered(&self, place: Place, direction: Direction) -> [f64; 3] {
-        let (bin, weight) = direction.bin;
-        let t = &self.ln_scattered;
-        let at = |node: usize, bin: usize| {
-            let i = (node * COSINES + bin) * self.azimuths;
-            if self.azimuths == 1 {
-                return t[i];
-            }
-            let (azimuth, weight) = direction.azimuth;
-            mix(t[i + azimuth], t[i + azimuth + 1], weight)
-        };
-        let upper = mix(at(place.node, bin), at(place.node, bin + 1), weight);
-        let lower = mix(at(place.node + 1, bin), at(place.node + 1, bin + 1), weight);
-        self.exponential(place, mix(upper, lower, place.fraction))
-    }
-
-    /// Downward and upward plane irradiance at a place, per channel.
-    pub(super) fn irradiance(&self, place: Place) -> [(f64, f64); 3] {
-        let at = |t: &[Entry]| {
-            self.exponential(place, mix(t[place.node], t[place.node + 1], place.fraction))
-        };
-        let (down, up) = (at(&self.ln_down), at(&self.ln_up));
-        [0, 1, 2].map(|k| (down[k], up[k]))
-    }
-
-    /// Share of directions to draw around the sun, per strategy, from the nearest node.
-    #[inline]
-    pub(super) fn sun_share(&self, place: Place, direction: Direction) -> [f64; 3] {
-        let nearest = |(low, weight): (usize, f32)| low + usize::from(weight > 0.5);
-        let node = place.node + usize::from(place.fraction > 0.5);
-        let azimuth = if self.azimuths == 1 {
-            0
-        } else {
-            nearest(direction.azimuth)
-        };
-        let entry =
-            self.sun_share[(node * COSINES + nearest(direction.bin)) * self.azimuths + azimuth];
-        [0, 1, 2].map(|j| f64::from(entry[j]))
-    }
-
-    #[inline]
-    fn exponential(&self, place: Place, ln: Entry) -> [f64; 3] {
-        [0, 1, 2].map(|k| rough_exp(ln[k] - self.decay_per_m[k] * place.beyond_m))
-    }
 }
 
 /// The table's depths and what is brought onto them.
@@ -227,37 +144,4 @@ impl ChannelField {
 /// Depth of a node, of the deepest one's.
 fn square(node: usize) -> f64 {
     (node as f64 / (DEPTHS - 1) as f64).powi(2)
-}
-
-#[inline]
-fn mix(a: Entry, b: Entry, weight: f32) -> Entry {
-    std::array::from_fn(|i| a[i] + weight * (b[i] - a[i]))
-}
-
-/// e^x to 1e-3, good enough to steer by.
-#[inline]
-pub(super) fn rough_exp(x: f32) -> f64 {
-    // Adding this rounds to an integer, which then stands in the last bits.
-    const ROUND: f32 = 12_582_912.0;
-    let y = x.clamp(-700.0, 700.0) * std::f32::consts::LOG2_E;
-    let rounded = y + ROUND;
-    let r = y - (rounded - ROUND);
-    let exponent = i64::from(rounded.to_bits() as i32 - ROUND.to_bits() as i32);
-    let power = f64::from_bits(((exponent + 1023) as u64) << 52);
-    let rest = 0.999_924_56 + r * (0.693_136_73 + r * (0.242_639_48 + r * 0.055_838_283));
-    power * f64::from(rest)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_rough_exponential_is_good_to_a_thousandth() {
-        for i in -6900..6900 {
-            let x = 0.1 * i as f32;
-            let ratio = rough_exp(x) / f64::from(x).exp();
-            assert!((ratio - 1.0).abs() < 1e-3, "{x}: {ratio}");
-        }
-    }
 }

@@ -9,8 +9,8 @@ use std::fmt;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use clap::{Args, ValueEnum, value_parser};
-use uw_render::backend::{self, Device};
+use clap::{Args, value_parser};
+use uw_render::backend::Device;
 use uw_render::film::Film;
 use uw_render::image::ImageFormat;
 use uw_render::integrator::{Plan, Progress, RenderError, RenderStats};
@@ -19,6 +19,7 @@ use uw_render::prepare::Prepared;
 use uw_render::scene::{Scene, Setting};
 
 use super::error::{CliError, note};
+use super::place::{Backend, PlaceArguments};
 use super::progress::ProgressDisplay;
 use super::values::{positive, relative_error, samples};
 use super::{interrupt, output};
@@ -61,21 +62,16 @@ pub(super) struct RenderArguments {
     /// Seed of all random numbers, those of the sensor included.
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Where to render.
-    #[arg(long, value_enum, default_value_t = Backend::Auto)]
-    backend: Backend,
-    /// Graphics adapter: any part of its name, in any case (see `uw adapters`).
-    #[arg(long, value_name = "NAME")]
-    adapter: Option<String>,
+    #[command(flatten)]
+    place: PlaceArguments,
     /// Worker threads. Default: one per core.
     #[arg(long, value_parser = value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
     /// Most scatterings and reflections of a path, 0 for no limit. Default: the scene's.
     #[arg(long)]
     max_bounces: Option<u32>,
-    /// Most neighbouring pixels of a row that share their daylight walks, on the processor and in water that holds nothing
-    /// but lamps: about half the time for the same error, but the noise of these pixels is no longer independent.
-    #[arg(long, value_name = "PIXELS", default_value_t = 1, value_parser = value_parser!(u32).range(1..=64))]
+    /// Without effect: pixels share no walks any more, the vector units are as fast without.
+    #[arg(long, hide = true, value_name = "PIXELS", default_value_t = 1, value_parser = value_parser!(u32).range(1..=64))]
     share_walks: u32,
     /// Layers to add to an EXR: ambient, lamp.NAME (at 100 %), lamps, direct, backscatter, depth, normal,
     /// reflectance, transmittance, variance, all.
@@ -89,29 +85,6 @@ pub(super) struct RenderArguments {
     quiet: bool,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Backend {
-    /// A GPU where there is one, else cpu-simd.
-    Auto,
-    /// All cores of the processor, in double precision.
-    Cpu,
-    /// The same with the GPU's kernels on its vector units: faster, in single precision.
-    CpuSimd,
-    /// A graphics adapter, also one that is only a program.
-    Gpu,
-}
-
-impl From<Backend> for backend::Backend {
-    fn from(backend: Backend) -> Self {
-        match backend {
-            Backend::Auto => Self::Auto,
-            Backend::Cpu => Self::Cpu,
-            Backend::CpuSimd => Self::CpuSimd,
-            Backend::Gpu => Self::Gpu,
-        }
-    }
-}
-
 impl RenderArguments {
     /// Checks everything that can be checked, renders, writes. With `json` standard error holds nothing but an
     /// error object.
@@ -123,9 +96,7 @@ impl RenderArguments {
                 note(format_args!("uw: warning: {text}"));
             }
         };
-        let device = backend::Backend::from(self.place())
-            .open(self.adapter.as_deref())
-            .map_err(CliError::input)?;
+        let device = self.place.open()?;
         if let Some(error) = self.target_error.filter(|error| *error >= 1.0) {
             warn(format_args!(
                 "--target-error {error} is an error of {} %; 5 % is 0.05 or 5%",
@@ -152,7 +123,7 @@ impl RenderArguments {
         let render =
             |device: &Device, plan: &Plan| device.render(&prepared, plan, &cancel, &observe);
         let mut rendered = render(&device, &plan);
-        if let Some(reason) = self.needs_native(&rendered) {
+        if let Some(reason) = self.needs_double(&rendered) {
             warn(format_args!("{reason}; rendering with --backend cpu"));
             rendered = render(&Device::Cpu, &self.plan(&scene, &layers, start.elapsed()));
         }
@@ -218,15 +189,15 @@ impl RenderArguments {
         }
         if stats.share_walks < self.share_walks {
             warn(format_args!(
-                "--share-walks had no effect: it needs daylight, water that holds nothing but lamps, and a camera in it"
+                "--share-walks has no effect any more: the noise of every pixel is independent"
             ));
         }
     }
 
-    /// Why the native path tracer has to render, where no backend is demanded: the kernels refuse the scene, or their
+    /// Why double precision has to render, where no backend is demanded: the kernels refuse the scene, or their
     /// limits made the picture too dark and there is no time limit.
-    fn needs_native(&self, rendered: &Result<(Film, RenderStats), RenderError>) -> Option<String> {
-        if self.backend != Backend::Auto {
+    fn needs_double(&self, rendered: &Result<(Film, RenderStats), RenderError>) -> Option<String> {
+        if self.place.backend != Backend::Auto {
             return None;
         }
         match rendered {
@@ -242,21 +213,8 @@ impl RenderArguments {
         }
     }
 
-    /// Where to render: sharing walks is a thing of the native path tracer.
-    fn place(&self) -> Backend {
-        match self.backend {
-            Backend::Auto if self.share_walks > 1 => Backend::Cpu,
-            backend => backend,
-        }
-    }
-
     /// What needs no scene: the names and places of the output files.
     fn check(&self) -> Result<ImageFormat, CliError> {
-        if self.share_walks > 1 && matches!(self.backend, Backend::Gpu | Backend::CpuSimd) {
-            return Err(CliError::input(
-                "--share-walks works with --backend cpu only",
-            ));
-        }
         let format = ImageFormat::of(&self.output).map_err(CliError::input)?;
         if format != ImageFormat::Exr && !self.layers.is_empty() {
             let file = self.output.display();
@@ -291,7 +249,6 @@ impl RenderArguments {
             threads: self.threads.map(usize::from),
             max_bounces: self.max_bounces.unwrap_or(scene.render.max_bounces),
             dark_lamps: layers.iter().any(|layer| layer.is_lamp()),
-            share_walks: self.share_walks,
         }
     }
 }

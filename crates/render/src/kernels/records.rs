@@ -1,0 +1,372 @@
+//! A prepared scene as records and tables.
+
+use glam::{DVec2, DVec3};
+
+use super::{
+    GpuError,
+    layout::{LN_ZERO, Lamp, Material, NONE, Quad, Scene, Triangle},
+    order::{MAX_ORDER, OrderLaw},
+    tables::{FarRows, Rows, narrow_rows},
+    tree::{self, MOST_TRIANGLES, Tree},
+    wide_tree,
+    words::{Record, narrow},
+};
+use crate::prepare::{Medium, Prepared, PreparedLamp, Strategies};
+
+/// Contribution of an order, relative to the first, below which bridges need not reach.
+const LEAST_ORDER_SHARE: f64 = 1e-9;
+/// Fewest scatterings that a bridge can have.
+const FEWEST_ORDERS: usize = 32;
+/// Layers of the film before those of the lamps.
+const FIXED_LAYERS: usize = 3;
+/// How far around a lamp image points are drawn, pixels.
+const SPOT_REACH_PX: f64 = 1.5;
+/// Smallest angle about a lamp that directions in f32 tell apart, rad.
+const LEAST_SPOT_RAD: f64 = 1e-6;
+/// Smallest distance about a lamp in the image in f64, pixels.
+const LEAST_SPOT_PX: f64 = 1e-9;
+
+/// Everything that the kernels read of a scene.
+#[derive(Clone, Debug)]
+pub(crate) struct Tables {
+    pub(crate) scene: Scene,
+    /// Small tables: words, four to a row.
+    near_words: Vec<u64>,
+    /// Nodes, triangles and the field of daylight.
+    pub(crate) far_rows: Vec<[u32; 4]>,
+    /// Words of textures.
+    pub(crate) texels: Vec<u32>,
+    /// The tree of lanes.
+    pub(crate) wide_nodes: Vec<uw_lanes::tree::Node>,
+}
+
+/// Whose way through the triangles is wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Tracer {
+    /// Compute kernels: nodes among the large tables.
+    Kernels,
+    /// Lanes of a processor: nodes of their own.
+    Lanes,
+    /// The prepared geometry itself: neither nodes nor triangles.
+    Prepared,
+}
+
+impl Tracer {
+    /// Smallest distance about a lamp in the image that directions tell apart, pixels.
+    fn least_spot_px(self, focal_px: f64) -> f64 {
+        match self {
+            Self::Kernels | Self::Lanes => LEAST_SPOT_RAD * focal_px,
+            Self::Prepared => LEAST_SPOT_PX,
+        }
+    }
+}
+
+fn logarithms(v: [f64; 3]) -> [f64; 3] {
+    v.map(|x| x.max(LN_ZERO))
+}
+
+impl Tables {
+    /// The tables of `scene` for the lamps in `active` and for `tracer`.
+    ///
+    /// # Errors
+    /// [`GpuError::Limit`] when the scene has more triangles than indices can name.
+    pub(crate) fn build(
+        scene: &Prepared,
+        active: &[usize],
+        tracer: Tracer,
+    ) -> Result<Self, GpuError> {
+        let origin = scene.camera.position_m;
+        let mut rows = Rows::default();
+        let mut far = FarRows::default();
+        let mut texels = Vec::new();
+        let mut record = camera(scene);
+        let lamps: Vec<Lamp> = active
+            .iter()
+            .map(|&i| lamp(scene, i, origin, &mut rows))
+            .collect();
+        record.lamp_count = lamps.len() as u32;
+        record.lamp_rows = rows.records(&lamps);
+        let spots = spots(scene, active, tracer);
+        record.spot_count = spots.len() as u32;
+        record.spot_table = rows.spots(&spots);
+        record.sobol_table = rows.sobol();
+        record.film_layers = (FIXED_LAYERS + scene.lamps.len()) as u32;
+        if let Some(medium) = &scene.medium {
+            water(medium, &mut record, &mut rows);
+        }
+        daylight(scene, origin, &mut record);
+        let quads: Vec<Quad> = quads(scene, origin);
+        let (triangles, tree, wide_nodes) = triangles(scene, origin, tracer)?;
+        record.quad_count = quads.len() as u32;
+        record.quad_rows = rows.records(&quads);
+        record.node_count = match tracer {
+            Tracer::Kernels => tree.nodes.len() as u32,
+            Tracer::Lanes => wide_nodes.len() as u32,
+            Tracer::Prepared => u32::from(scene.geometry.tree.is_some()),
+        };
+        record.grid_lower = tree.grid.lower.map(f64::from);
+        record.grid_step = tree.grid.step.map(f64::from);
+        far.records(&tree.nodes);
+        record.triangle_rows = far.records(&triangles);
+        if let Some(field) = &scene.daylight {
+            record.field_table = rows.field(field, &mut far);
+        }
+        record.material_rows = rows.records(&materials(scene));
+        record.texture_table = rows.textures(&scene.geometry.textures, &mut texels);
+        Ok(Self {
+            scene: record,
+            near_words: rows.finish(),
+            far_rows: far.finish(),
+            texels,
+            wide_nodes,
+        })
+    }
+
+    /// The record of the scene in double precision.
+    pub(crate) fn exact_scene(&self) -> Vec<u64> {
+        self.scene.words()
+    }
+
+    /// The small tables in double precision.
+    pub(crate) fn exact_rows(&self) -> &[u64] {
+        &self.near_words
+    }
+
+    /// The record of the scene in single precision.
+    pub(crate) fn scene_words(&self) -> Vec<u32> {
+        self.scene.words().into_iter().map(narrow).collect()
+    }
+
+    /// The small tables in single precision.
+    pub(crate) fn near_rows(&self) -> Vec<[u32; 4]> {
+        narrow_rows(&self.near_words)
+    }
+}
+
+/// Highest order of bridges in water whose largest single scattering albedo is `albedo`.
+pub(super) fn largest_order(albedo: f64) -> usize {
+    if albedo <= 0.0 {
+        return 0;
+    }
+    let needed = (LEAST_ORDER_SHARE.ln() / albedo.min(1.0 - 1e-12).ln()).ceil();
+    (needed as usize).clamp(FEWEST_ORDERS, MAX_ORDER)
+}
+
+fn camera(scene: &Prepared) -> Scene {
+    let camera = &scene.camera;
+    let [k1, k2, p1, p2, k3] = camera.distortion;
+    Scene {
+        camera_forward: camera.forward.to_array(),
+        focal_x_px: camera.focal_px.x,
+        camera_right: camera.right.to_array(),
+        focal_y_px: camera.focal_px.y,
+        camera_down: camera.down.to_array(),
+        centre_x_px: camera.centre_px.x,
+        distortion: [k1, k2, p1, p2],
+        distortion_k3: k3,
+        centre_y_px: camera.centre_px.y,
+        width: camera.width,
+        height: camera.height,
+        refractive_index: 1.0,
+        ..Scene::ZERO
+    }
+}
+
+fn water(medium: &Medium, record: &mut Scene, rows: &mut Rows) {
+    record.b = medium.b;
+    record.c = medium.c;
+    record.a_min = medium.a_min;
+    record.b_mean = medium.b_mean();
+    record.c_min = medium.c_min;
+    record.c_max = medium.c_max;
+    record.ln_b = logarithms(medium.ln_b);
+    let strategies = |s: &Strategies| (s.sigma, logarithms(s.sigma.map(f64::ln)), s.count as u32);
+    (
+        record.lamp_sigma,
+        record.lamp_ln_sigma,
+        record.lamp_strategies,
+    ) = strategies(&medium.by_scattering);
+    (record.ambient_sigma, _, record.ambient_strategies) = strategies(&medium.by_attenuation);
+    let [value, sample] = medium.phase.parts().map(|parts| rows.cells(&parts));
+    record.value_ends = value.ends;
+    record.value_blocks = value.blocks;
+    record.value_cells = value.cells;
+    record.sample_ends = sample.ends;
+    record.sample_blocks = sample.blocks;
+    record.sample_cells = sample.cells;
+    let albedo = medium.largest_albedo();
+    let largest = largest_order(albedo);
+    record.largest_order = largest as u32;
+    record.order_ratio = OrderLaw::new(albedo).ratio();
+    record.order_table = rows.orders(&OrderLaw::new(albedo), largest);
+}
+
+fn daylight(scene: &Prepared, origin: DVec3, record: &mut Scene) {
+    if let Some(boundary) = &scene.boundary {
+        record.surface_height_m = boundary.height - origin.z;
+        record.refractive_index = boundary.index;
+    }
+    if let Some(sun) = &scene.sun {
+        record.sun_towards = sun.towards.to_array();
+        record.sun_towards_in_air = sun.towards_in_air.to_array();
+        record.sun_irradiance = sun.irradiance;
+        record.sun_irradiance_in_air = sun.irradiance_in_air;
+    }
+    record.sky = scene.sky;
+    record.stretch = scene.stretch;
+    record.largest_emission = scene.largest_emission;
+    record.ambient_scale = scene.ambient_scale;
+    if let Some((lower, upper)) = scene.geometry.bounds() {
+        record.bounds_lower = (lower - origin).to_array();
+        record.bounds_upper = (upper - origin).to_array();
+    }
+}
+
+fn lamp(scene: &Prepared, index: usize, origin: DVec3, rows: &mut Rows) -> Lamp {
+    let lamp = &scene.lamps[index];
+    let falloff = lamp.falloff.as_ref();
+    Lamp {
+        position: (lamp.position - origin).to_array(),
+        radius: lamp.radius,
+        forward: lamp.forward.to_array(),
+        cos_half_angle: lamp.cos_half_angle,
+        intensity: lamp.intensity,
+        level: lamp.level,
+        tangent_u: lamp.tangent.0.to_array(),
+        falloff: falloff.map_or(NONE, |table| rows.falloff(table)),
+        tangent_v: lamp.tangent.1.to_array(),
+        film_layer: (FIXED_LAYERS + index) as u32,
+        mirror_share: lamp.mirror_share,
+        padding_1: 0,
+        padding_2: 0,
+        padding_3: 0,
+    }
+}
+
+fn quads(scene: &Prepared, origin: DVec3) -> Vec<Quad> {
+    let quads = scene.geometry.quads.iter().map(|prepared| {
+        let quad = &prepared.quad;
+        // Tiles per half edge: texture coordinates are (1 ± local) times these.
+        let tiles = DVec2::new(quad.half_u.length(), quad.half_v.length()) / quad.tile_m;
+        Quad {
+            centre: (quad.centre_m - origin).to_array(),
+            material: quad.material as u32,
+            normal: quad.normal.to_array(),
+            tiles_u: tiles.x,
+            dual_u: prepared.dual_u.to_array(),
+            tiles_v: tiles.y,
+            dual_v: prepared.dual_v.to_array(),
+            padding: 0,
+        }
+    });
+    quads.collect()
+}
+
+/// Triangles in the order of their tree, and the tree: one of the two is empty.
+fn triangles(
+    scene: &Prepared,
+    origin: DVec3,
+    tracer: Tracer,
+) -> Result<(Vec<Triangle>, Tree, Vec<uw_lanes::tree::Node>), GpuError> {
+    let geometry = &scene.geometry;
+    let Some(tree) = &geometry.tree else {
+        return Ok((Vec::new(), Tree::default(), Vec::new()));
+    };
+    if tree.triangles().len() as u64 >= MOST_TRIANGLES {
+        return Err(GpuError::Limit {
+            what: "the number of triangles".to_owned(),
+            limit: "indices of triangles",
+            needed: tree.triangles().len() as u64,
+            available: MOST_TRIANGLES,
+        });
+    }
+    let corner = |p: DVec3| (p - origin).as_vec3();
+    let boxes: Vec<_> = tree
+        .triangles()
+        .iter()
+        .map(|t| {
+            let (a, b, c) = (
+                corner(t.corner),
+                corner(t.corner + t.edge_1),
+                corner(t.corner + t.edge_2),
+            );
+            (a.min(b).min(c).to_array(), a.max(b).max(c).to_array())
+        })
+        .collect();
+    let boxes = tree::padded(&boxes);
+    let (order, linked, wide) = match tracer {
+        Tracer::Kernels => {
+            let mut linked = tree::build(&boxes);
+            (std::mem::take(&mut linked.order), linked, Vec::new())
+        }
+        Tracer::Lanes => {
+            let native_order = (0..tree.triangles().len() as u32).collect();
+            let wide = wide_tree::nodes(tree.nodes(), &boxes);
+            (native_order, Tree::default(), wide)
+        }
+        Tracer::Prepared => return Ok((Vec::new(), Tree::default(), Vec::new())),
+    };
+    let records = order.into_iter().map(|i| {
+        let (t, shading) = (&tree.triangles()[i as usize], &geometry.shading[i as usize]);
+        let normals = shading.normals.unwrap_or_default().map(|n| n.as_vec3());
+        let uvs = shading.uvs.unwrap_or_default().map(|uv| uv.as_vec2());
+        Triangle {
+            corner: corner(t.corner).to_array(),
+            material: shading.material,
+            edge_1: t.edge_1.as_vec3().to_array(),
+            smooth_shaded: u32::from(shading.normals.is_some()),
+            edge_2: t.edge_2.as_vec3().to_array(),
+            textured: u32::from(shading.uvs.is_some()),
+            normal_0: normals[0].to_array(),
+            u_0: uvs[0].x,
+            normal_1: normals[1].to_array(),
+            v_0: uvs[0].y,
+            normal_2: normals[2].to_array(),
+            u_1: uvs[1].x,
+            v_1: uvs[1].y,
+            u_2: uvs[2].x,
+            v_2: uvs[2].y,
+            padding: 0,
+        }
+    });
+    Ok((records.collect(), linked, wide))
+}
+
+fn materials(scene: &Prepared) -> Vec<Material> {
+    let materials = scene.geometry.materials.iter().map(|m| Material {
+        reflectance: m.reflectance,
+        texture: m.texture.map_or(NONE, |i| i as u32),
+        emission: m.emission,
+        padding: 0,
+    });
+    materials.collect()
+}
+
+/// Centres in the image of small lamps and of their mirror images, pixels, and ln of the range of distances about them.
+fn spots(scene: &Prepared, active: &[usize], tracer: Tracer) -> Vec<(DVec2, f64)> {
+    if scene.in_air(scene.camera.position_m) {
+        return Vec::new();
+    }
+    let seen_at = |lamp: &PreparedLamp, position: DVec3| {
+        let camera = &scene.camera;
+        let centre = camera.project(position)?;
+        let distance = position.distance(camera.position_m);
+        let focal_px = camera.focal_px.max_element();
+        let radius_px = lamp.radius / distance * focal_px;
+        let size = DVec2::new(f64::from(camera.width), f64::from(camera.height));
+        let seen = centre.cmpge(DVec2::splat(-SPOT_REACH_PX)).all()
+            && centre.cmplt(size + SPOT_REACH_PX).all();
+        let least_px = radius_px.max(tracer.least_spot_px(focal_px)).min(0.5);
+        let octaves = (SPOT_REACH_PX / least_px).ln();
+        (seen && radius_px < 0.5).then_some((centre, octaves))
+    };
+    let mut spots = Vec::new();
+    for &i in active {
+        let lamp = &scene.lamps[i];
+        spots.extend(seen_at(lamp, lamp.position));
+        if scene.boundary.is_some() {
+            spots.extend(seen_at(lamp, scene.mirror(lamp.position)));
+        }
+    }
+    spots
+}

@@ -1,0 +1,182 @@
+//! Tables of numbers in rows of four words: phase functions, orders, Sobol numbers, lamps' falloffs, textures, records.
+//! Twin: `shaders/common/tables.wgsl`.
+
+use uw_media::phase::CellParts;
+
+use super::{
+    order::OrderLaw,
+    words::{Record, float, narrow},
+};
+use crate::{
+    prepare::DaylightField,
+    sampling::sobol::DIRECTIONS,
+    scene::{Texels, Texture, TextureFilter},
+};
+
+/// Words of a row.
+const WIDTH: usize = 4;
+/// Bit of a texture's row: its look-up is bilinear.
+const BILINEAR: u32 = 1;
+/// Bit of a texture's row: its texels are codes, the 256 values they stand for before them.
+const CODED: u32 = 2;
+
+/// A piecewise function: per end the smallest key as bits and the first block; the word of the first block and the row of
+/// the first cell.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct CellTable {
+    pub(super) ends: [u32; 4],
+    pub(super) blocks: u32,
+    pub(super) cells: u32,
+}
+
+/// Rows under construction. Each addition returns its place, that of its first row or, where it says so, of its first word.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Rows(Vec<u64>);
+
+impl Rows {
+    /// All words; whole rows of them.
+    pub(super) fn finish(mut self) -> Vec<u64> {
+        self.next_row();
+        self.0
+    }
+
+    /// The place of the next row, at which the next word goes.
+    fn next_row(&mut self) -> u32 {
+        self.0.resize(self.0.len().next_multiple_of(WIDTH), 0);
+        (self.0.len() / WIDTH) as u32
+    }
+
+    /// Numbers; their place is that of the first word.
+    fn floats(&mut self, values: impl IntoIterator<Item = f64>) -> u32 {
+        let place = self.0.len() as u32;
+        self.0.extend(values.into_iter().map(float));
+        place
+    }
+
+    /// Records of whole rows.
+    pub(super) fn records<T: Record>(&mut self, records: &[T]) -> u32 {
+        let place = self.next_row();
+        for record in records {
+            record.put(&mut self.0);
+        }
+        place
+    }
+
+    /// Whole numbers; their place is that of the first word.
+    fn whole(&mut self, values: impl IntoIterator<Item = u32>) -> u32 {
+        let place = self.0.len() as u32;
+        self.0.extend(values.into_iter().map(u64::from));
+        place
+    }
+
+    /// A piecewise function.
+    pub(super) fn cells(&mut self, parts: &CellParts<'_>) -> CellTable {
+        let [(low_key, low_block), (high_key, high_block)] = parts.ends;
+        let bits = |key: f64| (key as f32).to_bits();
+        let blocks = self.next_row() * WIDTH as u32;
+        self.whole(parts.blocks.iter().copied());
+        let cells = self.next_row();
+        self.floats(parts.cells.iter().flatten().copied());
+        CellTable {
+            ends: [bits(low_key), low_block, bits(high_key), high_block],
+            blocks,
+            cells,
+        }
+    }
+
+    /// ln of the tail of the order law up to the largest order; the place is that of the first word.
+    pub(super) fn orders(&mut self, law: &OrderLaw, largest: usize) -> u32 {
+        self.floats((0..=largest).map(|k| law.ln_tail(k)))
+    }
+
+    /// Direction numbers of the Sobol sequence, 32 per dimension; the place is that of the first word.
+    pub(super) fn sobol(&mut self) -> u32 {
+        self.whole(DIRECTIONS.iter().flatten().copied())
+    }
+
+    /// A table of relative intensities; the place is that of the first word.
+    pub(super) fn falloff(&mut self, table: &[f64]) -> u32 {
+        self.floats(table.iter().copied())
+    }
+
+    /// Small lamps in the image: whole pixels and the rest of the centre, and ln of the range of distances; the place is
+    /// that of the first word.
+    pub(super) fn spots(&mut self, spots: &[(glam::DVec2, f64)]) -> u32 {
+        self.floats(spots.iter().flat_map(|&(centre, octaves)| {
+            let whole = centre.floor();
+            let rest = centre - whole;
+            [whole.x, whole.y, rest.x, rest.y, octaves]
+        }))
+    }
+
+    /// The field of daylight: rows of decays and greatest depth; of narrow rates; of cosine and sine of the sun's azimuth
+    /// and the number of nodes in azimuth; of the places of the four tables, whose entries are three channels and padding.
+    /// The tables themselves go to `far`.
+    pub(super) fn field(&mut self, field: &DaylightField, far: &mut FarRows) -> u32 {
+        let (azimuths, tables) = field.table.parts();
+        let place = self.next_row();
+        let [r, g, b, _] = field.table.decay_per_m.map(f64::from);
+        self.floats([r, g, b, field.table.max_depth_m]);
+        let [r, g, b] = field.narrow_rate;
+        self.floats([r, g, b, 0.0]);
+        let (x, y) = field.sun_azimuth.unwrap_or_default();
+        self.floats([x, y]);
+        self.whole([azimuths as u32, 0]);
+        self.whole(tables.map(|entries| far.records(entries)));
+        place
+    }
+
+    /// Per texture a row of the first word of its texels, its width and height, and [`BILINEAR`] and [`CODED`] or 0.
+    pub(super) fn textures(&mut self, textures: &[Texture], texels: &mut Vec<u32>) -> u32 {
+        let place = self.next_row();
+        for texture in textures {
+            let bilinear = match texture.filter {
+                TextureFilter::Bilinear => BILINEAR,
+                TextureFilter::Nearest => 0,
+            };
+            let (first, coded) = add_texels(&texture.texels, texels);
+            self.whole([first, texture.width, texture.height, bilinear | coded]);
+        }
+        place
+    }
+}
+
+/// Large tables under construction, in single precision: whole rows.
+#[derive(Clone, Debug, Default)]
+pub(super) struct FarRows(Vec<u32>);
+
+impl FarRows {
+    /// All rows.
+    pub(super) fn finish(self) -> Vec<[u32; WIDTH]> {
+        self.0.as_chunks().0.to_vec()
+    }
+
+    /// Records of whole rows; the place is that of the first row.
+    pub(super) fn records<T: bytemuck::Pod>(&mut self, records: &[T]) -> u32 {
+        const { assert!(size_of::<T>().is_multiple_of(4 * WIDTH)) };
+        let place = (self.0.len() / WIDTH) as u32;
+        self.0.extend_from_slice(bytemuck::cast_slice(records));
+        place
+    }
+}
+
+/// Rows of kernels in single precision.
+pub(super) fn narrow_rows(words: &[u64]) -> Vec<[u32; WIDTH]> {
+    let rows = words.as_chunks::<WIDTH>().0;
+    rows.iter().map(|row| row.map(narrow)).collect()
+}
+
+/// Adds texels of 8 bits as the values of all codes and a word of three codes a texel, others as three words a texel.
+/// Returns the word of the first texel, and [`CODED`] or 0.
+fn add_texels(texels: &Texels, words: &mut Vec<u32>) -> (u32, u32) {
+    let Some((codes, values)) = texels.coded() else {
+        let first = words.len() as u32;
+        words.extend(texels.iter().flatten().map(f32::to_bits));
+        return (first, 0);
+    };
+    words.extend(values.iter().map(|value| value.to_bits()));
+    let first = words.len() as u32;
+    words.reserve_exact(texels.len());
+    words.extend(codes.map(|[r, g, b]| u32::from_le_bytes([r, g, b, 0])));
+    (first, CODED)
+}

@@ -1,0 +1,44 @@
+//! Where a command renders.
+
+use clap::{Args, ValueEnum};
+use uw_render::backend::{self, Device};
+
+use super::error::CliError;
+
+/// Arguments of all commands that render.
+#[derive(Debug, Args)]
+pub(super) struct PlaceArguments {
+    /// Where to render.
+    #[arg(long, value_enum, default_value_t = Backend::Auto)]
+    pub(super) backend: Backend,
+    /// Graphics adapter: any part of its name, in any case (see `uw adapters`).
+    #[arg(long, value_name = "NAME")]
+    pub(super) adapter: Option<String>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum Backend {
+    /// A GPU where there is one, else cpu-simd.
+    Auto,
+    /// All cores of the processor, in double precision.
+    Cpu,
+    /// The same on its vector units: faster, in single precision.
+    CpuSimd,
+    /// A graphics adapter, also one that is only a program.
+    Gpu,
+}
+
+impl PlaceArguments {
+    /// The device that is asked for.
+    pub(super) fn open(&self) -> Result<Device, CliError> {
+        let backend = match self.backend {
+            Backend::Auto => backend::Backend::Auto,
+            Backend::Cpu => backend::Backend::Cpu,
+            Backend::CpuSimd => backend::Backend::CpuSimd,
+            Backend::Gpu => backend::Backend::Gpu,
+        };
+        backend
+            .open(self.adapter.as_deref())
+            .map_err(CliError::input)
+    }
+}
