@@ -6,7 +6,7 @@ import package::common::daylight::field_sun_share;
 import package::common::interface::{depth_of, internal_reflectance};
 import package::common::layout::{HAS_DAYLIGHT_FIELD, HAS_GEOMETRY_IN_AIR, HAS_SCATTERING, HAS_SKY, HAS_SUN, HAS_SURFACE, NONE, scene};
 import package::common::math::{circle, expm1, ln_1p, minus_ln, sin2_half};
-import package::common::medium::{Spectral, spectral_pass, spectral_scatter, transmittance, used};
+import package::common::medium::{ChannelSampling, channels_pass, channels_scatter, transmittance, used};
 import package::common::phase::{phase_sample_x, phase_value};
 import package::common::rng::{uniform_number, unit};
 
@@ -27,7 +27,7 @@ fn chance_within(sigma: vec3f, length: f32) -> vec3f {
     return max(-vec3f(expm1(-depth.x), expm1(-depth.y), expm1(-depth.z)), vec3f(1e-30));
 }
 
-fn add_ambient_ln(s: Spectral, ln: vec3f) -> Spectral {
+fn add_ambient_ln(s: ChannelSampling, ln: vec3f) -> ChannelSampling {
     var next = s;
     next.ln_density = used(s.ln_density + ln, s.count);
     return next;
@@ -37,13 +37,13 @@ fn add_ambient_ln(s: Spectral, ln: vec3f) -> Spectral {
 struct Flight {
     kind: u32,
     t: f32,
-    spectral: Spectral,
+    channels: ChannelSampling,
 }
 
 /// Before a surface a scattering for certain. Below the water's surface a scattering or a meeting with it: where everything
 /// that leaves has been scored, the walk stays in the water. Elsewhere a flight in water that goes on for ever.
 fn draw_flight(w: AmbientWalk, end: End, sigma: vec3f, u: f32) -> Flight {
-    var flight = Flight(end.kind, end.t, w.spectral);
+    var flight = Flight(end.kind, end.t, w.channels);
     let below_surface = HAS_SURFACE && end.kind == BOUNDARY;
     var reflectance = 1.0;
     var leaving = 0.0;
@@ -52,10 +52,10 @@ fn draw_flight(w: AmbientWalk, end: End, sigma: vec3f, u: f32) -> Flight {
         leaving = select(1.0 - reflectance, 0.0, HAS_GEOMETRY_IN_AIR);
     }
     if !HAS_SCATTERING {
-        flight.spectral.value *= transmittance(end.t) * (1.0 - leaving);
+        flight.channels.value *= transmittance(end.t) * (1.0 - leaving);
         return flight;
     }
-    let chosen = w.spectral.chosen;
+    let chosen = w.channels.chosen;
     let within = chance_within(sigma, end.t);
     var staying = vec3f(1.0);
     var v = u;
@@ -66,13 +66,13 @@ fn draw_flight(w: AmbientWalk, end: End, sigma: vec3f, u: f32) -> Flight {
         staying = max(select(vec3f(1.0) - leaving * through, within, vec3<bool>(leaving == 1.0)), vec3f(1e-30));
         let reached = (1.0 - leaving) * through[chosen] / staying[chosen];
         if u < reached {
-            flight.spectral = spectral_pass(w.spectral, sigma, end.t);
+            flight.channels = channels_pass(w.channels, sigma, end.t);
             var ln = -log(staying);
             if !HAS_GEOMETRY_IN_AIR {
-                flight.spectral.value *= reflectance;
+                flight.channels.value *= reflectance;
                 ln += vec3f(log(max(reflectance, 1e-30)));
             }
-            flight.spectral = add_ambient_ln(flight.spectral, ln);
+            flight.channels = add_ambient_ln(flight.channels, ln);
             return flight;
         }
         v = (u - reached) / (1.0 - reached);
@@ -84,7 +84,7 @@ fn draw_flight(w: AmbientWalk, end: End, sigma: vec3f, u: f32) -> Flight {
         flight.t = minus_ln(v) / sigma[chosen];
     }
     // The density of the flight given that it stays.
-    flight.spectral = spectral_scatter(w.spectral, sigma, log(max(sigma, vec3f(1e-30)) / staying), flight.t);
+    flight.channels = channels_scatter(w.channels, sigma, log(max(sigma, vec3f(1e-30)) / staying), flight.t);
     return flight;
 }
 
@@ -137,7 +137,7 @@ fn scatter_ambient(walk: AmbientWalk, t: f32) {
     if !first && (HAS_SUN || counts.sky > 0.0) {
         choice = uniform_number();
     }
-    let sun = counts.sun[w.spectral.chosen];
+    let sun = counts.sun[w.channels.chosen];
     var kind = AROUND_OLD;
     if first {
         kind = next_kind(0u, counts);
@@ -192,6 +192,6 @@ fn go_along(w: AmbientWalk, kind: u32, numbers: DirectionNumbers, counts: Counts
     if counts.sky > 0.0 && copy.direction.z >= lowest {
         density += vec3f(counts.sky / (TAU * (1.0 - lowest)) / phase);
     }
-    copy.spectral = add_ambient_ln(copy.spectral, log(max(density, vec3f(1e-30))));
+    copy.channels = add_ambient_ln(copy.channels, log(max(density, vec3f(1e-30))));
     push_walk(copy);
 }

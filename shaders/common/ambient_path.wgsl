@@ -1,7 +1,7 @@
 // Daylight and emitting surfaces: a camera walk that scores sun and sky along every segment.
 // Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
 import package::common::ambient_flight::{draw_flight, scatter_ambient};
-import package::common::ambient_held::numbers;
+import package::common::ambient_queue::numbers;
 import package::common::ambient_walk::{AmbientWalk, IN_AIR, LEADING, MET_SURFACE, SCATTERED_BEFORE, along, copies_made, copies_of, diffuse_irradiance, direction_numbers, has, has_reference, has_top, light_ahead, light_on_surface, pending, pop_walk, push_walk, relative_light, score, set_reference, sin2_half_to_sun, survival_of, turned_walk};
 import package::common::bvh::{SurfacePoint, closest, occluded, surface_point};
 import package::common::camera::{BOUNDARY, End, NOTHING, SCATTER, SURFACE, end_point, eye, full_segment, no_point};
@@ -9,7 +9,7 @@ import package::common::daylight::{scattered_sunlight, sun_reaches};
 import package::common::interface::{depth_of, external_reflectance, flip, internal_reflectance, is_above, refract_into_water};
 import package::common::layout::{HAS_AIR, HAS_GEOMETRY_IN_AIR, HAS_MEDIUM, HAS_SCATTERING, HAS_SKY, HAS_SUN, HAS_SURFACE, INFINITE, NONE, PI, counters, dispatch, scene};
 import package::common::math::cosine_hemisphere;
-import package::common::medium::{spectral_start, spectral_weight, transmittance};
+import package::common::medium::{channels_start, channels_weight, transmittance};
 import package::common::phase::{phase_sample_x, phase_value};
 import package::common::rng::{uniform_number, unit};
 import package::common::settings::{ambient_strategies, max_events};
@@ -27,8 +27,8 @@ fn ambient_start(direction: vec3f) {
     copies_made = 0u;
     segments = 0u;
     let flags = LEADING | select(0u, IN_AIR, is_above(eye()));
-    let spectral = spectral_start(ambient_strategies(), numbers.chooser);
-    push_walk(AmbientWalk(eye(), direction, direction - scene.sun_towards, NONE, flags, 0u, spectral));
+    let channels = channels_start(ambient_strategies(), numbers.chooser);
+    push_walk(AmbientWalk(eye(), direction, direction - scene.sun_towards, NONE, flags, 0u, channels));
 }
 
 /// Where a walk is to go on from a surface.
@@ -58,7 +58,7 @@ fn ambient_step() {
         if end.kind == SURFACE {
             point = end_point(end, w.direction);
         }
-        weight = spectral_weight(w.spectral);
+        weight = channels_weight(w.channels);
         let light = water_segment(w, weight, end, point);
         volume = light.volume;
         landing = to_surface(w, weight, end, point, light.surface);
@@ -130,7 +130,7 @@ fn to_surface(walk: AmbientWalk, weight: vec3f, end: End, point: SurfacePoint, l
             return AmbientLanding(false, w, point);
         }
     }
-    w.spectral.value *= transmittance(end.t) / survival;
+    w.channels.value *= transmittance(end.t) / survival;
     w.origin += end.t * w.direction;
     w.start_primitive = end.primitive;
     return AmbientLanding(true, w, point);
@@ -140,7 +140,7 @@ fn to_surface(walk: AmbientWalk, weight: vec3f, end: End, point: SurfacePoint, l
 fn follow(walk: AmbientWalk, weight: vec3f, end: End, light: vec3f) {
     var w = walk;
     let copies = copies_of(w, weight, light);
-    w.spectral.value *= copies.factor;
+    w.channels.value *= copies.factor;
     // Flights are stretched towards the light.
     let sigma = scene.ambient_sigma * max(1.0 - scene.stretch * w.direction.z, vec3f(0.05));
     if copies.count == 0u {
@@ -156,7 +156,7 @@ fn follow(walk: AmbientWalk, weight: vec3f, end: End, light: vec3f) {
         }
         var copy = w;
         let flight = draw_flight(w, end, sigma, u);
-        copy.spectral = flight.spectral;
+        copy.channels = flight.channels;
         if flight.kind == SCATTER {
             if HAS_SCATTERING && w.events < max_events() {
                 scatter_ambient(copy, flight.t);
@@ -198,7 +198,7 @@ fn leave_boundary(walk: AmbientWalk) {
     }
     w = along(w, vec3f(across, sqrt(vertical2)));
     w.flags |= IN_AIR;
-    w.spectral.value *= scene.refractive_index * scene.refractive_index;
+    w.channels.value *= scene.refractive_index * scene.refractive_index;
     push_walk(w);
 }
 
@@ -215,7 +215,7 @@ fn air_segment(walk: AmbientWalk) -> AmbientLanding {
         return AmbientLanding(true, w, surface_point(hit, w.direction));
     }
     if down <= 0.0 {
-        score(w, spectral_weight(w.spectral), has(w, SCATTERED_BEFORE), scene.sky);
+        score(w, channels_weight(w.channels), has(w, SCATTERED_BEFORE), scene.sky);
         return AmbientLanding(false, w, no_point());
     }
     w.origin = vec3f((w.origin + to_water * w.direction).xy, scene.surface_height_m);
@@ -225,7 +225,7 @@ fn air_segment(walk: AmbientWalk) -> AmbientLanding {
     } else {
         w = along(w, refract_into_water(w.direction));
         w.flags &= ~IN_AIR;
-        w.spectral.value /= scene.refractive_index * scene.refractive_index;
+        w.channels.value /= scene.refractive_index * scene.refractive_index;
     }
     push_walk(w);
     return AmbientLanding(false, w, no_point());
@@ -237,20 +237,20 @@ fn meet_surface_ambient(walk: AmbientWalk, point: SurfacePoint) {
     w.flags |= MET_SURFACE;
     let scattered = has(w, SCATTERED_BEFORE);
     if any(point.emission != vec3f(0.0)) {
-        score(w, spectral_weight(w.spectral), scattered, point.emission);
+        score(w, channels_weight(w.channels), scattered, point.emission);
     }
     if w.events >= max_events() || all(point.reflectance == vec3f(0.0)) {
         return;
     }
     w.events += 1u;
-    w.spectral.value *= point.reflectance;
-    let weight = spectral_weight(w.spectral);
+    w.channels.value *= point.reflectance;
+    let weight = channels_weight(w.channels);
     let sun = sunlight_on(w, point);
     score(w, weight, scattered, sun);
     let diffuse = diffuse_irradiance(has(w, IN_AIR), depth_of(w.origin), point) / PI;
     set_reference(weight, point.emission + sun + diffuse);
     let copies = copies_of(w, weight, diffuse);
-    w.spectral.value *= copies.factor;
+    w.channels.value *= copies.factor;
     if copies.count == 0u {
         return;
     }
@@ -314,7 +314,7 @@ fn leave_surface(walk: AmbientWalk, point: SurfacePoint) {
             x = sin2_half_to_sun(w);
         }
         let density = (1.0 - SUN_SHARE_SURFACE) * cosine / PI + SUN_SHARE_SURFACE * phase_value(x);
-        w.spectral.value *= cosine / PI / density;
+        w.channels.value *= cosine / PI / density;
     }
     w.flags &= ~LEADING;
     push_walk(w);

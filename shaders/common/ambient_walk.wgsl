@@ -1,6 +1,6 @@
 // Walks that look for daylight: their state, the stack of those that still have to go on, and how many go on.
 // Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
-import package::common::ambient_held::numbers;
+import package::common::ambient_queue::numbers;
 import package::common::bvh::SurfacePoint;
 import package::common::camera::{End, SURFACE};
 import package::common::daylight::{field_irradiance, field_scattered};
@@ -8,9 +8,10 @@ import package::common::film::{AMBIENT, add_light, lane};
 import package::common::interface::depth_of;
 import package::common::layout::{HAS_DAYLIGHT_FIELD, HAS_MEDIUM, HAS_SUN, PI, counters, dispatch, scene, scratch};
 import package::common::math::{expm1, turn_change, turned};
-import package::common::medium::{Spectral, largest, transmittance};
+import package::common::medium::{ChannelSampling, largest, transmittance};
 import package::common::rng::{next_bits, uniform_number};
 
+/// The weight window of walks, by the sample's reference.
 const LOWEST: f32 = 0.5;
 const HIGHEST: f32 = 2.0;
 const MOST_COPIES: f32 = 16.0;
@@ -39,7 +40,7 @@ struct AmbientWalk {
     /// IN_AIR, SCATTERED_BEFORE, MET_SURFACE, LEADING.
     flags: u32,
     events: u32,
-    spectral: Spectral,
+    channels: ChannelSampling,
 }
 
 /// Walks of the sample that still have to go on; the last of them is `top`, unless it is on the stack with the others.
@@ -72,12 +73,12 @@ fn push_walk(w: AmbientWalk) {
 }
 
 fn store_walk(place: u32, w: AmbientWalk) {
-    let packed = (w.spectral.chosen << 8u) | (w.flags << 2u) | w.spectral.count;
+    let packed = (w.channels.chosen << 8u) | (w.flags << 2u) | w.channels.count;
     // Whole numbers below 2^24 as floats: bit patterns that are no number might not survive.
     scratch[stack_place(place, 0u)] = vec4f(w.origin, f32(w.start_primitive & 0xffffu));
     scratch[stack_place(place, 1u)] = vec4f(w.direction, f32(w.start_primitive >> 16u));
-    scratch[stack_place(place, 2u)] = vec4f(w.spectral.value, f32(min(w.events, 0xffffffu)));
-    scratch[stack_place(place, 3u)] = vec4f(w.spectral.ln_density, f32(packed));
+    scratch[stack_place(place, 2u)] = vec4f(w.channels.value, f32(min(w.events, 0xffffffu)));
+    scratch[stack_place(place, 3u)] = vec4f(w.channels.ln_density, f32(packed));
     scratch[stack_place(place, 4u)] = vec4f(w.from_sun, 0.0);
 }
 
@@ -99,7 +100,7 @@ fn pop_walk() -> AmbientWalk {
         u32(a.w) | (u32(b.w) << 16u),
         (packed >> 2u) & 0x3fu,
         u32(c.w),
-        Spectral(c.xyz, d.xyz, packed & 3u, packed >> 8u),
+        ChannelSampling(c.xyz, d.xyz, packed & 3u, packed >> 8u),
     );
 }
 
@@ -169,7 +170,7 @@ fn relative_light(weight: vec3f, light: vec3f) -> f32 {
     return largest(select(vec3f(0.0), weight * light / reference, reference > vec3f(0.0)));
 }
 
-/// Roulette below the window; certain death only where nothing at all is ahead.
+/// Roulette below the weight window; certain death only where nothing at all is ahead.
 fn survival_of(value: f32) -> f32 {
     return select(0.0, clamp(value / LOWEST, LEAST_SURVIVAL, 1.0), value > 0.0);
 }

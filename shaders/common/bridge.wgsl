@@ -2,8 +2,8 @@
 // Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
 //
 // Vertices live in the scratch buffer, one column per lane: positions and segment lengths of the bridge as it was
-// drawn, then positions and lengths of the walk's trail, then per place (sin²(θ/2), crossing) of the bridge and (lobe,
-// reflected) of the trail.
+// drawn, then positions and lengths of the camera subpath, then per place (sin²(θ/2), crossing) of the bridge and (pdf,
+// reflected) of the subpath.
 import package::common::film::lane;
 import package::common::layout::{dispatch, scene, scratch};
 import package::common::math::{circle, frame, minus_ln, turn};
@@ -33,7 +33,7 @@ fn bridge_place(i: u32) -> u32 {
     return i * dispatch.lanes + lane;
 }
 
-fn trail_place(i: u32) -> u32 {
+fn subpath_place(i: u32) -> u32 {
     return (dispatch.slots + i) * dispatch.lanes + lane;
 }
 

@@ -178,7 +178,7 @@ fn occluded(origin: vec3f, direction: vec3f, t_max: f32, start_primitive: u32) -
 }
 
 /// Texel `place` of a texture whose first word is `first`: a word of three codes, whose 256 values are before them, or
-/// three values. Twin: crates/render/src/gpu/tables.rs.
+/// three values. Host: crates/render/src/kernels/tables.rs.
 fn texel(first: u32, coded: bool, place: u32) -> vec3f {
     if coded {
         let codes = texels[first + place];

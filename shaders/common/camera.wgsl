@@ -44,7 +44,7 @@ struct CameraRay {
 }
 
 /// An image point of a pixel, from its upper left corner, and the factor of what is seen there (0: outside).
-struct Placed {
+struct ImagePoint {
     offset: vec2f,
     factor: f32,
 }
@@ -186,13 +186,13 @@ fn spot_sample(s: vec3f, u: f32, v: f32) -> vec2f {
 }
 
 /// An image point of a pixel from two numbers in (0, 1).
-fn place(column: u32, row: u32, u: f32, v: f32) -> Placed {
+fn choose_image_point(column: u32, row: u32, u: f32, v: f32) -> ImagePoint {
     var count = 0u;
     for (var i = 0u; i < spot_count(); i++) {
         count += select(0u, 1u, is_near(spot(i, column, row)));
     }
     if count == 0u {
-        return Placed(vec2f(u, v), 1.0);
+        return ImagePoint(vec2f(u, v), 1.0);
     }
     var point = vec2f((u - SPOT_SHARE) / (1.0 - SPOT_SHARE), v);
     let pick = u / SPOT_SHARE * f32(count);
@@ -210,7 +210,7 @@ fn place(column: u32, row: u32, u: f32, v: f32) -> Placed {
         }
     }
     if min(point.x, point.y) < 0.0 || max(point.x, point.y) >= 1.0 {
-        return Placed(point, 0.0);
+        return ImagePoint(point, 0.0);
     }
     var around = 0.0;
     for (var i = 0u; i < spot_count(); i++) {
@@ -219,5 +219,5 @@ fn place(column: u32, row: u32, u: f32, v: f32) -> Placed {
             around += spot_density(s, point);
         }
     }
-    return Placed(point, 1.0 / (1.0 - SPOT_SHARE + SPOT_SHARE * around / f32(count)));
+    return ImagePoint(point, 1.0 / (1.0 - SPOT_SHARE + SPOT_SHARE * around / f32(count)));
 }

@@ -4,7 +4,7 @@ import package::common::bvh::{SurfacePoint, closest};
 import package::common::camera::{BOUNDARY, CameraRay, SURFACE, end_point};
 import package::common::film::add_light;
 import package::common::interface::{distance_to_surface, flip, internal_reflectance, is_above};
-import package::common::lamp_join::{emitted, surface_lobe};
+import package::common::lamp_connect::{emitted, surface_pdf};
 import package::common::lamp_walk::{NO_NUMBER, Target, choose_targets, lamp_point, target_count, targets};
 import package::common::layout::{HAS_DISKS, HAS_SURFACE, INFINITE, NONE, scene};
 import package::common::light::{lamp_facing_area, lamp_radiance_along};
@@ -47,9 +47,9 @@ fn direct_lamps(ray: CameraRay) {
         let aimed = targets[select(i, i - target_count, meets)];
         let large = is_large(aimed.lamp, position);
         any_large = any_large || large;
-        let way = way_to_lamp(aimed, position, drawn, meets);
-        if way.length > 0.0 && (large || !meets) {
-            let light = ray.entry_factor * straight_light(ray, point, aimed, position, way, large);
+        let line = line_to_lamp(aimed, position, drawn, meets);
+        if line.length > 0.0 && (large || !meets) {
+            let light = ray.entry_factor * straight_light(ray, point, aimed, position, line, large);
             add_light(lamp_film_layer(aimed.lamp), lamp_level(aimed.lamp), true, false, light);
         }
         i += 1u;
@@ -60,21 +60,21 @@ fn direct_lamps(ray: CameraRay) {
 }
 
 /// A straight way to a point of a lamp, in unfolded space; of length 0 where there is none.
-struct Way {
+struct LineToLamp {
     end: vec3f,
     towards: vec3f,
     length: f32,
 }
 
 /// The way to a point of the lamp, or the one along `drawn` to its disk.
-fn way_to_lamp(aimed: Target, position: vec3f, drawn: vec3f, meets: bool) -> Way {
+fn line_to_lamp(aimed: Target, position: vec3f, drawn: vec3f, meets: bool) -> LineToLamp {
     if HAS_DISKS && meets {
         let disk = lamp_radiance_along(aimed.lamp, position, drawn, distance_to_surface(position, drawn));
-        return Way(position + disk.t * drawn, drawn, select(0.0, disk.t, disk.met && !aimed.mirrored));
+        return LineToLamp(position + disk.t * drawn, drawn, select(0.0, disk.t, disk.met && !aimed.mirrored));
     }
     let end = lamp_point(aimed);
     let length = distance(position, end);
-    return Way(end, (end - position) / length, length);
+    return LineToLamp(end, (end - position) / length, length);
 }
 
 /// Whether the disk of a lamp is looked for in a drawn direction as well.
@@ -84,23 +84,23 @@ fn is_large(lamp: u32, position: vec3f) -> bool {
     return dot(offset, offset) < reach * reach;
 }
 
-/// Light from the lamp point where `way` ends. A large disk is found in two ways, which share by the balance heuristic.
-fn straight_light(ray: CameraRay, point: SurfacePoint, aimed: Target, position: vec3f, way: Way, large: bool) -> vec3f {
-    let lobe = surface_lobe(point, way.towards);
-    let relative = emitted(aimed, -way.towards);
-    if lobe <= 0.0 || relative == 0.0 {
+/// Light from the lamp point where `line` ends. A large disk is found in two ways, which share by the balance heuristic.
+fn straight_light(ray: CameraRay, point: SurfacePoint, aimed: Target, position: vec3f, line: LineToLamp, large: bool) -> vec3f {
+    let scattering_pdf = surface_pdf(point, line.towards);
+    let relative = emitted(aimed, -line.towards);
+    if scattering_pdf <= 0.0 || relative == 0.0 {
         return vec3f(0.0);
     }
-    let open = segment_factor(position, way.end, ray.end.primitive);
+    let open = segment_factor(position, line.end, ray.end.primitive);
     if open == 0.0 {
         return vec3f(0.0);
     }
-    var density = way.length * way.length / lobe;
-    if large && is_above(position) == is_above(way.end) {
-        density += open * lamp_facing_area(aimed.lamp, -way.towards);
+    var density = line.length * line.length / scattering_pdf;
+    if large && is_above(position) == is_above(line.end) {
+        density += open * lamp_facing_area(aimed.lamp, -line.towards);
     }
     let factor = aimed.weight * relative * open / density;
-    return factor * lamp_intensity(aimed.lamp) * point.reflectance * transmittance(ray.end.t + way.length);
+    return factor * lamp_intensity(aimed.lamp) * point.reflectance * transmittance(ray.end.t + line.length);
 }
 
 /// Disk lamps that the camera looks at, straight or in the underside of the water surface.

@@ -40,11 +40,16 @@ fn film_at(pixel: u32, layer: u32) -> vec3f {
     return vec3f(film[place], film[place + 1u], film[place + 2u]);
 }
 
+/// Whether sums in single precision can hold a contribution. In double precision: crates/lanes/build/scalar.rs.
+fn is_light(light: vec3f) -> bool {
+    return all(light >= vec3f(0.0)) && all(light < vec3f(1e30));
+}
+
 /// Adds radiance of the source whose layer and level are given, by what happened on its way.
 fn add_light(layer: u32, level: f32, met_surface: bool, scattered: bool, radiance: vec3f) {
     let light = share * radiance;
     // A number that is not one would spoil the pixel for good: left out and counted.
-    if !(all(light >= vec3f(0.0)) && all(light < vec3f(1e30))) {
+    if !is_light(light) {
         atomicAdd(&counters.not_finite, 1u);
         return;
     }

@@ -2,17 +2,17 @@
 // Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
 import package::common::bvh::SurfacePoint;
 import package::common::camera::{BOUNDARY, CameraRay, End, SCATTER, SURFACE, end_point};
-import package::common::lamp_join::{join_lamps, meet_lamps, vertex_count};
-import package::common::lamp_landing::{Landing, choose_landing};
+import package::common::lamp_connect::{connect_lamps, meet_lamps, vertex_count};
+import package::common::lamp_resampling::{Landing, resample_landing};
 import package::common::lamp_walk::{NO_NUMBER, choose_targets, first_end, go_to_scattering, land, lit_length2, lit_length2_of, next_end, reflect_at_boundary, survives, target_centre, target_count, targets, unfolded, walk, walk_start};
 import package::common::layout::{HAS_SCATTERING, HAS_SURFACE, PI, counters, dispatch, scene};
 import package::common::math::{cosine_hemisphere, turn};
-import package::common::medium::{rest_of_start, spectral_scatter, spectral_start};
+import package::common::medium::{rest_of_start, channels_scatter, channels_start};
 import package::common::phase::{phase_sample_x, phase_value};
 import package::common::rng::{leading, leading_bits, next_bits, uniform_number, unit};
 import package::common::settings::{lamp_strategies, max_events};
 import package::common::tables::lamp_radius;
-import package::common::ways::{trail, trail_leave, trail_push, trail_root, trail_start};
+import package::common::mis::{subpath, subpath_leave, subpath_push, subpath_root, subpath_start};
 
 /// Distance of a surface from a lamp, in optical depths, below which the water between them is joined to the lamp too.
 const CLOSE_SURFACE: f32 = 0.6;
@@ -45,11 +45,11 @@ fn lamp_walk(ray: CameraRay, first: u32) {
     walk_start(ray);
     lit_length2 = lit_length2_of(ray);
     let chooser = leading(6u);
-    walk.spectral = spectral_start(lamp_strategies(), chooser);
-    let aim_number = rest_of_start(walk.spectral, chooser);
-    walk.spectral.value *= ray.entry_factor;
+    walk.channels = channels_start(lamp_strategies(), chooser);
+    let aim_number = rest_of_start(walk.channels, chooser);
+    walk.channels.value *= ray.entry_factor;
     numbers = First(leading(5u), leading_bits(3u), leading(4u));
-    trail_start();
+    subpath_start();
     choose_targets(ray, aim_number);
     var state = arrive(first_end(ray, first));
     var choosing = true;
@@ -57,7 +57,7 @@ fn lamp_walk(ray: CameraRay, first: u32) {
         // To the first landing; after that was chosen, to the walk's end.
         loop {
             if state == IN_WATER || (state == LANDED && !choosing) {
-                state = join_and_turn(state == LANDED);
+                state = connect_and_turn(state == LANDED);
             }
             state = go_on(state);
             if state == LANDED {
@@ -71,7 +71,7 @@ fn lamp_walk(ray: CameraRay, first: u32) {
             break;
         }
         choosing = false;
-        let landing = choose_landing(ray, first, Landing(state == LANDED, ground));
+        let landing = resample_landing(ray, first, Landing(state == LANDED, ground));
         ground = landing.point;
         state = select(LOST, LANDED, landing.found);
         if state == LOST {
@@ -114,8 +114,8 @@ fn arrive(end: End) -> u32 {
         return LOST;
     }
     go_to_scattering(end.t);
-    walk.spectral = spectral_scatter(walk.spectral, scene.lamp_sigma, scene.lamp_ln_sigma, end.t);
-    if !walk.met_surface || trail.companions {
+    walk.channels = channels_scatter(walk.channels, scene.lamp_sigma, scene.lamp_ln_sigma, end.t);
+    if !walk.met_surface || subpath.companions {
         return IN_WATER;
     }
     let bits = next_bits();
@@ -124,7 +124,7 @@ fn arrive(end: End) -> u32 {
 }
 
 /// Bridges from where the walk stands, then a new direction.
-fn join_and_turn(on_surface: bool) -> u32 {
+fn connect_and_turn(on_surface: bool) -> u32 {
     var is_leading = walk.scatterings == 1u && walk.events == 1u;
     if on_surface {
         is_leading = walk.events == 0u;
@@ -132,48 +132,48 @@ fn join_and_turn(on_surface: bool) -> u32 {
             return LOST;
         }
     } else {
-        if trail.count >= dispatch.slots {
+        if subpath.count >= dispatch.slots {
             atomicAdd(&counters.cut_paths, 1u);
             return LOST;
         }
-        trail_push(unfolded(walk.origin), walk.length, walk.reflected);
+        subpath_push(unfolded(walk.origin), walk.length, walk.reflected);
     }
-    join_lamps(on_surface, ground, max_events(), select(NO_NUMBER, numbers.order, is_leading));
+    connect_lamps(on_surface, ground, max_events(), select(NO_NUMBER, numbers.order, is_leading));
     var bits = numbers.bits;
     var v = numbers.v;
     if !is_leading {
         bits = next_bits();
         v = uniform_number();
     }
-    var lobe: f32;
+    var scattering_pdf: f32;
     if on_surface {
         walk.direction = cosine_hemisphere(ground.shading_normal, unit(bits), v);
         if dot(walk.direction, ground.normal) <= 0.0 {
             return LOST;
         }
-        lobe = dot(ground.shading_normal, walk.direction) / PI;
+        scattering_pdf = dot(ground.shading_normal, walk.direction) / PI;
     } else {
         let x = phase_sample_x(bits);
         walk.direction = turn(walk.direction, x, v);
-        lobe = phase_value(x);
+        scattering_pdf = phase_value(x);
     }
-    trail_leave(lobe);
-    meet_lamps(lobe);
+    subpath_leave(scattering_pdf);
+    meet_lamps(scattering_pdf);
     walk.unscattered = false;
     return ON_ITS_WAY;
 }
 
-/// Starts the trail on the surface where the walk stands; false where nothing is reflected.
+/// Starts the subpath on the surface where the walk stands; false where nothing is reflected.
 fn root_on_surface() -> bool {
     walk.unscattered = walk.unscattered && walk.events == 0u;
     walk.events += 1u;
     walk.met_surface = true;
-    walk.spectral.value *= ground.reflectance;
-    if all(walk.spectral.value == vec3f(0.0)) {
+    walk.channels.value *= ground.reflectance;
+    if all(walk.channels.value == vec3f(0.0)) {
         return false;
     }
     let position = unfolded(walk.origin);
-    trail_root(position, walk.length, walk.reflected, is_close_to_lamp(position), walk.unscattered);
+    subpath_root(position, walk.length, walk.reflected, is_close_to_lamp(position), walk.unscattered);
     return true;
 }
 

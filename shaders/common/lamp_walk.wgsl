@@ -6,7 +6,7 @@ import package::common::interface::{distance_to_surface, flip, internal_reflecta
 import package::common::layout::{HAS_MEDIUM, HAS_SCATTERING, HAS_SURFACE, INFINITE, NONE, scene};
 import package::common::light::{lamp_relative_intensity, lamp_sample_point};
 import package::common::math::{angle_of, expm1, ln_1p, minus_ln, quarter_turns};
-import package::common::medium::{Spectral, largest, spectral_pass, spectral_start, spectral_weight, transmittance};
+import package::common::medium::{ChannelSampling, largest, channels_pass, channels_start, channels_weight, transmittance};
 import package::common::rng::{leading, uniform_number};
 import package::common::settings::lamp_count;
 import package::common::tables::{lamp_intensity, lamp_mirror_share, lamp_position, lamp_radius};
@@ -53,7 +53,7 @@ struct Walk {
     events: u32,
     met_surface: bool,
     unscattered: bool,
-    spectral: Spectral,
+    channels: ChannelSampling,
     /// Largest prospects so far, before a surface is met.
     best: f32,
 }
@@ -82,7 +82,7 @@ var<private> targets: array<Target, 4>;
 var<private> target_count: u32;
 
 fn walk_start(ray: CameraRay) {
-    walk = Walk(ray.origin, ray.direction, NONE, false, 0.0, 1.0, 0u, 0u, false, true, spectral_start(1u, 0.5), 0.0);
+    walk = Walk(ray.origin, ray.direction, NONE, false, 0.0, 1.0, 0u, 0u, false, true, channels_start(1u, 0.5), 0.0);
 }
 
 fn unfolded(point: vec3f) -> vec3f {
@@ -227,8 +227,8 @@ fn equiangular_density(law: Equiangular, t: f32) -> f32 {
 /// it; multiplies the densities by what they differ from those of the free flight.
 fn scattered_at(ray: CameraRay, within: vec3f, u: f32) -> f32 {
     let sigma = scene.lamp_sigma;
-    let used = vec3u(0u, 1u, 2u) < vec3u(walk.spectral.count);
-    let density = dot(select(vec3f(0.0), sigma / within, used), vec3f(1.0)) / f32(walk.spectral.count);
+    let used = vec3u(0u, 1u, 2u) < vec3u(walk.channels.count);
+    let density = dot(select(vec3f(0.0), sigma / within, used), vec3f(1.0)) / f32(walk.channels.count);
     var t = -1.0;
     var left = u;
     var others = 1.0;
@@ -242,7 +242,7 @@ fn scattered_at(ray: CameraRay, within: vec3f, u: f32) -> f32 {
         others -= share;
     }
     if t < 0.0 {
-        let chosen = walk.spectral.chosen;
+        let chosen = walk.channels.chosen;
         t = min(-ln_1p(-clamp(left / others, 0.0, 1.0) * within[chosen]) / sigma[chosen], ray.length);
     }
     if others < 1.0 {
@@ -259,8 +259,8 @@ fn scattered_at(ray: CameraRay, within: vec3f, u: f32) -> f32 {
 
 /// Multiplies the densities of the strategies by factors given as logarithms.
 fn add_ln_density(ln: vec3f) {
-    let s = vec3u(0u, 1u, 2u) < vec3u(walk.spectral.count);
-    walk.spectral.ln_density = select(walk.spectral.ln_density, walk.spectral.ln_density + ln, s);
+    let s = vec3u(0u, 1u, 2u) < vec3u(walk.channels.count);
+    walk.channels.ln_density = select(walk.channels.ln_density, walk.channels.ln_density + ln, s);
 }
 
 /// The end of the camera ray's first segment in water and its effect on the weights.
@@ -269,7 +269,7 @@ fn first_end(ray: CameraRay, kind: u32) -> End {
         return ray.end;
     }
     if !HAS_SCATTERING || kind == THROUGH {
-        walk.spectral.value *= transmittance(ray.length);
+        walk.channels.value *= transmittance(ray.length);
         walk.length += ray.length;
         return ray.end;
     }
@@ -278,9 +278,9 @@ fn first_end(ray: CameraRay, kind: u32) -> End {
     let within = max(-vec3f(expm1(-depth.x), expm1(-depth.y), expm1(-depth.z)), vec3f(1e-30));
     var u = leading(2u);
     if kind == FREE {
-        let chance = within[walk.spectral.chosen];
+        let chance = within[walk.channels.chosen];
         if u >= chance {
-            walk.spectral = spectral_pass(walk.spectral, sigma, ray.length);
+            walk.channels = channels_pass(walk.channels, sigma, ray.length);
             walk.length += ray.length;
             return ray.end;
         }
@@ -297,11 +297,11 @@ fn first_end(ray: CameraRay, kind: u32) -> End {
 fn next_end(u: f32) -> End {
     var t = INFINITE;
     if HAS_SCATTERING {
-        t = minus_ln(u) / scene.lamp_sigma[walk.spectral.chosen];
+        t = minus_ln(u) / scene.lamp_sigma[walk.channels.chosen];
     }
     let end = free_end(t);
     if HAS_MEDIUM && (end.kind == SURFACE || end.kind == BOUNDARY) {
-        walk.spectral = spectral_pass(walk.spectral, scene.lamp_sigma, end.t);
+        walk.channels = channels_pass(walk.channels, scene.lamp_sigma, end.t);
         walk.length += end.t;
     }
     return end;
@@ -353,14 +353,14 @@ fn reflect_at_boundary(t: f32) -> bool {
 
 /// Russian roulette by what the walk can still bring.
 fn survives() -> bool {
-    let survival = survival_of_walk(largest(spectral_weight(walk.spectral)));
+    let survival = survival_of_walk(largest(channels_weight(walk.channels)));
     if survival >= 1.0 {
         return true;
     }
     if !(survival > 0.0) || uniform_number() >= survival {
         return false;
     }
-    walk.spectral.value /= survival;
+    walk.channels.value /= survival;
     return true;
 }
 
@@ -369,22 +369,22 @@ fn survives() -> bool {
 fn survival_of_walk(weight: f32) -> f32 {
     let prospects = prospects_of_walk(weight);
     if walk.met_surface {
-        return at_most_patience(REACH_FROM_SURFACE * prospects);
+        return capped_importance(REACH_FROM_SURFACE * prospects);
     }
     walk.best = max(walk.best, prospects);
     let beside_best = FALL * prospects / walk.best;
     if walk.scatterings <= SURE_VERTICES {
         return beside_best;
     }
-    return min(beside_best, at_most_patience(REACH_IN_WATER * prospects));
+    return min(beside_best, capped_importance(REACH_IN_WATER * prospects));
 }
 
 /// The same for a walk before its first surface after many scatterings, whatever it has brought.
 fn survival_in_water(weight: f32) -> f32 {
-    return at_most_patience(REACH_IN_WATER * prospects_of_walk(weight));
+    return capped_importance(REACH_IN_WATER * prospects_of_walk(weight));
 }
 
-fn at_most_patience(importance: f32) -> f32 {
+fn capped_importance(importance: f32) -> f32 {
     return min(importance, select(1.0, LATE_SURVIVAL, walk.events > SURE_EVENTS));
 }
 

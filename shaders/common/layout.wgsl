@@ -111,7 +111,7 @@ struct Dispatch {
     slots: u32,
     lanes: u32,
     loop_probe: u32,
-    held: u32,
+    queued: u32,
     /// With given rays: what keys their numbers in the place of a pixel, and the sample that the first one is.
     ray_key: u32,
     first_ray: u32,

@@ -7,7 +7,7 @@ import package::common::layout::{HAS_MEDIUM, scene};
 /// The logarithm of zero.
 const LN_ZERO: f32 = -1e30;
 
-struct Spectral {
+struct ChannelSampling {
     value: vec3f,
     ln_density: vec3f,
     count: u32,
@@ -22,14 +22,14 @@ fn transmittance(range_m: f32) -> vec3f {
 }
 
 /// A path before its first event; `u` in (0, 1) chooses among `strategies`.
-fn spectral_start(strategies: u32, u: f32) -> Spectral {
+fn channels_start(strategies: u32, u: f32) -> ChannelSampling {
     let count = max(strategies, 1u);
     let chosen = min(u32(u * f32(count)), count - 1u);
-    return Spectral(vec3f(1.0), used(vec3f(0.0), count), count, chosen);
+    return ChannelSampling(vec3f(1.0), used(vec3f(0.0), count), count, chosen);
 }
 
-/// What is left of the number that `spectral_start` chose a strategy by: in [0, 1) and as good as new.
-fn rest_of_start(s: Spectral, u: f32) -> f32 {
+/// What is left of the number that `channels_start` chose a strategy by: in [0, 1) and as good as new.
+fn rest_of_start(s: ChannelSampling, u: f32) -> f32 {
     return fract(u * f32(s.count));
 }
 
@@ -43,14 +43,14 @@ fn largest(v: vec3f) -> f32 {
 }
 
 /// Weight per channel, value over the mean density of the strategies.
-fn spectral_weight(s: Spectral) -> vec3f {
+fn channels_weight(s: ChannelSampling) -> vec3f {
     let density = exp(max(s.ln_density, vec3f(-200.0)));
     let in_use = select(vec3f(0.0), density, vec3u(0u, 1u, 2u) < vec3u(s.count));
     return s.value * (f32(s.count) / (in_use.x + in_use.y + in_use.z));
 }
 
 /// Multiplies densities and integrand by the exponentials of `ln_density` and `ln_value`.
-fn spectral_step(s: Spectral, ln_density: vec3f, ln_value: vec3f) -> Spectral {
+fn channels_step(s: ChannelSampling, ln_density: vec3f, ln_value: vec3f) -> ChannelSampling {
     var next = s;
     let ln = used(s.ln_density + ln_density, s.count);
     let shift = largest(ln);
@@ -60,18 +60,18 @@ fn spectral_step(s: Spectral, ln_density: vec3f, ln_value: vec3f) -> Spectral {
 }
 
 /// The path scattered after the flight `t`, drawn with density σ e^(−σt).
-fn spectral_scatter(s: Spectral, sigma: vec3f, ln_sigma: vec3f, t: f32) -> Spectral {
-    return spectral_step(s, ln_sigma - sigma * t, scene.ln_b - scene.c * t);
+fn channels_scatter(s: ChannelSampling, sigma: vec3f, ln_sigma: vec3f, t: f32) -> ChannelSampling {
+    return channels_step(s, ln_sigma - sigma * t, scene.ln_b - scene.c * t);
 }
 
 /// The path went on unscattered for `t`, with probability e^(−σt).
-fn spectral_pass(s: Spectral, sigma: vec3f, t: f32) -> Spectral {
-    return spectral_step(s, -sigma * t, -scene.c * t);
+fn channels_pass(s: ChannelSampling, sigma: vec3f, t: f32) -> ChannelSampling {
+    return channels_step(s, -sigma * t, -scene.c * t);
 }
 
 /// A fresh path after `scatterings` with free flights of `length` in all, the last of them perhaps unfinished.
-fn spectral_after(s: Spectral, scatterings: u32, length: f32) -> Spectral {
+fn channels_after(s: ChannelSampling, scatterings: u32, length: f32) -> ChannelSampling {
     let n = f32(scatterings);
     let ln_scattered = select(vec3f(0.0), n * scene.ln_b, scatterings > 0u);
-    return spectral_step(s, n * scene.lamp_ln_sigma - scene.lamp_sigma * length, ln_scattered - scene.c * length);
+    return channels_step(s, n * scene.lamp_ln_sigma - scene.lamp_sigma * length, ln_scattered - scene.c * length);
 }

@@ -1,6 +1,6 @@
 // Numbers of the scene and of the dispatch that conditions depend on. lavapipe (Mesa 22.3) may compile a kernel anew for
 // every dispatch, 60 ms each, when a condition depends on uniform buffers alone, so that something is added to these that
-// only the lane knows to be nothing. Checked by: tests/system/gpu_shaders.rs.
+// only the lane knows to be nothing. Checked by: tests/system/gpu_conditions.rs.
 import package::common::layout::{ONE_LAMP, ONE_QUAD, dispatch, scene};
 
 /// Nothing; of a lane that has been started the compiler cannot tell.

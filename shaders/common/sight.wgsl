@@ -1,6 +1,6 @@
 // Where a sample looks and what keys its numbers: through a point of its pixel, or along a ray that is given.
 // Host: crates/render/src/rays.rs. Checked by: tests/system/irradiance_sensors.rs, tests/system/gpu.rs.
-import package::common::camera::{camera_direction, place};
+import package::common::camera::{camera_direction, choose_image_point};
 import package::common::layout::{GIVEN_RAYS, dispatch, rays, scene};
 import package::common::rng::{continue_draws, leading, start_draws};
 
@@ -43,6 +43,6 @@ fn sight(pixel: u32) -> Sight {
     }
     let column = pixel % scene.width;
     let row = pixel / scene.width;
-    let placed = place(column, row, leading(0u), leading(1u));
-    return Sight(camera_direction(column, row, placed.offset), placed.factor);
+    let image_point = choose_image_point(column, row, leading(0u), leading(1u));
+    return Sight(camera_direction(column, row, image_point.offset), image_point.factor);
 }

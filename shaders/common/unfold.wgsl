@@ -7,7 +7,7 @@ import package::common::layout::{HAS_QUADS, HAS_SURFACE, HAS_TRIANGLES, NONE, sc
 /// A surface at the very end of a segment does not block it: rounding of its ends.
 const REACH: f32 = 0.999998;
 
-fn is_clear_way(origin: vec3f, direction: vec3f, length: f32, start_primitive: u32) -> bool {
+fn is_clear_line(origin: vec3f, direction: vec3f, length: f32, start_primitive: u32) -> bool {
     if !HAS_QUADS && !HAS_TRIANGLES {
         return true;
     }
@@ -28,19 +28,19 @@ fn segment_factor(start: vec3f, end: vec3f, start_primitive: u32) -> f32 {
     let origin = mirrored_if(start, start_above);
     let towards = select(direction, flip(direction), start_above);
     if start_above == end_above {
-        return select(0.0, 1.0, is_clear_way(origin, towards, length, start_primitive));
+        return select(0.0, 1.0, is_clear_line(origin, towards, length, start_primitive));
     }
     let reflectance = internal_reflectance(abs(direction.z));
     if reflectance == 0.0 {
         return 0.0;
     }
     let to_plane = clamp((scene.surface_height_m - start.z) / direction.z, 0.0, length);
-    if !is_clear_way(origin, towards, to_plane, start_primitive) {
+    if !is_clear_line(origin, towards, to_plane, start_primitive) {
         return 0.0;
     }
     let crossing = mirrored_if(start + to_plane * direction, end_above);
     let onwards = select(direction, flip(direction), end_above);
-    return select(0.0, reflectance, is_clear_way(crossing, onwards, length - to_plane, NONE));
+    return select(0.0, reflectance, is_clear_line(crossing, onwards, length - to_plane, NONE));
 }
 
 fn mirrored_if(point: vec3f, above: bool) -> vec3f {

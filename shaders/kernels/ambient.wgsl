@@ -1,7 +1,7 @@
 // Sun, sky and emitting surfaces: one lane per pixel (or for pixel after pixel, MANY_PIXELS), some samples of a batch
 // per dispatch.
 // Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
-import package::common::ambient_held::{first_numbers, hold, take_up};
+import package::common::ambient_queue::{first_numbers, enqueue, dequeue};
 import package::common::ambient_path::{ambient_start, ambient_step};
 import package::common::ambient_walk::pending;
 import package::common::film::share;
@@ -34,8 +34,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     var done = 0u;
     if all > 0u {
         loop {
-            let count = min(all - done, dispatch.held);
-            hold_samples(id.x, each, done, count);
+            let count = min(all - done, dispatch.queued);
+            enqueue_samples(id.x, each, done, count);
             let made = trace_samples(id.x, each, done, count);
             done += made;
             if made < count || done >= all {
@@ -48,7 +48,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 
 /// Of the lane that starts with pixel `id` of the dispatch's, `each` samples to a pixel: makes `count` samples from number
 /// `first` on ready for their walks.
-fn hold_samples(id: u32, each: u32, first: u32, count: u32) {
+fn enqueue_samples(id: u32, each: u32, first: u32, count: u32) {
     var i = 0u;
     loop {
         var sample = first + i;
@@ -60,7 +60,7 @@ fn hold_samples(id: u32, each: u32, first: u32, count: u32) {
         start_sample(pixel, work.first + sample, 0u);
         let seen = sight(pixel);
         start_sample(pixel, work.first + sample, STREAM);
-        hold(i, seen.direction, seen.factor, first_numbers());
+        enqueue(i, seen.direction, seen.factor, first_numbers());
         i += 1u;
         if i >= count {
             break;
@@ -100,8 +100,8 @@ fn trace_samples(id: u32, each: u32, first: u32, count: u32) -> u32 {
 }
 
 /// Starts the walks of a sample, unless nothing can be seen where it looks.
-fn start_walks(index: u32, held_at: u32) {
-    let held = take_up(held_at);
+fn start_walks(index: u32, queued_at: u32) {
+    let held = dequeue(queued_at);
     if held.w != 0.0 {
         share = held.w;
         continue_sample(work.pixel, index, STREAM);

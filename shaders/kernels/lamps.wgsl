@@ -1,9 +1,9 @@
 // Light of the lamps: one lane per pixel, some samples of a batch per dispatch.
 // Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
-import package::common::camera::{CameraRay, camera_direction, camera_ray, is_clear, place};
+import package::common::camera::{CameraRay, camera_direction, camera_ray, is_clear, choose_image_point};
 import package::common::direct_lamps::direct_lamps;
 import package::common::film::share;
-import package::common::lamp_join::vertex_count;
+import package::common::lamp_connect::vertex_count;
 import package::common::lamp_path::lamp_walk;
 import package::common::lamp_walk::{FREE, SCATTERED, THROUGH};
 import package::common::lane::{LaneWork, lane_end, lane_start};
@@ -98,9 +98,9 @@ fn sample_direct(work: LaneWork, index: u32, clear: bool, of_walks: CameraRay) {
     loop {
         if clear {
             start_draws(work.pixel, index * DIRECT_POINTS + i, 2u);
-            let placed = place(work.column, work.row, leading(0u), leading(1u));
-            share = placed.factor / f32(DIRECT_POINTS);
-            ray = camera_ray(camera_direction(work.column, work.row, placed.offset));
+            let image_point = choose_image_point(work.column, work.row, leading(0u), leading(1u));
+            share = image_point.factor / f32(DIRECT_POINTS);
+            ray = camera_ray(camera_direction(work.column, work.row, image_point.offset));
         }
         if share != 0.0 {
             direct_lamps(ray);

@@ -6,7 +6,6 @@ import package::common::film::lane;
 import package::common::interface::{external_reflectance, internal_reflectance, refract_into_water};
 import package::common::layout::{INFINITE, NONE, dispatch, film, scratch};
 import package::common::math::{angle_of, cosine_hemisphere, expm1, ln_1p, minus_ln, sin2_half, turn};
-import package::common::medium::transmittance;
 import package::common::order::{order_ln_tail, order_sample, order_sample_scattered, scattered_share};
 import package::common::phase::{phase_sample_x, phase_value};
 import package::common::rng::{leading_bits, next_bits, start_draws};
@@ -61,11 +60,8 @@ fn evaluate(a: vec4f) -> vec4f {
         case 7u: {
             return vec4f(f32(order_sample(a.x, a.y)), f32(order_sample_scattered(a.x, a.y)), scattered_share(a.x), order_ln_tail(u32(a.z)));
         }
-        case 8u: {
-            return vec4f(camera_direction(bitcast<u32>(a.x), bitcast<u32>(a.y), a.zw), 0.0);
-        }
         default: {
-            return vec4f(transmittance(a.x), 0.0);
+            return vec4f(camera_direction(bitcast<u32>(a.x), bitcast<u32>(a.y), a.zw), 0.0);
         }
     }
 }

@@ -1,5 +1,5 @@
-//! Pictures by the kernels, on a graphics adapter and on the processor's vector units, against those of the native path
-//! tracer: with independent seeds by z-tests, with one seed pixel by pixel.
+//! Pictures by the kernels, on a graphics adapter and on the processor's vector units, against those in
+//! double precision: with independent seeds by z-tests, with one seed pixel by pixel.
 
 use uw_render::{
     film::{Film, FilmLayer},

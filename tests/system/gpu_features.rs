@@ -1,4 +1,4 @@
-//! Every feature of the scene file and every phase function by the kernels against the native path tracer, in small
+//! Every feature of the scene file and every phase function by the kernels in single against double precision, in small
 //! pictures.
 
 use std::path::Path;

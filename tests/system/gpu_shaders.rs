@@ -6,7 +6,7 @@ use naga::{
     valid::{Capabilities, ValidationFlags, Validator},
 };
 use uw_render::gpu::{
-    layout::{HELD_ROWS, record_layouts},
+    layout::{QUEUED_ROWS, record_layouts},
     shaders::{KERNELS, SOURCES, compose},
 };
 
@@ -81,11 +81,11 @@ fn shared_records_have_one_layout() {
 fn held_samples_have_room() {
     let module = module("kernels/ambient");
     let rows = module.constants.iter().find_map(|(_, constant)| {
-        let named = constant.name.as_deref() == Some("HELD_ROWS");
+        let named = constant.name.as_deref() == Some("QUEUED_ROWS");
         named.then(|| &module.global_expressions[constant.init])
     });
     assert!(
-        matches!(rows, Some(Expression::Literal(Literal::U32(HELD_ROWS)))),
+        matches!(rows, Some(Expression::Literal(Literal::U32(QUEUED_ROWS)))),
         "{rows:?}"
     );
 }

@@ -9,12 +9,16 @@ use crate::{
 
 /// Functions that have a way of their own, and its text: those whose accuracy WGSL leaves open or whose series are made for
 /// single precision, those that look at the bits of a number, and what rays meet, which the host knows better.
-pub const BY_HAND: [(&str, &str); 8] = [
+pub const BY_HAND: [(&str, &str); 9] = [
     ("expm1", "a0.exp_m1() }"),
     ("ln_1p", "a0.ln_1p() }"),
     ("minus_ln", "(-a0.ln()).max(0.0) }"),
     ("angle_of", "a0.atan2(a1) }"),
     ("quarter_turns", "cosine_and_sine_of_quarters(a0) }"),
+    (
+        "is_light",
+        "a0.iter().all(|x| (0.0..f64::INFINITY).contains(x)) }",
+    ),
     (
         "table_at",
         "piecewise_cubic(s.memory.near_rows, (a0, a1, a2), a3, a4) }",

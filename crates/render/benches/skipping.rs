@@ -17,7 +17,7 @@ use cpu_time::ProcessTime;
 use glam::DVec3;
 use uw_render::{
     film::Film,
-    gpu::{AdapterChoice, Gpu, Stepper},
+    gpu::{AdapterChoice, AdapterStepper, Gpu},
     integrator::{self, Plan},
     prepare::Prepared,
     scene::{Mesh, Scene, Sun, Texture, TextureFilter, WaterSurface},
@@ -171,7 +171,7 @@ fn on_adapter(device: &Gpu, scenes: &[Prepared; 2]) -> Result<[f64; 2], Box<dyn 
     let plan = plan(GPU_SAMPLES, 0);
     let mut steppers = Vec::new();
     for scene in scenes {
-        steppers.push(Stepper::new(device, scene, &plan)?);
+        steppers.push(AdapterStepper::new(device, scene, &plan)?);
     }
     let mut least = [f64::INFINITY; 2];
     // The first step compiles.

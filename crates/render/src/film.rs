@@ -133,8 +133,8 @@ impl Film {
         std::array::from_fn(|k| total.iter().map(|p| p[k]).sum::<f64>() / n)
     }
 
-    /// Variance of [`Film::mean`], per channel; NaN before every row has two batches. Pixels of different rows are
-    /// independent, those of one row may share walks.
+    /// Variance of [`Film::mean`], per channel; NaN before every row has two batches. A film of the
+    /// processor takes it from whole rows.
     pub fn variance_of_mean(&self) -> [f64; 3] {
         let pixels = f64::from(self.width) * f64::from(self.height);
         let mut sum = [0.0; 3];

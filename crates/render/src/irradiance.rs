@@ -134,7 +134,7 @@ pub fn measure(
     let boundary = check(scene, plan)?;
     let pool = thread_pool(plan.threads)?;
     let selection = Selection::all(scene, false, plan.max_bounces);
-    let job = Job {
+    let job = Measurement {
         scene,
         plan,
         boundary,
@@ -170,12 +170,12 @@ fn check(scene: &Prepared, plan: &IrradiancePlan) -> Result<Boundary, Irradiance
 
 /// Mean over a batch of directions: weighted by the cosine against the vertical, and unweighted.
 #[derive(Clone, Copy, Debug, Default)]
-struct BatchMean {
+struct DirectionMean {
     plane: [f64; 3],
     scalar: [f64; 3],
 }
 
-struct Job<'a> {
+struct Measurement<'a> {
     scene: &'a Prepared,
     plan: &'a IrradiancePlan,
     boundary: Boundary,
@@ -187,10 +187,10 @@ struct Job<'a> {
     done: AtomicU64,
 }
 
-impl Job<'_> {
+impl Measurement<'_> {
     fn run(&self) -> Result<Vec<DepthIrradiance>, IrradianceError> {
         let tasks = self.plan.depths_m.len() * Gaze::ALL.len() * self.batches as usize;
-        let means: Result<Vec<BatchMean>, IrradianceError> = (0..tasks)
+        let means: Result<Vec<DirectionMean>, IrradianceError> = (0..tasks)
             .into_par_iter()
             .map_init(
                 || self.rays.tracer(),
@@ -203,7 +203,7 @@ impl Job<'_> {
             )
             .collect();
         let means = means?;
-        let per_gaze: Vec<&[BatchMean]> = means.chunks(self.batches as usize).collect();
+        let per_gaze: Vec<&[DirectionMean]> = means.chunks(self.batches as usize).collect();
         let depths = self
             .plan
             .depths_m
@@ -225,7 +225,7 @@ impl Job<'_> {
         &self,
         tracer: &mut RayTracer<'_, '_>,
         task: usize,
-    ) -> Result<BatchMean, IrradianceError> {
+    ) -> Result<DirectionMean, IrradianceError> {
         if self.cancel.load(Ordering::Relaxed) {
             return Err(IrradianceError::Interrupted);
         }
@@ -252,7 +252,7 @@ impl Job<'_> {
             first: 0,
         };
         let lights = tracer.trace(&batch, point, &directions)?;
-        let mut mean = BatchMean::default();
+        let mut mean = DirectionMean::default();
         for (light, (direction, weight)) in lights.iter().zip(directions.iter().zip(&weights)) {
             let radiance = light.total();
             for k in 0..3 {
@@ -263,7 +263,7 @@ impl Job<'_> {
         Ok(mean)
     }
 
-    fn finish(&self, depth_m: f64, gazes: &[&[BatchMean]]) -> DepthIrradiance {
+    fn finish(&self, depth_m: f64, gazes: &[&[DirectionMean]]) -> DepthIrradiance {
         let mut result = DepthIrradiance {
             depth_m,
             e_d: estimate(gazes[0], |m| m.plane),
@@ -292,7 +292,7 @@ impl Job<'_> {
 }
 
 /// Mean and standard error of at least two batches of equal size.
-fn estimate(batches: &[BatchMean], of: impl Fn(&BatchMean) -> [f64; 3]) -> Estimate {
+fn estimate(batches: &[DirectionMean], of: impl Fn(&DirectionMean) -> [f64; 3]) -> Estimate {
     let n = batches.len() as f64;
     let value = std::array::from_fn(|k| batches.iter().map(|b| of(b)[k]).sum::<f64>() / n);
     let standard_error = std::array::from_fn(|k| {

@@ -1,6 +1,6 @@
 //! Radiance along given rays, from anywhere: what irradiance sensors and estimates of pictures are made of.
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, OnceLock, PoisonError};
 
 use glam::DVec3;
 
@@ -21,8 +21,11 @@ const FIXED_LAYERS: usize = 3;
 /// A scene that is ready for rays.
 pub struct Rays<'a> {
     scene: &'a Prepared,
+    selection: Selection,
     levels: Vec<f64>,
     place: Place<'a>,
+    /// What takes over where limits of the others cut paths or their numbers do not hold the light.
+    exact: OnceLock<Result<Box<Shared<'a>>, GpuError>>,
 }
 
 /// Where rays are traced.
@@ -56,9 +59,21 @@ impl<'a> Rays<'a> {
         };
         Ok(Self {
             scene,
+            selection: selection.clone(),
             levels: levels(scene),
             place,
+            exact: OnceLock::new(),
         })
+    }
+
+    /// The scene in double precision, made when it is first needed.
+    fn exact(&self) -> Result<&Shared<'a>, GpuError> {
+        let make = || {
+            let looks = Looks::AlongRays;
+            Shared::new(self.scene, &self.selection, Precision::Double, looks).map(Box::new)
+        };
+        let made = self.exact.get_or_init(make);
+        made.as_deref().map_err(Clone::clone)
     }
 
     /// What traces rays on one thread.
@@ -69,6 +84,7 @@ impl<'a> Rays<'a> {
                 Place::Processor(shared) => Some(RayWorker::new(shared)),
                 Place::Adapter(_) => None,
             },
+            exact: None,
             rows: Vec::new(),
             sums: Vec::new(),
         }
@@ -79,6 +95,7 @@ impl<'a> Rays<'a> {
 pub struct RayTracer<'r, 'a> {
     rays: &'r Rays<'a>,
     worker: Option<RayWorker<'r>>,
+    exact: Option<RayWorker<'r>>,
     rows: Vec<f64>,
     sums: Vec<f64>,
 }
@@ -110,7 +127,7 @@ impl RayTracer<'_, '_> {
             for v in std::iter::once(&eye).chain(directions) {
                 self.rows.extend([v.x, v.y, v.z, 0.0]);
             }
-            let work: Work = match (&mut self.worker, &self.rays.place) {
+            let work = match (&mut self.worker, &self.rays.place) {
                 (Some(worker), _) => worker.run(batch, first, &self.rows, sums),
                 (None, Place::Adapter(kernels)) => {
                     let mut kernels = kernels.lock().unwrap_or_else(PoisonError::into_inner);
@@ -118,6 +135,17 @@ impl RayTracer<'_, '_> {
                 }
                 (None, Place::Processor(_)) => Work::default(),
             };
+            if work.cut_paths + work.lost_light == 0 {
+                continue;
+            }
+            // The same samples once more, with room and numbers for all of their light.
+            sums.fill(0.0);
+            let mut exact = match self.exact.take() {
+                Some(worker) => worker,
+                None => RayWorker::new(self.rays.exact()?),
+            };
+            let work = exact.run(batch, first, &self.rows, sums);
+            self.exact = Some(exact);
             if work.lost_light > 0 {
                 return Err(RenderError::LightLost {
                     count: work.lost_light,

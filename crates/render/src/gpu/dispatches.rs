@@ -3,11 +3,9 @@
 
 use std::time::{Duration, Instant};
 
-use super::pipeline::{Loaded, WORKGROUP};
+use super::pipeline::{Loaded, MOST_SAMPLES, WORKGROUP};
 use crate::kernels::{GpuError, Selection, Work, layout::Dispatch, shaders::compose};
 
-/// Most samples of a pixel in a dispatch.
-pub(super) const MOST_SAMPLES: u32 = 16;
 /// Fewest samples of a dispatch: fewer leave most lanes idle, and a slow moment must not lead there.
 const LEAST_WORK: f64 = 1024.0;
 /// Work of the first dispatch, samples.

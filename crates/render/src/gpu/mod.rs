@@ -22,6 +22,6 @@ pub use device::{AdapterChoice, AdapterInfo, Gpu, adapters};
 pub use held::{Look, Statistics};
 pub(crate) use rays::RayKernels;
 pub use render::render;
-pub use stepper::Stepper;
+pub use stepper::AdapterStepper;
 
 pub use crate::kernels::{GpuError, layout, shaders};

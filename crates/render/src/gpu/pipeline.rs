@@ -1,6 +1,6 @@
 //! Buffers, bindings and pipelines of one scene.
 
-use super::{Gpu, dispatches::MOST_SAMPLES};
+use super::Gpu;
 use crate::{
     kernels::{
         GpuError, MOST_RAYS, Room, Tables,
@@ -20,6 +20,8 @@ const UNIFORM_ROWS: usize = 4096;
 const SCRATCH_BYTES: u64 = 96 << 20;
 /// Most lanes of a dispatch.
 const MOST_LANES: u64 = 1 << 16;
+/// Most samples of a pixel in a dispatch.
+pub(super) const MOST_SAMPLES: u32 = 16;
 /// Lanes of a workgroup.
 pub(super) const WORKGROUP: u32 = 64;
 

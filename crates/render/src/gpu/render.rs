@@ -49,7 +49,7 @@ pub(super) fn render_edited(
 ) -> Result<(Film, RenderStats), RenderError> {
     let setup = Instant::now();
     let cpu_start = ProcessTime::now();
-    let mut job = Job::new(gpu, scene, plan, cancel, observe, edit)?;
+    let mut job = Batches::new(gpu, scene, plan, cancel, observe, edit)?;
     job.end = plan.end(setup);
     let setup_s = setup.elapsed().as_secs_f64();
     let pool = thread_pool(plan.threads)?;
@@ -83,7 +83,7 @@ pub(super) fn render_edited(
     Ok((film, stats))
 }
 
-pub(super) struct Job<'a> {
+pub(super) struct Batches<'a> {
     dispatches: Dispatches<'a>,
     scene: &'a Prepared,
     plan: &'a Plan,
@@ -100,7 +100,7 @@ pub(super) struct Job<'a> {
     rows_in_batch: u32,
 }
 
-impl<'a> Job<'a> {
+impl<'a> Batches<'a> {
     /// Uploads `scene` and makes the kernels that it needs; their text goes through `edit`.
     ///
     /// # Errors

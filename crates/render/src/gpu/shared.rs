@@ -60,7 +60,7 @@ impl Gpu {
         self.check().err()
     }
 
-    /// A texture of this size, pixels, for [`super::Stepper::show`].
+    /// A texture of this size, pixels, for [`super::AdapterStepper::show`].
     ///
     /// # Errors
     /// A texture of this size does not fit, or a fault of the device.

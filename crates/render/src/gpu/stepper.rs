@@ -3,7 +3,7 @@
 
 use std::sync::atomic::AtomicBool;
 
-use super::{Gpu, Look, Statistics, held::Held, render::Job};
+use super::{Gpu, Look, Statistics, held::Held, render::Batches};
 use crate::{
     film::Film,
     integrator::{Plan, Progress},
@@ -15,18 +15,18 @@ static NEVER: AtomicBool = AtomicBool::new(false);
 static UNOBSERVED: fn(&Progress) = |_| {};
 
 /// Adds batches of samples to a film on the adapter, one at a time. The scene stays there too.
-pub struct Stepper<'a> {
-    job: Job<'a>,
+pub struct AdapterStepper<'a> {
+    job: Batches<'a>,
     held: Held<'a>,
 }
 
-impl<'a> Stepper<'a> {
+impl<'a> AdapterStepper<'a> {
     /// A render of `scene` that has not begun. Of `plan` count the seed, the bounces and the dark lamps.
     ///
     /// # Errors
     /// The device fails or the scene does not fit.
     pub fn new(gpu: &'a Gpu, scene: &'a Prepared, plan: &'a Plan) -> Result<Self, GpuError> {
-        let job = Job::new(gpu, scene, plan, &NEVER, &UNOBSERVED, &|text| text)?;
+        let job = Batches::new(gpu, scene, plan, &NEVER, &UNOBSERVED, &|text| text)?;
         let size_px = [scene.camera.width, scene.camera.height];
         let held = Held::new(gpu, size_px, job.batch_film(), &levels(scene))?;
         Ok(Self { job, held })

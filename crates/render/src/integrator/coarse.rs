@@ -10,7 +10,7 @@ use std::{
     time::Instant,
 };
 
-use super::{FirstBatch, Job, Plan, RenderError, share};
+use super::{FirstBatch, Plan, RenderError, RowRender, share};
 use crate::{film::Film, kernels::Work, prepare::Prepared, processor::Precision, scene::Camera};
 
 /// Most pixels of the first coarse picture, from which the time of others is reckoned. It is finished whatever the time.
@@ -225,7 +225,7 @@ impl Level {
         };
         let shared = share(&small, &plan, Precision::Double)?;
         let unobserved = |_: &super::Progress| {};
-        let mut job = Job::new(&small, &plan, &shared, start, cancel, &unobserved);
+        let mut job = RowRender::new(&small, &plan, &shared, start, cancel, &unobserved);
         job.end = end;
         if end.is_some() {
             job.first_batch = FirstBatch::InTime;

@@ -3,8 +3,8 @@
 pub(crate) mod coarse;
 mod error;
 pub mod first_hit;
-mod job;
 mod plan;
+mod rows;
 pub mod stepper;
 mod threads;
 
@@ -22,8 +22,8 @@ use crate::{
 };
 use coarse::CoarseFirst;
 pub use error::RenderError;
-use job::{FirstBatch, Job};
 pub use plan::{Plan, Progress, RenderStats};
+use rows::{FirstBatch, RowRender};
 pub use threads::ThreadsError;
 pub(crate) use threads::thread_pool;
 
@@ -97,7 +97,7 @@ fn render_in(
     let pool = thread_pool(plan.threads)?;
     let cpu_start = ProcessTime::now();
     let coarse = pool.install(|| CoarseFirst::begin(scene, plan, cancel, start))?;
-    let mut job = Job::new(scene, plan, &shared, start, cancel, observe);
+    let mut job = RowRender::new(scene, plan, &shared, start, cancel, observe);
     let mut film = Film::new(scene.camera.width, scene.camera.height, scene.lamps.len());
     if let Some(coarse) = &coarse {
         job.first_batch = FirstBatch::Backed(coarse);

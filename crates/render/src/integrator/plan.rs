@@ -7,7 +7,7 @@ use serde::Serialize;
 use crate::{
     film::Film,
     kernels::Work,
-    prepare::{Needs, Prepared},
+    prepare::{Features, Prepared},
 };
 
 /// Most samples of a pixel between two updates of the film.
@@ -126,7 +126,8 @@ pub struct RenderStats {
     /// Neighbouring pixels that share walks: 1, the noise of every pixel is independent.
     pub share_walks: u32,
     /// What the scene makes use of.
-    pub needs: Needs,
+    #[serde(rename = "needs")]
+    pub features: Features,
     /// What was skipped.
     pub skipped: Vec<&'static str>,
 }
@@ -158,8 +159,8 @@ impl RenderStats {
             coarse_samples: film.coarse().map(|(_, samples)| samples),
             interrupted: false,
             share_walks: 1,
-            needs: scene.needs,
-            skipped: scene.needs.skipped(),
+            features: scene.features,
+            skipped: scene.features.skipped(),
         }
     }
 }

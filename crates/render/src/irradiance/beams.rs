@@ -109,7 +109,7 @@ fn sun_reaches(scene: &Prepared, sun: &SunBeam, boundary: &Boundary, point: DVec
     }
     let mut exit = point + to_surface * sun.towards;
     exit.z = boundary.height;
-    let in_air = scene.needs.geometry_in_air
+    let in_air = scene.features.geometry_in_air
         && geometry.occluded(exit, sun.towards_in_air, f64::INFINITY, Primitive::None);
     !in_air
 }

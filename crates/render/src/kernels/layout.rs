@@ -10,8 +10,8 @@ pub const NONE: u32 = u32::MAX;
 pub const INFINITE: f32 = 1e30;
 /// Stands for the logarithm of zero.
 pub const LN_ZERO: f64 = -1e30;
-/// Rows of four words of a sample that waits for its daylight walks; twin: `shaders/common/ambient_held.wgsl`.
-pub const HELD_ROWS: u32 = 3;
+/// Rows of four words of a sample that waits for its daylight walks; twin: `shaders/common/ambient_queue.wgsl`.
+pub const QUEUED_ROWS: u32 = 3;
 
 /// A record: its name in the shaders, its size, and its fields with their offsets, in bytes.
 pub type RecordLayout = (&'static str, usize, Vec<(&'static str, usize)>);
@@ -190,7 +190,7 @@ plain_records! {
         slots: u32,
         lanes: u32,
         loop_probe: u32,
-        held: u32,
+        queued: u32,
         ray_key: u32,
         first_ray: u32,
         most_segments: u32,
@@ -228,7 +228,7 @@ plain_records! {
         vertices: u32,
         not_finite: u32,
     }
-    /// What is to be done with the held film.
+    /// What is to be done with the queued film.
     PictureTask {
         mean: [f32; 3],
         pixels: u32,

@@ -47,7 +47,7 @@ impl Dispatch {
             max_events: u32::MAX,
             slots: room.slots,
             lanes,
-            held: room.held,
+            queued: room.queued,
             most_segments: room.most_segments,
             ..bytemuck::Zeroable::zeroed()
         }

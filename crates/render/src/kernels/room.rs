@@ -1,6 +1,6 @@
 //! What a lane needs memory for, and what a kernel need not do for a scene.
 
-use super::layout::{HELD_ROWS, Scene};
+use super::layout::{QUEUED_ROWS, Scene};
 use crate::prepare::Prepared;
 
 /// Rows of four words of a place of the scratch buffer for vertices.
@@ -18,22 +18,22 @@ pub(crate) struct Room {
     /// The vertices of a bridge and of the walk before it, or a stack of walks.
     pub(crate) slots: u32,
     /// Samples that wait for their daylight walks.
-    pub(crate) held: u32,
+    pub(crate) queued: u32,
     /// Segments of the daylight walks of a sample.
     pub(crate) most_segments: u32,
 }
 
 impl Room {
-    /// What `scene` needs, for `held` samples.
-    pub(crate) fn of(scene: &Prepared, record: &Scene, held: u32) -> Self {
-        let (least, held) = if scene.needs.ambient() {
-            (AMBIENT_SLOTS, held)
+    /// What `scene` needs, for `queued` samples.
+    pub(crate) fn of(scene: &Prepared, record: &Scene, queued: u32) -> Self {
+        let (least, queued) = if scene.features.ambient() {
+            (AMBIENT_SLOTS, queued)
         } else {
             (3, 0)
         };
         Self {
             slots: (record.largest_order + 2).max(least),
-            held,
+            queued,
             most_segments: MOST_SEGMENTS,
         }
     }
@@ -49,36 +49,36 @@ impl Room {
 
     /// Rows of four words.
     pub(crate) fn rows(self) -> u32 {
-        SLOT_ROWS * self.slots + HELD_ROWS * self.held
+        SLOT_ROWS * self.slots + QUEUED_ROWS * self.queued
     }
 }
 
 /// Override constants: what the scene can reach.
 pub(crate) fn switches(scene: &Prepared, record: &Scene) -> Vec<(&'static str, f64)> {
-    let needs = &scene.needs;
+    let features = &scene.features;
     [
-        ("HAS_MEDIUM", needs.medium),
-        ("HAS_SCATTERING", needs.scattering),
-        ("HAS_SURFACE", needs.boundary),
-        ("HAS_REFRACTION", needs.refraction),
+        ("HAS_MEDIUM", features.medium),
+        ("HAS_SCATTERING", features.scattering),
+        ("HAS_SURFACE", features.boundary),
+        ("HAS_REFRACTION", features.refraction),
         ("HAS_QUADS", record.quad_count > 0),
         ("HAS_TRIANGLES", record.node_count > 0),
-        ("HAS_TEXTURES", needs.textures),
-        ("HAS_VARIED_REFLECTANCE", needs.varied_reflectance),
-        ("HAS_GEOMETRY_IN_AIR", needs.geometry_in_air),
+        ("HAS_TEXTURES", features.textures),
+        ("HAS_VARIED_REFLECTANCE", features.varied_reflectance),
+        ("HAS_GEOMETRY_IN_AIR", features.geometry_in_air),
         (
             "HAS_AIR",
-            needs.geometry_in_air || scene.in_air(scene.camera.position_m),
+            features.geometry_in_air || scene.in_air(scene.camera.position_m),
         ),
-        ("HAS_SUN", needs.sun),
-        ("HAS_SKY", needs.sky),
+        ("HAS_SUN", features.sun),
+        ("HAS_SKY", features.sky),
         ("HAS_DAYLIGHT_FIELD", scene.daylight.is_some()),
         (
             "HAS_DISTORTION",
             scene.camera.distortion.iter().any(|&k| k != 0.0),
         ),
-        ("HAS_DISKS", needs.disks),
-        ("HAS_FALLOFFS", needs.falloffs),
+        ("HAS_DISKS", features.disks),
+        ("HAS_FALLOFFS", features.falloffs),
         ("ONE_LAMP", record.lamp_count == 1),
         ("ONE_QUAD", record.quad_count == 1),
     ]

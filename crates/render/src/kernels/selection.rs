@@ -23,7 +23,7 @@ impl Selection {
         };
         Self {
             lamps: (0..scene.lamps.len()).filter(shines).collect(),
-            ambient: scene.needs.ambient(),
+            ambient: scene.features.ambient(),
             max_events: if max_bounces == 0 {
                 u32::MAX
             } else {

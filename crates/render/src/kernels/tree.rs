@@ -25,7 +25,7 @@ impl Boundable for Padded {
 
 /// The grid of the boxes' corners, lengths in metres.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Grid {
+pub(super) struct BoxGrid {
     pub(super) lower: [f32; 3],
     pub(super) step: [f32; 3],
 }
@@ -53,7 +53,7 @@ pub(super) struct Tree {
     pub(super) nodes: Vec<Node>,
     /// Triangles in the order of the leaves.
     pub(super) order: Vec<u32>,
-    pub(super) grid: Grid,
+    pub(super) grid: BoxGrid,
 }
 
 /// The boxes of triangles given by their lower and upper corners.
@@ -85,7 +85,7 @@ pub(super) fn build(padded: &[Padded]) -> Tree {
         ..BvhBuildParams::medium_build()
     };
     let tree = build_bvh2(padded, parameters, &mut build_time);
-    let grid = Grid::over(&tree.nodes[0].aabb);
+    let grid = BoxGrid::over(&tree.nodes[0].aabb);
     Tree {
         nodes: flatten(&tree, &grid),
         order: tree.primitive_indices,
@@ -93,7 +93,7 @@ pub(super) fn build(padded: &[Padded]) -> Tree {
     }
 }
 
-impl Grid {
+impl BoxGrid {
     fn over(bounds: &Aabb) -> Self {
         let extent = (bounds.max - bounds.min).max(Vec3A::splat(LEAST_EXTENT));
         // A little coarser than needed, so that rounding does not cut the last step off.
@@ -120,7 +120,7 @@ impl Grid {
 
 /// Depth-first order. The link of an inner node is the node after its subtree, that of a leaf its triangles; the node
 /// after a leaf is the next. A leaf of many triangles becomes several with one box.
-fn flatten(tree: &Bvh2, grid: &Grid) -> Vec<Node> {
+fn flatten(tree: &Bvh2, grid: &BoxGrid) -> Vec<Node> {
     /// Either a node still to be written, or one whose subtree has been.
     enum Step {
         Enter(usize),
@@ -175,7 +175,7 @@ mod tests {
             .collect()
     }
 
-    fn corners(grid: &Grid, node: &Node) -> ([f64; 3], [f64; 3]) {
+    fn corners(grid: &BoxGrid, node: &Node) -> ([f64; 3], [f64; 3]) {
         let [a, b, c] = node.corners;
         let places = [a, a >> 16, b, b >> 16, c, c >> 16].map(|word| f64::from(word & 0xffff));
         let metres =

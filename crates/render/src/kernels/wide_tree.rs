@@ -1,4 +1,4 @@
-//! The tree of triangles for lanes of a processor: the nodes of the native tree, with boxes in metres.
+//! The tree of triangles for lanes of a processor: the nodes of the prepared tree, with boxes in metres.
 //! Twin: `uw_lanes::tree`.
 
 use obvhs::{

@@ -3,10 +3,10 @@
 pub(crate) mod bvh;
 mod daylight;
 mod daylight_field;
+mod features;
 mod geometry;
 mod lamps;
 mod medium;
-mod needs;
 
 use std::sync::Arc;
 
@@ -14,10 +14,10 @@ use glam::DVec3;
 
 pub use daylight::{Boundary, SunBeam};
 pub use daylight_field::DaylightField;
+pub use features::Features;
 pub use geometry::{Geometry, Hit, Primitive, SurfacePoint};
 pub use lamps::PreparedLamp;
 pub use medium::{Medium, Strategies};
-pub use needs::Needs;
 
 use crate::scene::{Camera, Scene};
 
@@ -49,7 +49,7 @@ pub struct Prepared {
     /// Order of magnitude of the radiance all around where there is no field of daylight, per channel.
     pub ambient_scale: [f64; 3],
     /// What the scene makes use of.
-    pub needs: Needs,
+    pub features: Features,
 }
 
 impl Prepared {
@@ -80,7 +80,7 @@ impl Prepared {
         // Without a surface the sun would be infinitely far away through the water.
         let lit = boundary.is_some() || medium.is_none();
         let sun = SunBeam::build(scene, boundary.as_ref()).filter(|_| lit);
-        let needs = Needs::analyse(
+        let features = Features::analyse(
             medium.as_ref(),
             boundary.as_ref(),
             &geometry,
@@ -106,7 +106,7 @@ impl Prepared {
             stretch: [0.0; 3],
             largest_emission,
             ambient_scale,
-            needs,
+            features,
         }
     }
 

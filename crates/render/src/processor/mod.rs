@@ -24,7 +24,7 @@ use crate::{
 
 /// Samples of a lane that wait for their walks. A lane makes several pixels in a run where a batch has fewer: the longer it
 /// goes on with walk after walk, the less the lanes of a group wait for each other at the end.
-const HELD: u32 = 128;
+const QUEUED: u32 = 128;
 /// Most samples that vector units make in the time of one in double precision.
 const MOST_SPEED_OF_LANES: f64 = 6.0;
 
@@ -150,8 +150,8 @@ impl<'a> Shared<'a> {
             scene,
             switches,
             room: match precision {
-                Precision::Single(_) => Room::of(scene, &tables.scene, HELD),
-                Precision::Double => Room::of(scene, &tables.scene, HELD).ample(),
+                Precision::Single(_) => Room::of(scene, &tables.scene, QUEUED),
+                Precision::Double => Room::of(scene, &tables.scene, QUEUED).ample(),
             },
             words: Words::new(precision, scene, &tables),
             tables,
@@ -188,7 +188,7 @@ impl<'a> Runner<'a> {
         let tables = &shared.tables;
         let far_rows = tables.far_rows.as_flattened();
         let lanes = shared.precision.lanes();
-        let sizes = (shared.room.rows(), tables.scene.film_layers, lanes * HELD);
+        let sizes = (shared.room.rows(), tables.scene.film_layers, lanes * QUEUED);
         match &shared.words {
             Words::Single {
                 instructions,

@@ -1,6 +1,6 @@
 //! Rays that are given: their light, one after the other.
 
-use super::{HELD, Runner, Shared};
+use super::{QUEUED, Runner, Shared};
 use crate::kernels::{RayBatch, Work, layout::Dispatch};
 
 /// One worker: groups of lanes that live as long as its thread.
@@ -20,7 +20,7 @@ impl<'a> RayWorker<'a> {
 
     /// Most rays of a run.
     pub(crate) fn most_rays(&self) -> usize {
-        (self.shared.precision.lanes() * HELD) as usize
+        (self.shared.precision.lanes() * QUEUED) as usize
     }
 
     /// Adds the light of rays to the sums of their layers. `rows` are their origin and, at most [`RayWorker::most_rays`],

@@ -1,6 +1,6 @@
 //! Rows of pixels: the samples of a batch, added to a row of the film.
 
-use super::{HELD, Runner, Shared};
+use super::{QUEUED, Runner, Shared};
 use crate::{
     film::{BatchMean, Row},
     kernels::{Work, layout::Dispatch},
@@ -66,7 +66,7 @@ impl<'a> RowWorker<'a> {
         words: usize,
         stop: &dyn Fn() -> bool,
     ) -> bool {
-        let pixels = self.shared.precision.lanes() * (HELD / at.samples).max(1);
+        let pixels = self.shared.precision.lanes() * (QUEUED / at.samples).max(1);
         let mut first_pixel = at.row * self.shared.scene.camera.width;
         for sums in sums.chunks_mut(pixels as usize * words) {
             if stop() {

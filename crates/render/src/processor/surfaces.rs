@@ -4,7 +4,7 @@ use glam::DVec3;
 use uw_lanes::scalar::Surfaces;
 
 use crate::{
-    gpu::layout::NONE,
+    kernels::layout::NONE,
     prepare::{Geometry, Hit, Prepared, Primitive},
 };
 

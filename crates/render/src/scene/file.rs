@@ -8,8 +8,9 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::camera::{self, CameraTable};
+use super::document::Document;
 use super::kind::check_kind;
-use super::reader::{Document, Table};
+use super::reader::Table;
 use super::setting::Amended;
 use super::{
     Camera, Lamp, Scene, SceneError, Setting, WaterSurface, light, object, phase, sections,

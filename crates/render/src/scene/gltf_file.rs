@@ -8,8 +8,7 @@ use super::gltf_light::{self, GltfCamera};
 use super::gltf_material::MaterialReader;
 use super::gltf_mesh::PrimitiveReader;
 use super::gltf_resource::{GltfError, GltfSource, item};
-use super::object::Objects;
-use super::{Lamp, Mesh};
+use super::{Lamp, Material, Mesh, Texture};
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 
 /// glTF has +y up, the world +z: x → x, y → z, z → -y.
@@ -25,12 +24,15 @@ pub(super) struct Contents {
     pub(super) warnings: Vec<String>,
 }
 
-/// Reads the file's default scene (else its first, else all root nodes) and adds what it holds to `objects`.
+/// Reads the file's default scene (else its first, else all root nodes) and adds what it holds to `contents`,
+/// `materials` and `textures`.
 /// `placement` acts on the file's contents once they are in metres with +z up.
 pub(super) fn read_into(
     path: &Path,
     placement: DAffine3,
-    objects: &mut Objects,
+    contents: &mut Contents,
+    materials: &mut Vec<Material>,
+    textures: &mut Vec<Texture>,
 ) -> Result<(), GltfError> {
     let source = GltfSource::read(path)?;
     gltf_extension::refuse_required(&source)?;
@@ -39,13 +41,8 @@ pub(super) fn read_into(
         lamps,
         camera,
         warnings,
-    } = &mut objects.gltf;
-    let materials = MaterialReader::new(
-        &source,
-        &mut objects.materials,
-        &mut objects.textures,
-        warnings,
-    );
+    } = contents;
+    let materials = MaterialReader::new(&source, materials, textures, warnings);
     let mut walk = Walk {
         source: &source,
         materials,

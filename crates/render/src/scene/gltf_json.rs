@@ -5,11 +5,6 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 use serde::de::IgnoredAny;
-use serde_json::Value;
-
-use super::gltf_check::check;
-use super::gltf_rules;
-use super::gltf_schema::ROOT;
 
 /// Declares objects of the file whose fields may all be missing.
 macro_rules! objects {
@@ -206,7 +201,7 @@ objects! {
     }
 
     Lights {
-        pub(super) lights: Vec<Light>,
+        pub(super) lights: Vec<PunctualLight>,
     }
 }
 
@@ -288,7 +283,7 @@ impl Default for TextureTransform {
 /// A light.
 #[derive(Debug, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
-pub(super) struct Light {
+pub(super) struct PunctualLight {
     pub(super) name: Option<String>,
     /// `point`, `spot` or `directional`.
     #[serde(rename = "type")]
@@ -299,7 +294,7 @@ pub(super) struct Light {
     pub(super) spot: Option<Spot>,
 }
 
-impl Default for Light {
+impl Default for PunctualLight {
     fn default() -> Self {
         Self {
             name: None,
@@ -325,19 +320,5 @@ impl Default for Spot {
             inner_cone_angle: 0.0,
             outer_cone_angle: std::f64::consts::FRAC_PI_4,
         }
-    }
-}
-
-impl Document {
-    /// Parses and checks the JSON of a file: every index is inside its list afterwards.
-    ///
-    /// # Errors
-    /// What is wrong, and where.
-    pub(super) fn parse(json: &[u8]) -> Result<Self, String> {
-        let mut root: Value = serde_json::from_slice(json).map_err(|error| error.to_string())?;
-        check(&mut root, &ROOT)?;
-        let document: Self = serde_json::from_value(root).map_err(|error| error.to_string())?;
-        gltf_rules::check(&document)?;
-        Ok(document)
     }
 }

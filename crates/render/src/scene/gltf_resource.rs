@@ -9,6 +9,7 @@ use base64::alphabet::STANDARD;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 
 use super::gltf_json::{Buffer, Document};
+use super::gltf_rules;
 
 /// Some writers leave out the `=` at the end, and every reader of glTF takes that.
 const BASE64: GeneralPurpose = GeneralPurpose::new(
@@ -89,7 +90,7 @@ impl GltfSource {
             reason,
         };
         let chunks = Chunks::split(&bytes).map_err(malformed)?;
-        let document = Document::parse(chunks.json).map_err(malformed)?;
+        let document = gltf_rules::parse(chunks.json).map_err(malformed)?;
         let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
         let mut source = Self {
             file,

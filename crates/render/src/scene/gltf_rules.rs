@@ -1,12 +1,25 @@
-//! Rules of the format that reach across the parts of a file.
+//! From JSON to a document that keeps the rules of the format, those that reach across the parts of a file included.
 
+use serde_json::Value;
+
+use super::gltf_check;
 use super::gltf_json::{Accessor, Document};
+use super::gltf_schema::ROOT;
 
-/// Checks them all; every index is inside its list already.
+/// Parses and checks the JSON of a file: every index is inside its list afterwards.
 ///
 /// # Errors
-/// The first rule that is broken, and where.
-pub(super) fn check(document: &Document) -> Result<(), String> {
+/// What is wrong, and where.
+pub(super) fn parse(json: &[u8]) -> Result<Document, String> {
+    let mut root: Value = serde_json::from_slice(json).map_err(|error| error.to_string())?;
+    gltf_check::check(&mut root, &ROOT)?;
+    let document = serde_json::from_value(root).map_err(|error| error.to_string())?;
+    check(&document)?;
+    Ok(document)
+}
+
+/// Checks all rules; every index is inside its list already. Says which is broken, and where.
+fn check(document: &Document) -> Result<(), String> {
     check_version(document)?;
     check_channels(document)?;
     check_accessors(document)?;

@@ -3,6 +3,7 @@
 //! World frame: right-handed, +z up, metres. Colour triples are R, G, B. Radiance is linear.
 
 mod camera;
+mod document;
 mod error;
 mod file;
 mod gltf_accessor;

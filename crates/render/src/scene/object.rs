@@ -124,7 +124,9 @@ impl Objects {
         }
         let path = gltf.as_path()?;
         let placement = read_placement(table)?;
-        gltf_file::read_into(&path, placement, self).map_err(|source| SceneError::Gltf {
+        let (materials, textures) = (&mut self.materials, &mut self.textures);
+        let read = gltf_file::read_into(&path, placement, &mut self.gltf, materials, textures);
+        read.map_err(|source| SceneError::Gltf {
             file: gltf.doc.file.to_string(),
             line: gltf.line(),
             field: gltf.path.clone(),

@@ -1,34 +1,15 @@
 //! Typed reading of TOML values that keeps the line and the path of every field, so that each error can name both.
 
-use std::path::Path;
-
 use glam::DVec3;
 use toml::de::DeTable;
 
 use super::SceneError;
+use super::document::{Document, listed};
 use super::range::Range;
 use super::value::Value;
 
 /// Similarity (Jaro-Winkler, 0 to 1) from which on a known field is proposed for an unknown one.
 const SIMILAR: f64 = 0.8;
-
-/// The text of a scene file and where it comes from.
-pub(super) struct Document<'a> {
-    /// Name for error messages.
-    pub(super) file: &'a str,
-    /// The whole text.
-    pub(super) text: &'a str,
-    /// Folder that paths in the file start from.
-    pub(super) base_dir: &'a Path,
-}
-
-impl Document<'_> {
-    /// Line, counted from 1, of a byte offset.
-    pub(super) fn line_at(&self, offset: usize) -> usize {
-        let before = &self.text.as_bytes()[..offset.min(self.text.len())];
-        1 + before.iter().filter(|&&byte| byte == b'\n').count()
-    }
-}
 
 /// One table of the file; all its fields are known ones.
 pub(super) struct Table<'d> {
@@ -38,6 +19,24 @@ pub(super) struct Table<'d> {
     pub(super) path: String,
     pub(super) separator: char,
     pub(super) line: usize,
+}
+
+impl<'d> Value<'d> {
+    /// A table with no other fields than the known ones.
+    pub(super) fn as_table(&self, known: &[&str]) -> Result<Table<'d>, SceneError> {
+        let Some(table) = self.value.get_ref().as_table() else {
+            return Err(self.invalid(format!("a table with the fields {}", listed(known))));
+        };
+        let (path, line) = (self.path.clone(), self.line());
+        Table {
+            doc: self.doc,
+            table,
+            path,
+            separator: self.separator,
+            line,
+        }
+        .knowing(known)
+    }
 }
 
 impl<'d> Table<'d> {
@@ -192,15 +191,6 @@ fn within(path: &str) -> String {
     } else {
         path.to_string()
     }
-}
-
-/// The names, each in backquotes.
-pub(super) fn listed(names: &[&str]) -> String {
-    names
-        .iter()
-        .map(|name| format!("`{name}`"))
-        .collect::<Vec<_>>()
-        .join(", ")
 }
 
 /// "did you mean ..." when a known field is close, the known fields otherwise.

@@ -7,8 +7,8 @@ use toml::Spanned;
 use toml::de::DeValue;
 
 use super::SceneError;
+use super::document::{Document, listed};
 use super::range::Range;
-use super::reader::{Document, Table, listed};
 
 /// Characters of a wrong value that an error message repeats.
 const QUOTED_CHARS: usize = 60;
@@ -83,22 +83,6 @@ impl<'d> Value<'d> {
     /// Whether this is an array.
     pub(super) fn is_array(&self) -> bool {
         self.value.get_ref().is_array()
-    }
-
-    /// A table with no other fields than the known ones.
-    pub(super) fn as_table(&self, known: &[&str]) -> Result<Table<'d>, SceneError> {
-        let Some(table) = self.value.get_ref().as_table() else {
-            return Err(self.invalid(format!("a table with the fields {}", listed(known))));
-        };
-        let (path, line) = (self.path.clone(), self.line());
-        Table {
-            doc: self.doc,
-            table,
-            path,
-            separator: self.separator,
-            line,
-        }
-        .knowing(known)
     }
 
     /// The elements of an array, their paths numbered from 1.

@@ -85,7 +85,9 @@ impl IrradianceArguments {
             IrradianceError::Interrupted => {
                 CliError::Interrupted(format!("interrupted: {error}; nothing has been written"))
             }
-            IrradianceError::Threads { .. } => CliError::failed(error),
+            IrradianceError::Threads(_) | IrradianceError::Gpu(_) | IrradianceError::Render(_) => {
+                CliError::failed(error)
+            }
             _ => CliError::input(format!("{}: {error}", self.scene.display())),
         }
     }

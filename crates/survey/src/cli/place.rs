@@ -9,15 +9,15 @@ use super::error::CliError;
 #[derive(Debug, Args)]
 pub(super) struct PlaceArguments {
     /// Where to render.
-    #[arg(long, value_enum, default_value_t = Backend::Auto)]
-    pub(super) backend: Backend,
+    #[arg(long, value_enum, default_value_t = BackendChoice::Auto)]
+    pub(super) backend: BackendChoice,
     /// Graphics adapter: any part of its name, in any case (see `uw adapters`).
     #[arg(long, value_name = "NAME")]
     pub(super) adapter: Option<String>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(super) enum Backend {
+pub(super) enum BackendChoice {
     /// A GPU where there is one, else cpu-simd.
     Auto,
     /// All cores of the processor, in double precision.
@@ -32,10 +32,10 @@ impl PlaceArguments {
     /// The device that is asked for.
     pub(super) fn open(&self) -> Result<Device, CliError> {
         let backend = match self.backend {
-            Backend::Auto => backend::Backend::Auto,
-            Backend::Cpu => backend::Backend::Cpu,
-            Backend::CpuSimd => backend::Backend::CpuSimd,
-            Backend::Gpu => backend::Backend::Gpu,
+            BackendChoice::Auto => backend::Backend::Auto,
+            BackendChoice::Cpu => backend::Backend::Cpu,
+            BackendChoice::CpuSimd => backend::Backend::CpuSimd,
+            BackendChoice::Gpu => backend::Backend::Gpu,
         };
         backend
             .open(self.adapter.as_deref())

@@ -1,7 +1,7 @@
 //! Labels against plain renders at full resolution.
 //!
 //! Of random entries the image after the change is rendered without any of the shortcuts: the whole scene with
-//! its surface, lamps at their level, single pixels of the full image, thousands of samples each. A few random
+//! its surface, lamps at their level, single pixels of the full image, thousands of samples each, in double precision. A few random
 //! pixels per patch are enough, because only the difference from the label's own model of the image is estimated:
 //!
 //! variance of patch = variance of the model's patch + covariance of two renders of the pixels - variance of the
@@ -18,6 +18,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use uw_calib::stats::{PATCH_COLUMNS, PATCH_ROWS};
+use uw_render::backend::Device;
 use uw_render::integrator::RenderError;
 use uw_render::prepare::Prepared;
 use uw_render::rays::{RayBatch, RayTracer, Rays, Selection};
@@ -29,7 +30,6 @@ use super::group::{self, GroupLight, Place, group_scene};
 use super::plan::{Group, groups};
 use super::verdict::{ALLOWED_COUNTS, ALLOWED_SHARE};
 use super::{DatasetConfig, DatasetError, Observer, Progress, Workshop, exposure, pool, rows};
-use crate::estimate::paths::DEVICE;
 use crate::estimate::radiance::{Estimates, Lattice, RadianceImage, Reflection};
 use crate::estimate::statistics::Shot;
 
@@ -149,12 +149,17 @@ pub fn check(
     let all: Vec<Group> = groups(config).collect();
     let mut rng = Rng::new(config.seed, 0, 0, 0xc4ec);
     let mut pick = |n: usize| ((rng.uniform() * n as f64) as usize).min(n - 1);
-    let chosen: Vec<(Group, f64, f64, u32)> = (0..plan.entries)
+    let chosen: Vec<Choice> = (0..plan.entries)
         .map(|i| {
             let group = all[pick(all.len())];
             let depth_m = config.depths_m[pick(config.depths_m.len())];
             let light_pct = config.light_pct[pick(config.light_pct.len())];
-            (group, depth_m, light_pct, i as u32)
+            Choice {
+                group,
+                depth_m,
+                light_pct,
+                index: i as u32,
+            }
         })
         .collect();
     let done = AtomicUsize::new(0);
@@ -170,7 +175,13 @@ pub fn check(
         chosen
             .par_iter()
             .with_max_len(1)
-            .map(|(group, depth_m, light_pct, index)| {
+            .map(|choice| {
+                let Choice {
+                    group,
+                    depth_m,
+                    light_pct,
+                    index,
+                } = choice;
                 let path = entry_path(folder, plan, *index);
                 let entry = match kept(&workshop, &path, group, *depth_m, *light_pct)? {
                     Some(entry) => {
@@ -178,8 +189,7 @@ pub fn check(
                         entry
                     }
                     None => {
-                        let entry =
-                            check_one(&workshop, group, *depth_m, *light_pct, plan, *index, &tick)?;
+                        let entry = check_one(&workshop, choice, plan, &tick)?;
                         keep(&workshop, &path, &entry)?;
                         entry
                     }
@@ -222,15 +232,27 @@ fn labelled(
     Ok(entry)
 }
 
-fn check_one(
-    workshop: &Workshop,
-    group: &Group,
+/// A random entry.
+struct Choice {
+    group: Group,
     depth_m: f64,
     light_pct: f64,
-    plan: &CheckPlan,
     index: u32,
+}
+
+fn check_one(
+    workshop: &Workshop,
+    choice: &Choice,
+    plan: &CheckPlan,
     tick: &(dyn Fn(usize) + Sync),
 ) -> Result<CheckedEntry, DatasetError> {
+    let Choice {
+        group,
+        depth_m,
+        light_pct,
+        index,
+    } = choice;
+    let (depth_m, light_pct, index) = (*depth_m, *light_pct, *index);
     let places = group::places(workshop, group, &workshop.config.depths_m)?;
     let light = group::light(workshop, group, &places, |r| r, &workshop.effort)?;
     let at = places
@@ -244,9 +266,7 @@ fn check_one(
         workshop.config.seed,
         index,
     );
-    let halves = render(
-        workshop, group, depth_m, light_pct, plan, &pixels, index, tick,
-    )?;
+    let halves = render(workshop, choice, plan, &pixels, tick)?;
     let (render, error) = compare(workshop, &model, &pixels, &halves);
     Ok(CheckedEntry {
         image: image_name(group),
@@ -352,22 +372,20 @@ fn pixels(lattice: Lattice, per_patch: usize, seed: u64, index: u32) -> Vec<Vec<
 /// Radiance of the pixels in two independent renders.
 fn render(
     workshop: &Workshop,
-    group: &Group,
-    depth_m: f64,
-    light_pct: f64,
+    choice: &Choice,
     plan: &CheckPlan,
     pixels: &[Vec<usize>],
-    index: u32,
     tick: &(dyn Fn(usize) + Sync),
 ) -> Result<[Vec<Vec<[f64; 3]>>; 2], DatasetError> {
-    let mut scene = group_scene(workshop, group, depth_m)?;
+    let (light_pct, index) = (choice.light_pct, choice.index);
+    let mut scene = group_scene(workshop, &choice.group, choice.depth_m)?;
     scene.lamps.iter_mut().for_each(|l| l.level_pct = light_pct);
     if light_pct == 0.0 {
         scene.lamps.clear();
     }
     let prepared = Prepared::build(&scene);
     let selection = Selection::all(&prepared, true, 0);
-    let rays = Rays::new(&DEVICE, &prepared, &selection).map_err(RenderError::from)?;
+    let rays = Rays::new(&Device::Cpu, &prepared, &selection).map_err(RenderError::from)?;
     let mut pixel = PixelSampler {
         camera: &prepared.camera,
         tracer: rays.tracer(),

@@ -29,7 +29,7 @@ pub mod basis;
 pub mod fields;
 pub mod guess;
 mod levels;
-pub(crate) mod paths;
+mod paths;
 pub mod pyramid;
 pub mod radiance;
 pub mod response;

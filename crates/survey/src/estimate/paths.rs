@@ -7,7 +7,7 @@ use uw_render::rays::RayBatch;
 use uw_render::sampling::{Draws, MAX_BATCH};
 
 /// All paths are traced on the processor's vector units.
-pub(crate) static DEVICE: Device = Device::CpuSimd;
+pub(super) static DEVICE: Device = Device::CpuSimd;
 
 /// Paths of one group, within one batch.
 #[derive(Clone, Copy, Debug)]

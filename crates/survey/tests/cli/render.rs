@@ -176,7 +176,7 @@ fn statistics_tell_what_was_done() {
     );
 }
 
-/// The same paths as those of the native path tracer, in single precision.
+/// The same paths as in double precision.
 #[test]
 fn vector_units_render_on_request() {
     let folder = Folder::with_scene();

@@ -29,7 +29,7 @@ pub enum Engine<'a> {
         /// The adapter.
         gpu: &'a Gpu,
         /// The render.
-        stepper: Box<gpu::Stepper<'a>>,
+        stepper: Box<gpu::AdapterStepper<'a>>,
         /// Of the film as it is.
         statistics: Statistics,
     },
@@ -56,7 +56,7 @@ impl<'a> Engine<'a> {
             Device::CpuSimd => on_processor(Stepper::on_lanes(scene, plan)?),
             Device::Gpu(gpu) => Self::Gpu {
                 gpu,
-                stepper: Box::new(gpu::Stepper::new(gpu, scene, plan)?),
+                stepper: Box::new(gpu::AdapterStepper::new(gpu, scene, plan)?),
                 statistics: Statistics::default(),
             },
         })

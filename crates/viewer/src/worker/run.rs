@@ -144,12 +144,19 @@ impl Thread<'_> {
                 }
                 Ok(_) => return,
                 Err(error) => {
-                    // The same stage again, on the processor; the native path tracer refuses nothing.
+                    let message = error.to_string();
+                    // The same stage again, on the processor, in the end in double precision.
                     self.device = match self.device {
                         Device::Gpu(_) => Device::CpuSimd,
-                        Device::Cpu | Device::CpuSimd => Device::Cpu,
+                        Device::CpuSimd => Device::Cpu,
+                        Device::Cpu => {
+                            let generation = job.generation;
+                            return self.mouth.say(News::Failed {
+                                generation,
+                                message,
+                            });
+                        }
                     };
-                    let message = error.to_string();
                     self.mouth.say(News::FellBack { message });
                 }
             }

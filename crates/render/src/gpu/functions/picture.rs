@@ -3,7 +3,7 @@
 use super::{SEED, adapter, scene_with};
 use crate::{
     film::{Film, FilmLayer},
-    gpu::{AdapterChoice, Gpu, Look, Stepper, held::Held},
+    gpu::{AdapterChoice, AdapterStepper, Gpu, Look, held::Held},
     image::{Counts, Picture},
     integrator::{Plan, Progress},
     layers,
@@ -144,8 +144,8 @@ fn the_texture_holds_what_the_host_would_show() {
 fn added_by_host(gpu: &Gpu, scene: &Prepared, plan: &Plan) -> Film {
     let go_on = std::sync::atomic::AtomicBool::new(false);
     let unobserved = |_: &Progress| {};
-    let mut job =
-        crate::gpu::render::Job::new(gpu, scene, plan, &go_on, &unobserved, &|t| t).expect("fits");
+    let mut job = crate::gpu::render::Batches::new(gpu, scene, plan, &go_on, &unobserved, &|t| t)
+        .expect("fits");
     let mut film = Film::new(scene.camera.width, scene.camera.height, scene.lamps.len());
     for (batch, samples) in (0..).zip(BATCHES) {
         assert!(job.make_batch(batch, samples, &|| false).expect("runs"));
@@ -160,7 +160,7 @@ fn the_held_film_is_the_hosts() {
     let Some(gpu) = adapter() else { return };
     let scene = scene_with("[sky]\nradiance = [0.1, 0.2, 0.3]\n");
     let plan = plan();
-    let mut stepper = Stepper::new(gpu, &scene, &plan).expect("fits");
+    let mut stepper = AdapterStepper::new(gpu, &scene, &plan).expect("fits");
     assert!(!stepper.step(1, &|| true).expect("runs"), "it was stopped");
     for samples in BATCHES {
         assert!(stepper.step(samples, &|| false).expect("runs"));
@@ -251,7 +251,7 @@ fn a_device_of_a_window_serves_where_its_limits_allow_and_its_loss_is_told() {
     assert!(gpu.is_shared() && !own.is_shared());
     assert!(gpu.fault().is_none());
     let (scene, plan) = (scene_with(""), plan());
-    let mut stepper = Stepper::new(&gpu, &scene, &plan).expect("fits");
+    let mut stepper = AdapterStepper::new(&gpu, &scene, &plan).expect("fits");
     assert!(stepper.step(1, &|| false).expect("runs"));
     device.destroy();
     assert!(stepper.step(1, &|| false).is_err());

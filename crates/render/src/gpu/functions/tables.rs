@@ -2,13 +2,13 @@
 
 use super::{TURN, adapter, picture::plan, scene};
 use crate::{
-    gpu::{Gpu, Stepper},
+    gpu::{AdapterStepper, Gpu},
     prepare::Prepared,
 };
 
 fn picture(gpu: &Gpu, scene: &Prepared) -> Vec<[f32; 3]> {
     let plan = plan();
-    let mut stepper = Stepper::new(gpu, scene, &plan).expect("fits");
+    let mut stepper = AdapterStepper::new(gpu, scene, &plan).expect("fits");
     assert!(stepper.step(1, &|| false).expect("runs"));
     stepper.radiance().expect("comes back")
 }

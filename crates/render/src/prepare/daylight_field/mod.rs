@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use super::{Boundary, Medium, SunBeam};
 use solver::{Daylight, Solution};
 use sun_share::sun_shares;
-use table::{ChannelField, Table};
+use table::{ChannelField, FieldTable};
 use transition::Transitions;
 
 /// Bins in the cosine u of the viewing direction against the vertical.
@@ -38,7 +38,7 @@ const STRETCH_MATCH: f64 = 0.3;
 /// Plane-parallel daylight in homogeneous water: radiance per direction and depth, irradiances.
 #[derive(Clone, Debug)]
 pub struct DaylightField {
-    pub(crate) table: Table,
+    pub(crate) table: FieldTable,
     /// Per channel, the share of the light that scatters narrowly per metre of depth, 1/m.
     pub(crate) narrow_rate: [f64; 3],
     /// Asymptotic −d ln L/dτ per channel.
@@ -92,7 +92,7 @@ impl DaylightField {
         let scatters = medium.b.map(|b| b > 0.0);
         let narrow = sun.map_or(0.0, |s| transitions.narrow / s.towards.z);
         Some(Self {
-            table: Table::new(
+            table: FieldTable::new(
                 &channels,
                 scatters,
                 strategies,

@@ -45,9 +45,9 @@ pub(super) struct Solution {
     pub(super) decay: f64,
 }
 
-type Field = Vec<[f64; COSINES]>;
+type ByCosine = Vec<[f64; COSINES]>;
 
-struct Grid {
+struct DepthGrid {
     depth: Vec<f64>,
     /// Per interval above a node and bin: transmittance, and the weights of the source at its far and near end.
     transmitted: Vec<[f64; HALF]>,
@@ -58,14 +58,14 @@ struct Grid {
 
 impl Solution {
     pub(super) fn solve(light: &Daylight, transitions: &Transitions, max_depth: f64) -> Self {
-        let grid = Grid::new(light, max_depth);
+        let grid = DepthGrid::new(light, max_depth);
         let modes = match light.sun {
             Some((cosine, _)) if cosine < OVERHEAD => MODES,
             _ => 1,
         };
         let mut scattered = vec![0.0; DEPTHS * COSINES * AZIMUTHS];
-        let mut mean = Field::new();
-        let mut total = Field::new();
+        let mut mean = ByCosine::new();
+        let mut total = ByCosine::new();
         for mode in 0..modes {
             let known = grid.scored_at_once(light, transitions, mode);
             let start = if mode == 0 {
@@ -95,7 +95,7 @@ impl Solution {
     }
 }
 
-impl Grid {
+impl DepthGrid {
     fn new(light: &Daylight, max_depth: f64) -> Self {
         let depth: Vec<f64> = (0..DEPTHS)
             .map(|t| max_depth * (t as f64 / (DEPTHS - 1) as f64).powi(2))
@@ -124,7 +124,7 @@ impl Grid {
     }
 
     /// Mode `mode` of the sunlight scattered once and, in mode 0, of the sky seen through the surface.
-    fn scored_at_once(&self, light: &Daylight, transitions: &Transitions, mode: usize) -> Field {
+    fn scored_at_once(&self, light: &Daylight, transitions: &Transitions, mode: usize) -> ByCosine {
         let mut field = vec![[0.0; COSINES]; DEPTHS];
         for (t, row) in field.iter_mut().enumerate() {
             let depth = self.depth[t];
@@ -154,7 +154,7 @@ impl Grid {
 
     /// Isotropic radiance that decays as in diffusion, from all the light that enters: nearly right where
     /// little is lost, and there the iteration would not get far from nothing.
-    fn diffuse_guess(&self, light: &Daylight, mean_cosine: f64, known: &Field) -> Field {
+    fn diffuse_guess(&self, light: &Daylight, mean_cosine: f64, known: &ByCosine) -> ByCosine {
         let sun = light
             .sun
             .map_or(0.0, |(cosine, irradiance)| cosine * irradiance);
@@ -177,9 +177,9 @@ impl Grid {
         &self,
         albedo: f64,
         matrix: &[[f64; COSINES]; COSINES],
-        known: &Field,
-        mut rest: Field,
-    ) -> Field {
+        known: &ByCosine,
+        mut rest: ByCosine,
+    ) -> ByCosine {
         if albedo == 0.0 {
             return rest;
         }
@@ -204,7 +204,7 @@ impl Grid {
     }
 
     /// Radiance of `source` along every direction: upwards views from the surface down, the others from below.
-    fn sweep(&self, source: &Field, field: &mut Field) {
+    fn sweep(&self, source: &ByCosine, field: &mut ByCosine) {
         for j in 0..HALF {
             let k = HALF - 1 - j;
             field[DEPTHS - 1][j] = source[DEPTHS - 1][j];
@@ -226,7 +226,7 @@ impl Grid {
     }
 
     /// Decay of the whole radiance between two deep nodes.
-    fn decay(&self, total: &Field) -> f64 {
+    fn decay(&self, total: &ByCosine) -> f64 {
         let (shallow, deep) = (DEPTHS - 30, DEPTHS - 12);
         let sum = |t: usize| total[t].iter().sum::<f64>();
         let rate = (sum(shallow) / sum(deep)).ln() / (self.depth[deep] - self.depth[shallow]);
@@ -252,7 +252,12 @@ fn line(tau: f64, u: f64, sun_cosine: f64) -> f64 {
     (sunlight - (-path).exp()) / rate
 }
 
-fn scatter(albedo: f64, matrix: &[[f64; COSINES]; COSINES], known: &Field, rest: &Field) -> Field {
+fn scatter(
+    albedo: f64,
+    matrix: &[[f64; COSINES]; COSINES],
+    known: &ByCosine,
+    rest: &ByCosine,
+) -> ByCosine {
     let mut source = vec![[0.0; COSINES]; DEPTHS];
     for (t, out) in source.iter_mut().enumerate() {
         // The matrix is symmetric, so its rows serve as columns and the inner loop runs along memory.
@@ -266,13 +271,13 @@ fn scatter(albedo: f64, matrix: &[[f64; COSINES]; COSINES], known: &Field, rest:
     source
 }
 
-fn add(a: &Field, b: &Field) -> Field {
+fn add(a: &ByCosine, b: &ByCosine) -> ByCosine {
     let sum = |(a, b): (&[f64; COSINES], &[f64; COSINES])| std::array::from_fn(|j| a[j] + b[j]);
     a.iter().zip(b).map(sum).collect()
 }
 
 /// Adds mode `mode` at every azimuth node, damped against ringing (Lanczos' sigma factors).
-fn add_mode(scattered: &mut [f64], rest: &Field, mode: usize) {
+fn add_mode(scattered: &mut [f64], rest: &ByCosine, mode: usize) {
     let damping = match mode {
         0 => 1.0,
         m => {
@@ -293,7 +298,7 @@ fn add_mode(scattered: &mut [f64], rest: &Field, mode: usize) {
 
 /// Keeps every azimuth above a share of the mean, and the first depth above nothing: upward views just below
 /// a surface that does not reflect see none, but a little deeper they do.
-fn keep_positive(scattered: &mut [f64], mean: &Field) {
+fn keep_positive(scattered: &mut [f64], mean: &ByCosine) {
     for t in 0..DEPTHS {
         for j in 0..COSINES {
             let own = mean[t][j];

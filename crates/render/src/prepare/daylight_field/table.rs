@@ -13,7 +13,7 @@ pub(crate) type Entry = [f32; 4];
 
 /// Logarithms of radiances (so that steep decays are interpolated well) and irradiances, and shares.
 #[derive(Clone, Debug)]
-pub(crate) struct Table {
+pub(crate) struct FieldTable {
     pub(crate) max_depth_m: f64,
     /// −d ln L/dz beyond the grid, 1/m.
     pub(crate) decay_per_m: Entry,
@@ -34,7 +34,7 @@ pub(super) struct ChannelField {
     pub(super) sun_share: Vec<f32>,
 }
 
-impl Table {
+impl FieldTable {
     /// A table down to `deepest_m` and below; `scatters` tells which channels do, in at least one; `strategies` gives
     /// the channel of each strategy, in whose order the shares are; `turns` whether the light depends on azimuth.
     pub(super) fn new(
@@ -53,7 +53,7 @@ impl Table {
             .map(|i| i / azimuths * AZIMUTHS + i % azimuths)
             .collect();
         let directions = COSINES * AZIMUTHS;
-        let grid = Grid {
+        let grid = Depths {
             channels,
             max_depth_m,
         };
@@ -98,12 +98,12 @@ impl Table {
 }
 
 /// The table's depths and what is brought onto them.
-struct Grid<'a> {
+struct Depths<'a> {
     channels: &'a [ChannelField; 3],
     max_depth_m: f64,
 }
 
-impl Grid<'_> {
+impl Depths<'_> {
     /// Columns of the channels' tables of `row` columns, at the depths of the grid.
     fn resample(
         &self,

@@ -19,7 +19,7 @@ use uw_render::prepare::Prepared;
 use uw_render::scene::{Scene, Setting};
 
 use super::error::{CliError, note};
-use super::place::{Backend, PlaceArguments};
+use super::place::{BackendChoice, PlaceArguments};
 use super::progress::ProgressDisplay;
 use super::values::{positive, relative_error, samples};
 use super::{interrupt, output};
@@ -197,7 +197,7 @@ impl RenderArguments {
     /// Why double precision has to render, where no backend is demanded: the kernels refuse the scene, or their
     /// limits made the picture too dark and there is no time limit.
     fn needs_double(&self, rendered: &Result<(Film, RenderStats), RenderError>) -> Option<String> {
-        if self.place.backend != Backend::Auto {
+        if self.place.backend != BackendChoice::Auto {
             return None;
         }
         match rendered {

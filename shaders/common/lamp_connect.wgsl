@@ -13,13 +13,13 @@ import package::common::phase::phase_value;
 import package::common::rng::uniform_number;
 import package::common::tables::{lamp_film_layer, lamp_intensity, lamp_level, lamp_radius};
 import package::common::unfold::segment_factor;
-import package::common::ways::{Junction, trail, ways_contribution};
+import package::common::mis::{Connection, subpath, mis_contribution};
 
 /// Path vertices made by this lane, for the statistics.
 var<private> vertex_count: u32;
 
 /// Scattering function of a surface towards `towards`, 1/sr.
-fn surface_lobe(point: SurfacePoint, towards: vec3f) -> f32 {
+fn surface_pdf(point: SurfacePoint, towards: vec3f) -> f32 {
     if dot(point.normal, towards) <= 0.0 {
         return 0.0;
     }
@@ -27,9 +27,9 @@ fn surface_lobe(point: SurfacePoint, towards: vec3f) -> f32 {
 }
 
 /// Scattering function where the walk stands, in the water or on a surface, towards a real direction.
-fn site_lobe(on_surface: bool, point: SurfacePoint, towards: vec3f) -> f32 {
+fn scattering_pdf_at(on_surface: bool, point: SurfacePoint, towards: vec3f) -> f32 {
     if on_surface {
-        return surface_lobe(point, towards);
+        return surface_pdf(point, towards);
     }
     return phase_value(sin2_half(walk.direction, towards));
 }
@@ -39,7 +39,7 @@ fn draw_bridge(position: vec3f, end: vec3f, least: u32, most: u32, u: f32) -> bo
     if !HAS_SCATTERING {
         return least == 0u && bridge_straight(position, end);
     }
-    let depth = scene.lamp_sigma[walk.spectral.chosen] * distance(position, end);
+    let depth = scene.lamp_sigma[walk.channels.chosen] * distance(position, end);
     var order: u32;
     if least == 0u {
         order = order_sample(depth, u);
@@ -77,7 +77,7 @@ fn cross_bridge(start: vec3f, end: vec3f) -> bool {
 }
 
 /// Adds the light of the path that the bridge makes from `start` to the lamp point `end`, times `factor`.
-fn send(aimed: Target, start: vec3f, end: vec3f, lobe: f32, factor: f32) {
+fn send(aimed: Target, start: vec3f, end: vec3f, scattering_pdf: f32, factor: f32) {
     let relative = emitted(aimed, bridge.emission);
     if relative == 0.0 || !cross_bridge(start, end) {
         return;
@@ -93,14 +93,14 @@ fn send(aimed: Target, start: vec3f, end: vec3f, lobe: f32, factor: f32) {
             facing = lamp_facing_area(aimed.lamp, select(bridge.emission, flip(bridge.emission), aimed.mirrored));
         }
     }
-    let radiance = ways_contribution(walk.spectral, Junction(lobe, end, facing));
+    let radiance = mis_contribution(walk.channels, Connection(scattering_pdf, end, facing));
     let light = factor * relative * aimed.weight * lamp_intensity(aimed.lamp) * radiance;
     let scattered = walk.scatterings + bridge.order > 0u;
     add_light(lamp_film_layer(aimed.lamp), lamp_level(aimed.lamp), walk.met_surface, scattered, light);
 }
 
 /// Bridges from the walk's last vertex to every aimed; the order of the first by `number`, unless that is NO_NUMBER.
-fn join_lamps(on_surface: bool, point: SurfacePoint, max_events: u32, number: f32) {
+fn connect_lamps(on_surface: bool, point: SurfacePoint, max_events: u32, number: f32) {
     let position = unfolded(walk.origin);
     // The straight way from the first surface is not the walk's to count.
     let least = select(0u, 1u, walk.unscattered && walk.met_surface);
@@ -110,7 +110,7 @@ fn join_lamps(on_surface: bool, point: SurfacePoint, max_events: u32, number: f3
     }
     var i = 0u;
     loop {
-        join_lamp(targets[i], on_surface, point, position, least, most, select(NO_NUMBER, number, i == 0u));
+        connect_lamp(targets[i], on_surface, point, position, least, most, select(NO_NUMBER, number, i == 0u));
         i += 1u;
         if i >= target_count {
             break;
@@ -119,7 +119,7 @@ fn join_lamps(on_surface: bool, point: SurfacePoint, max_events: u32, number: f3
 }
 
 /// A bridge from the walk's last vertex, at `position`, to one target.
-fn join_lamp(aimed: Target, on_surface: bool, point: SurfacePoint, position: vec3f, least: u32, most: u32, number: f32) {
+fn connect_lamp(aimed: Target, on_surface: bool, point: SurfacePoint, position: vec3f, least: u32, most: u32, number: f32) {
     var u = number;
     if number == NO_NUMBER {
         u = uniform_number();
@@ -132,9 +132,9 @@ fn join_lamp(aimed: Target, on_surface: bool, point: SurfacePoint, position: vec
     if factor == 0.0 {
         return;
     }
-    let lobe = site_lobe(on_surface, point, unfolded_direction(bridge.first));
-    if lobe > 0.0 {
-        send(aimed, position, end, lobe, factor);
+    let scattering_pdf = scattering_pdf_at(on_surface, point, unfolded_direction(bridge.first));
+    if scattering_pdf > 0.0 {
+        send(aimed, position, end, scattering_pdf, factor);
     }
 }
 
@@ -147,11 +147,11 @@ fn turn_bridge(on_surface: bool, point: SurfacePoint, aimed: Target, start: vec3
     let axis = (end - start) / bridge.distance;
     var worths: vec4f;
     for (var turns = 0u; turns < 4u; turns++) {
-        var lobe = 1.0;
+        var scattering_pdf = 1.0;
         if on_surface {
-            lobe = surface_lobe(point, unfolded_direction(quarters_about(bridge.first, axis, turns)));
+            scattering_pdf = surface_pdf(point, unfolded_direction(quarters_about(bridge.first, axis, turns)));
         }
-        worths[turns] = lobe * emitted(aimed, quarters_about(bridge.emission, axis, turns));
+        worths[turns] = scattering_pdf * emitted(aimed, quarters_about(bridge.emission, axis, turns));
     }
     return bridge_turn(axis, uniform_number(), worths);
 }
@@ -161,8 +161,8 @@ fn emitted(aimed: Target, emission: vec3f) -> f32 {
     return lamp_relative_intensity(aimed.lamp, select(emission, flip(emission), aimed.mirrored));
 }
 
-/// The aimed's disk when the walk's direction meets it: sent with `lobe`, the density of that direction.
-fn meet_lamp(aimed: Target, lobe: f32) {
+/// The aimed's disk when the walk's direction meets it: sent with `scattering_pdf`, the density of that direction.
+fn meet_lamp(aimed: Target, scattering_pdf: f32) {
     if lamp_radius(aimed.lamp) == 0.0 || aimed.mirrored != walk.mirrored {
         return;
     }
@@ -174,18 +174,18 @@ fn meet_lamp(aimed: Target, lobe: f32) {
     let start = unfolded(walk.origin);
     let end = unfolded(walk.origin + disk.t * walk.direction);
     if bridge_straight(start, end) {
-        send(aimed, start, end, lobe, 1.0);
+        send(aimed, start, end, scattering_pdf, 1.0);
     }
 }
 
-/// Disk lamps that the walk's new direction meets: one more way of making the path.
-fn meet_lamps(lobe: f32) {
-    if !HAS_DISKS || walk.unscattered || trail.count == 0u || target_count == 0u {
+/// Disk lamps that the walk's new direction meets: one more technique of making the path.
+fn meet_lamps(scattering_pdf: f32) {
+    if !HAS_DISKS || walk.unscattered || subpath.count == 0u || target_count == 0u {
         return;
     }
     var i = 0u;
     loop {
-        meet_lamp(targets[i], lobe);
+        meet_lamp(targets[i], scattering_pdf);
         i += 1u;
         if i >= target_count {
             break;

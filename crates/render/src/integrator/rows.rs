@@ -28,7 +28,7 @@ pub(super) enum FirstBatch<'a> {
     Backed(&'a CoarseFirst<'a>),
 }
 
-pub(super) struct Job<'a> {
+pub(super) struct RowRender<'a> {
     scene: &'a Prepared,
     plan: &'a Plan,
     shared: &'a Shared<'a>,
@@ -41,7 +41,7 @@ pub(super) struct Job<'a> {
     work: Mutex<Work>,
 }
 
-impl<'a> Job<'a> {
+impl<'a> RowRender<'a> {
     pub(super) fn new(
         scene: &'a Prepared,
         plan: &'a Plan,

@@ -1,31 +1,32 @@
-// The ways in which one path to a lamp can be made, combined by the balance heuristic.
+// Multiple importance sampling: the techniques by which one path to a lamp can be made, combined by the balance
+// heuristic (Veach and Guibas 1995).
 // Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
-import package::common::bridge::{bridge, bridge_vertex, extra_place, trail_place};
+import package::common::bridge::{bridge, bridge_vertex, extra_place, subpath_place};
 import package::common::layout::{HAS_SCATTERING, scene, scratch};
 import package::common::math::ln_1p;
-import package::common::medium::{LN_ZERO, Spectral, largest, spectral_weight, transmittance, used};
+import package::common::medium::{LN_ZERO, ChannelSampling, largest, channels_weight, transmittance, used};
 import package::common::order::{LN_POISSON_SHARE, order_ln_tail, scattered_share};
 import package::common::phase::phase_value;
 import package::common::settings::{lamp_strategies, largest_order};
 
-/// The vertices of the walk that can be joined to a lamp; flags as in the twin.
-struct Trail {
+/// The vertices of the walk that can be joined to a lamp.
+struct CameraSubpath {
     count: u32,
     rooted: bool,
     companions: bool,
     scattered: bool,
 }
 
-var<private> trail: Trail;
+var<private> subpath: CameraSubpath;
 
 /// How a path goes on from the last vertex of the walk.
-struct Junction {
-    lobe: f32,
+struct Connection {
+    scattering_pdf: f32,
     lamp: vec3f,
     facing: f32,
 }
 
-/// What all ways of making one path share.
+/// What all techniques of making one path share.
 struct PathToLamp {
     more: f32,
     last_length: f32,
@@ -42,34 +43,34 @@ struct LnDensities {
 
 var<private> path: PathToLamp;
 
-fn trail_start() {
-    trail = Trail(0u, false, true, false);
+fn subpath_start() {
+    subpath = CameraSubpath(0u, false, true, false);
 }
 
-fn trail_root(position: vec3f, length: f32, reflected: f32, companions: bool, scattered: bool) {
-    trail = Trail(0u, true, companions, scattered);
-    trail_push(position, length, reflected);
+fn subpath_root(position: vec3f, length: f32, reflected: f32, companions: bool, scattered: bool) {
+    subpath = CameraSubpath(0u, true, companions, scattered);
+    subpath_push(position, length, reflected);
 }
 
 /// Adds a vertex; there has to be room.
-fn trail_push(position: vec3f, length: f32, reflected: f32) {
-    scratch[trail_place(trail.count)] = vec4f(position, length);
-    let place = extra_place(trail.count);
+fn subpath_push(position: vec3f, length: f32, reflected: f32) {
+    scratch[subpath_place(subpath.count)] = vec4f(position, length);
+    let place = extra_place(subpath.count);
     scratch[place].z = 0.0;
     scratch[place].w = reflected;
-    trail.count += 1u;
+    subpath.count += 1u;
 }
 
-/// The walk went on from its last vertex with density `lobe` of its direction.
-fn trail_leave(lobe: f32) {
-    scratch[extra_place(trail.count - 1u)].z = lobe;
+/// The walk went on from its last vertex with density `scattering_pdf` of its direction.
+fn subpath_leave(scattering_pdf: f32) {
+    scratch[extra_place(subpath.count - 1u)].z = scattering_pdf;
 }
 
-/// The two parts of a way's density under each strategy, in logarithms, without the factor D²/f.
+/// The two parts of a technique's density under each strategy, in logarithms, without the factor D²/f.
 fn ln_densities(length: f32, distance2: f32, order: u32, root: bool) -> LnDensities {
     let distance = sqrt(distance2);
     let ahead = length - path.last_length;
-    // No way is shorter than the straight one; rounding must not say so.
+    // No path is shorter than the straight one; rounding must not say so.
     let to_lamp = max(path.remaining - ahead, distance);
     let steps = f32(order + 1u);
     let ln_ratio = ln_1p((distance - to_lamp) / to_lamp);
@@ -90,11 +91,11 @@ fn sum_exp(ln: vec3f) -> f32 {
     return e.x + e.y + e.z;
 }
 
-/// Sum over the strategies of the density of a way, relative to e^shift.
-fn way_density(length: f32, distance2: f32, order: u32, root: bool, lobe: f32) -> f32 {
+/// Sum over the strategies of the density of a technique, relative to e^shift.
+fn technique_density(length: f32, distance2: f32, order: u32, root: bool, scattering_pdf: f32) -> f32 {
     let ln = ln_densities(length, distance2, order, root);
     let sum = sum_exp(ln.poisson - vec3f(path.shift)) + sum_exp(ln.tail - vec3f(path.shift));
-    return min(sum * distance2 / max(lobe, 1e-35), 1e36);
+    return min(sum * distance2 / max(scattering_pdf, 1e-35), 1e36);
 }
 
 /// Density of a walk that makes all vertices, the last at `length`, and then meets the lamp by chance.
@@ -107,10 +108,10 @@ fn hit_density(length: f32, facing: f32) -> f32 {
 }
 
 /// Sum of the densities of the bridges that could have been made from earlier vertices of the walk.
-fn earlier_ways(total_order: u32, lamp: vec3f) -> f32 {
-    let first = select(1u, 0u, trail.rooted);
+fn techniques_before(total_order: u32, lamp: vec3f) -> f32 {
+    let first = select(1u, 0u, subpath.rooted);
     var density = 0.0;
-    if trail.count < 2u {
+    if subpath.count < 2u {
         return density;
     }
     var i = 0u;
@@ -118,12 +119,12 @@ fn earlier_ways(total_order: u32, lamp: vec3f) -> f32 {
         let order = total_order - (i + first);
         let extra = scratch[extra_place(i)];
         if order <= largest_order() && extra.w > 0.0 {
-            let vertex = scratch[trail_place(i)];
+            let vertex = scratch[subpath_place(i)];
             let offset = vertex.xyz - lamp;
-            density += extra.w * way_density(vertex.w, dot(offset, offset), order, trail.rooted && i == 0u, extra.z);
+            density += extra.w * technique_density(vertex.w, dot(offset, offset), order, subpath.rooted && i == 0u, extra.z);
         }
         i += 1u;
-        if i + 1u >= trail.count {
+        if i + 1u >= subpath.count {
             break;
         }
     }
@@ -131,12 +132,12 @@ fn earlier_ways(total_order: u32, lamp: vec3f) -> f32 {
 }
 
 /// Sum of the densities of the walk's making some of the bridge's vertices, or all of them and meeting the lamp.
-fn later_ways(junction: Junction) -> f32 {
+fn techniques_after(connection: Connection) -> f32 {
     var length = path.last_length;
     var reflected = 1.0;
     var density = 0.0;
     if bridge.order == 0u {
-        return hit_density(length, junction.facing);
+        return hit_density(length, connection.facing);
     }
     var i = 0u;
     loop {
@@ -144,61 +145,61 @@ fn later_ways(junction: Junction) -> f32 {
         let extra = scratch[extra_place(i)];
         length += vertex.w;
         reflected *= extra.y;
-        let offset = vertex.xyz - junction.lamp;
+        let offset = vertex.xyz - connection.lamp;
         density += reflected
-            * way_density(length, dot(offset, offset), bridge.order - 1u - i, false, phase_value(extra.x));
+            * technique_density(length, dot(offset, offset), bridge.order - 1u - i, false, phase_value(extra.x));
         i += 1u;
         if i >= bridge.order {
             break;
         }
     }
-    return density + reflected * hit_density(length, junction.facing);
+    return density + reflected * hit_density(length, connection.facing);
 }
 
-/// Density of the walk over the probability of the bridges that are made from the trail's first vertex.
+/// Density of the walk over the probability of the bridges that are made from the subpath's first vertex.
 fn root_density(ln_walk_density: vec3f, lamp: vec3f) -> vec3f {
-    if !trail.scattered {
+    if !subpath.scattered {
         return ln_walk_density;
     }
-    let distance = length(scratch[trail_place(0u)].xyz - lamp);
+    let distance = length(scratch[subpath_place(0u)].xyz - lamp);
     let depth = scene.lamp_sigma * distance;
     return ln_walk_density - log(vec3f(scattered_share(depth.x), scattered_share(depth.y), scattered_share(depth.z)));
 }
 
 /// Radiance per channel, for unit intensity, of the path made by the walk and by the bridge.
-fn ways_contribution(spectral: Spectral, junction: Junction) -> vec3f {
+fn mis_contribution(channels: ChannelSampling, connection: Connection) -> vec3f {
     if HAS_SCATTERING {
-        return ways_scattering(spectral, junction);
+        return mis_of_scattered(channels, connection);
     }
     let reflected = bridge.crossing;
-    let density = bridge.distance * bridge.distance / junction.lobe + reflected * junction.facing;
-    return spectral_weight(spectral) * transmittance(bridge.distance) * (reflected / density);
+    let density = bridge.distance * bridge.distance / connection.scattering_pdf + reflected * connection.facing;
+    return channels_weight(channels) * transmittance(bridge.distance) * (reflected / density);
 }
 
-fn ways_scattering(spectral: Spectral, junction: Junction) -> vec3f {
-    if trail.count == 0u {
+fn mis_of_scattered(channels: ChannelSampling, connection: Connection) -> vec3f {
+    if subpath.count == 0u {
         return vec3f(0.0);
     }
-    let last = trail.count - 1u;
-    let last_length = scratch[trail_place(last)].w;
+    let last = subpath.count - 1u;
+    let last_length = scratch[subpath_place(last)].w;
     let last_reflected = scratch[extra_place(last)].w;
     let order = bridge.order;
-    let ln_walk = max(spectral.ln_density, vec3f(LN_ZERO));
-    path = PathToLamp(f32(order), last_length, bridge.length, ln_walk, root_density(ln_walk, junction.lamp), 0.0);
+    let ln_walk = max(channels.ln_density, vec3f(LN_ZERO));
+    path = PathToLamp(f32(order), last_length, bridge.length, ln_walk, root_density(ln_walk, connection.lamp), 0.0);
     let distance2 = bridge.distance * bridge.distance;
-    let root = trail.rooted && last == 0u;
-    // Relative to the way that made the path: single densities may be out of the range of a float.
+    let root = subpath.rooted && last == 0u;
+    // Relative to the technique that made the path: single densities may be out of the range of a float.
     let own = ln_densities(last_length, distance2, order, root);
     path.shift = largest(used(max(own.poisson, own.tail), max(lamp_strategies(), 1u)));
-    var density = way_density(last_length, distance2, order, root, junction.lobe);
-    if trail.companions {
-        let scatterings = trail.count - select(0u, 1u, trail.rooted);
-        density += earlier_ways(scatterings + order, junction.lamp) / last_reflected + later_ways(junction);
+    var density = technique_density(last_length, distance2, order, root, connection.scattering_pdf);
+    if subpath.companions {
+        let scatterings = subpath.count - select(0u, 1u, subpath.rooted);
+        density += techniques_before(scatterings + order, connection.lamp) / last_reflected + techniques_after(connection);
     } else if order == 0u {
-        density += bridge.crossing * hit_density(last_length, junction.facing);
+        density += bridge.crossing * hit_density(last_length, connection.facing);
     }
-    let ln_scale = log(bridge.crossing * f32(spectral.count)) - log(density) - path.shift;
+    let ln_scale = log(bridge.crossing * f32(channels.count)) - log(density) - path.shift;
     let ln_b = select(f32(order) * scene.ln_b, vec3f(0.0), order == 0u);
     let ln_light = ln_b - scene.c * bridge.length + vec3f(ln_scale);
-    return spectral.value * exp(clamp(ln_light, vec3f(-200.0), vec3f(85.0)));
+    return channels.value * exp(clamp(ln_light, vec3f(-200.0), vec3f(85.0)));
 }

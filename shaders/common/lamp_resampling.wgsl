@@ -1,20 +1,21 @@
-// Where a walk lands: one of several first surface points, chosen by what it can bring.
+// Where a walk lands: one of several first surface points, by resampled importance sampling (Talbot et al. 2005) for the
+// light that they can bring.
 // Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
 import package::common::bvh::SurfacePoint;
 import package::common::camera::{BOUNDARY, CameraRay, End, NOTHING, SCATTER, SURFACE, end_point, no_point};
-import package::common::lamp_join::vertex_count;
+import package::common::lamp_connect::vertex_count;
 import package::common::lamp_walk::{SCATTERED, SURE_VERTICES, THROUGH, add_ln_density, free_end, go_to_scattering, reflect_at_boundary, survival_in_water, target_centre, target_count, targets, unfolded, walk, walk_start};
 import package::common::layout::{HAS_SCATTERING, HAS_SURFACE, HAS_VARIED_REFLECTANCE, NONE, scene};
 import package::common::light::lamp_relative_intensity;
 import package::common::math::{expm1, ln_1p, minus_ln, turn};
-import package::common::medium::{spectral_after, spectral_start, spectral_weight};
+import package::common::medium::{channels_after, channels_start, channels_weight};
 import package::common::phase::phase_sample_x;
 import package::common::rng::{leading, leading_bits, next_bits, point_index, scramble, scramble_of, uniform_number};
 import package::common::settings::{lamp_strategies, max_events};
 
-/// Scouts of a walk that falls freely, and of one that surely scatters.
-const SCOUTS: u32 = 3u;
-const SCOUTS_WHERE_CLEAR: u32 = 2u;
+/// Candidates beside a walk that falls freely, and of one that surely scatters.
+const CANDIDATES: u32 = 3u;
+const CANDIDATES_WHERE_CLEAR: u32 = 2u;
 /// Stream of their leading numbers.
 const STREAM: u32 = 3u;
 /// Light that comes from outside a lamp's beam or along a surface, relative to what comes straight.
@@ -30,43 +31,43 @@ struct Landing {
     point: SurfacePoint,
 }
 
-/// Scouts pay where surfaces differ.
-fn scout_count(first: u32) -> u32 {
+/// Candidates pay where surfaces differ.
+fn candidate_count(first: u32) -> u32 {
     if !HAS_VARIED_REFLECTANCE || !HAS_SCATTERING || first == THROUGH {
         return 0u;
     }
-    return select(SCOUTS, SCOUTS_WHERE_CLEAR, first == SCATTERED);
+    return select(CANDIDATES, CANDIDATES_WHERE_CLEAR, first == SCATTERED);
 }
 
-/// One of `landing` (of the walk that made bridges, if it met a surface) and the scouts' landings; `walk` is then the one
+/// One of `landing` (of the walk that made bridges, if it met a surface) and the candidates' landings; `walk` is then the one
 /// that landed there.
-fn choose_landing(ray: CameraRay, first: u32, landing: Landing) -> Landing {
-    let count = scout_count(first);
+fn resample_landing(ray: CameraRay, first: u32, landing: Landing) -> Landing {
+    let count = candidate_count(first);
     if count == 0u {
         return landing;
     }
     var chosen = landing;
     var chosen_walk = walk;
-    var worth = 0.0;
+    var target_value = 0.0;
     if landing.found {
-        worth = worth_of(landing.point);
+        target_value = target_function(landing.point);
     }
-    var sum = worth;
+    var sum = target_value;
     let own_scramble = scramble;
     let own_index = point_index;
     scramble = scramble_of(STREAM);
     var i = 0u;
     loop {
         point_index = own_index * count + i;
-        let found = send_scout(ray, first);
+        let found = trace_candidate(ray, first);
         if found.found {
-            let its_worth = worth_of(found.point);
-            sum += its_worth;
-            if its_worth > 0.0 {
-                if uniform_number() * sum < its_worth {
+            let its_target = target_function(found.point);
+            sum += its_target;
+            if its_target > 0.0 {
+                if uniform_number() * sum < its_target {
                     chosen = found;
                     chosen_walk = walk;
-                    worth = its_worth;
+                    target_value = its_target;
                 }
             }
         }
@@ -78,27 +79,27 @@ fn choose_landing(ray: CameraRay, first: u32, landing: Landing) -> Landing {
     scramble = own_scramble;
     point_index = own_index;
     walk = chosen_walk;
-    if !(worth > 0.0) {
+    if !(target_value > 0.0) {
         chosen.found = false;
         return chosen;
     }
-    walk.spectral.value *= sum / f32(count + 1u) / worth;
+    walk.channels.value *= sum / f32(count + 1u) / target_value;
     return chosen;
 }
 
 /// A walk to the first surface; its weights are found at the end, from its length and its scatterings.
-fn send_scout(ray: CameraRay, first: u32) -> Landing {
+fn trace_candidate(ray: CameraRay, first: u32) -> Landing {
     walk_start(ray);
-    walk.spectral = spectral_start(lamp_strategies(), uniform_number());
-    let sigma = scene.lamp_sigma[walk.spectral.chosen];
+    walk.channels = channels_start(lamp_strategies(), uniform_number());
+    let sigma = scene.lamp_sigma[walk.channels.chosen];
     var factor = ray.entry_factor;
-    var end = scout_first_end(ray, first, sigma);
+    var end = candidate_first_end(ray, first, sigma);
     var bits = leading_bits(3u);
     var v = leading(4u);
     vertex_count += 1u;
     loop {
         if end.kind == SCATTER || end.kind == BOUNDARY {
-            factor *= scout_turn(end, factor, bits, v);
+            factor *= candidate_turn(end, factor, bits, v);
             end.kind = NOTHING;
             if factor > 0.0 {
                 end = free_end(minus_ln(uniform_number()) / sigma);
@@ -117,8 +118,8 @@ fn send_scout(ray: CameraRay, first: u32) -> Landing {
     walk.length += end.t;
     walk.origin += end.t * walk.direction;
     walk.start_primitive = end.primitive;
-    walk.spectral = spectral_after(walk.spectral, walk.scatterings, walk.length);
-    walk.spectral.value *= factor;
+    walk.channels = channels_after(walk.channels, walk.scatterings, walk.length);
+    walk.channels.value *= factor;
     if first == SCATTERED {
         let depth = scene.lamp_sigma * ray.length;
         let within = max(-vec3f(expm1(-depth.x), expm1(-depth.y), expm1(-depth.z)), vec3f(1e-30));
@@ -127,15 +128,15 @@ fn send_scout(ray: CameraRay, first: u32) -> Landing {
     return Landing(true, end_point(end, walk.direction));
 }
 
-/// Takes the scout to a scattering or the underside of the water surface, and turns it. Returns the reciprocal of the
+/// Takes the candidate to a scattering or the underside of the water surface, and turns it. Returns the reciprocal of the
 /// probability with which it goes on; 0 when it does not.
-fn scout_turn(end: End, factor: f32, bits: u32, v: f32) -> f32 {
+fn candidate_turn(end: End, factor: f32, bits: u32, v: f32) -> f32 {
     if HAS_SURFACE && end.kind == BOUNDARY {
         walk.length += end.t;
         return select(0.0, 1.0, reflect_at_boundary(end.t));
     }
     go_to_scattering(end.t);
-    let survival = scout_survival(factor);
+    let survival = candidate_survival(factor);
     if survival == 0.0 {
         return 0.0;
     }
@@ -144,7 +145,7 @@ fn scout_turn(end: End, factor: f32, bits: u32, v: f32) -> f32 {
 }
 
 /// The end of the first segment.
-fn scout_first_end(ray: CameraRay, first: u32, sigma: f32) -> End {
+fn candidate_first_end(ray: CameraRay, first: u32, sigma: f32) -> End {
     let u = leading(2u);
     var t = minus_ln(u) / sigma;
     if first == SCATTERED {
@@ -155,8 +156,8 @@ fn scout_first_end(ray: CameraRay, first: u32, sigma: f32) -> End {
     return End(SCATTER, t, NONE, vec2f(0.0));
 }
 
-/// Probability with which the scout goes on from a scattering; 0 when it does not.
-fn scout_survival(factor: f32) -> f32 {
+/// Probability with which the candidate goes on from a scattering; 0 when it does not.
+fn candidate_survival(factor: f32) -> f32 {
     if walk.events >= max_events() {
         return 0.0;
     }
@@ -174,8 +175,8 @@ fn scout_survival(factor: f32) -> f32 {
 }
 
 /// Estimate of the light that `walk` brings from where it landed; positive wherever there can be any.
-fn worth_of(point: SurfacePoint) -> f32 {
-    let reflected = dot(spectral_weight(walk.spectral), point.reflectance);
+fn target_function(point: SurfacePoint) -> f32 {
+    let reflected = dot(channels_weight(walk.channels), point.reflectance);
     let position = unfolded(walk.origin);
     let least = LEAST_OF_WALK * walk.length;
     let least2 = max(least * least, LEAST_SQUARE);

@@ -5,8 +5,8 @@ import package::common::film::lane;
 import package::common::layout::{dispatch, scratch};
 import package::common::rng::{leading, leading_bits};
 
-/// Rows of a sample; twin: crates/render/src/gpu/layout.rs.
-const HELD_ROWS: u32 = 3u;
+/// Rows of a sample; host: crates/render/src/kernels/layout.rs.
+const QUEUED_ROWS: u32 = 3u;
 
 /// The numbers of a walk's first choices: its strategy, its flight, and the direction in which it goes on.
 struct First {
@@ -24,21 +24,21 @@ fn first_numbers() -> First {
     return First(leading(6u), leading(2u), leading_bits(3u), leading(4u));
 }
 
-fn held_place(place: u32, row: u32) -> u32 {
-    return (3u * dispatch.slots + HELD_ROWS * place + row) * dispatch.lanes + lane;
+fn queue_place(place: u32, row: u32) -> u32 {
+    return (3u * dispatch.slots + QUEUED_ROWS * place + row) * dispatch.lanes + lane;
 }
 
-/// Keeps a sample that looks along `direction`, whose light counts `factor` times, at a place below `dispatch.held`.
-fn hold(place: u32, direction: vec3f, factor: f32, first: First) {
-    scratch[held_place(place, 0u)] = vec4f(direction, factor);
+/// Keeps a sample that looks along `direction`, whose light counts `factor` times, at a place below `dispatch.queued`.
+fn enqueue(place: u32, direction: vec3f, factor: f32, first: First) {
+    scratch[queue_place(place, 0u)] = vec4f(direction, factor);
     // Halves of the bits as floats: bit patterns that are no number might not survive.
-    scratch[held_place(place, 1u)] = vec4f(first.chooser, first.flight, f32(first.bits & 0xffffu), f32(first.bits >> 16u));
-    scratch[held_place(place, 2u)].x = first.v;
+    scratch[queue_place(place, 1u)] = vec4f(first.chooser, first.flight, f32(first.bits & 0xffffu), f32(first.bits >> 16u));
+    scratch[queue_place(place, 2u)].x = first.v;
 }
 
 /// Direction and factor of a sample, whose numbers become those of the sample at work.
-fn take_up(place: u32) -> vec4f {
-    let a = scratch[held_place(place, 1u)];
-    numbers = First(a.x, a.y, u32(a.z) | (u32(a.w) << 16u), scratch[held_place(place, 2u)].x);
-    return scratch[held_place(place, 0u)];
+fn dequeue(place: u32) -> vec4f {
+    let a = scratch[queue_place(place, 1u)];
+    numbers = First(a.x, a.y, u32(a.z) | (u32(a.w) << 16u), scratch[queue_place(place, 2u)].x);
+    return scratch[queue_place(place, 0u)];
 }

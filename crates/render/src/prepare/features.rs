@@ -7,7 +7,7 @@ use crate::scene::{Material, Scene};
 
 /// Features a scene can reach.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub struct Needs {
+pub struct Features {
     /// There is absorption or scattering.
     pub medium: bool,
     /// There is scattering.
@@ -40,7 +40,7 @@ pub struct Needs {
     pub emission: bool,
 }
 
-impl Needs {
+impl Features {
     /// Analyses the prepared parts of `scene`.
     pub fn analyse(
         medium: Option<&Medium>,
