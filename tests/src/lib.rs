@@ -36,12 +36,7 @@ pub fn corpus_scene(name: &str) -> Scene {
 pub fn plan(samples_per_pixel: u32, seed: u64) -> Plan {
     Plan {
         samples_per_pixel: Some(samples_per_pixel),
-        time_limit: None,
-        target_error: None,
-        seed,
-        threads: None,
-        max_bounces: 0,
-        dark_lamps: false,
+        ..Plan::new(seed)
     }
 }
 

@@ -79,12 +79,8 @@ pub fn run(
     let render = |name: &'static str, phase: &Phase| {
         let plan = Plan {
             samples_per_pixel: Some(samples),
-            time_limit: None,
-            target_error: None,
-            seed: 1,
             threads,
-            max_bounces: 0,
-            dark_lamps: false,
+            ..Plan::new(1)
         };
         look(name, phase, &target, &plan, cancel)
     };

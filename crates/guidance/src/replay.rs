@@ -130,6 +130,12 @@ fn runs(text: &str, outcome: &mut Outcome) -> Result<Vec<Run>, ReplayError> {
         let (line, problem) = outcome.torn.swap_remove(0);
         return Err(ReplayError::Line { line, problem });
     }
+    if runs.is_empty() {
+        return Err(ReplayError::Line {
+            line: 1,
+            problem: "the recording is empty; it must begin with its start".to_owned(),
+        });
+    }
     for run in &mut runs {
         run.sort_by_key(|&(_, sequence, _)| sequence);
     }

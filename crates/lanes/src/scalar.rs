@@ -137,7 +137,7 @@ fn fscatter_rows(to: &mut [u64], at: U, v: [F; 4]) {
 
 /// The word of a number; what is no normal number is 0.
 #[inline]
-fn word_of(x: F) -> u64 {
+pub fn word_of(x: F) -> u64 {
     let bits = x.to_bits();
     if bits >> 32 == 0 { 0 } else { bits }
 }

@@ -195,12 +195,8 @@ fn on_adapter(device: &Gpu, scenes: &[Prepared; 2]) -> Result<[f64; 2], Box<dyn 
 fn plan(samples: u32, seed: u32) -> Plan {
     Plan {
         samples_per_pixel: Some(samples),
-        time_limit: None,
-        target_error: None,
-        seed: u64::from(seed),
         threads: Some(1),
-        max_bounces: 0,
-        dark_lamps: false,
+        ..Plan::new(u64::from(seed))
     }
 }
 

@@ -75,12 +75,9 @@ fn scene_with(field: &str, value: &str, folder: &Path) -> Result<Scene, String> 
 fn is_finite(scene: &Scene) -> bool {
     let plan = Plan {
         samples_per_pixel: Some(4),
-        time_limit: None,
-        target_error: None,
-        seed: 1,
         threads: Some(1),
         max_bounces: 8,
-        dark_lamps: false,
+        ..Plan::new(1)
     };
     let (film, _) = render(
         &Prepared::build(scene),

@@ -56,14 +56,11 @@ impl RenderedView {
         let half = |part: u64| -> Result<Half, RenderError> {
             let plan = Plan {
                 samples_per_pixel: Some(quality.samples_per_half),
-                time_limit: None,
-                target_error: None,
-                seed: quality.seed.wrapping_mul(2).wrapping_add(part),
                 threads: quality.threads,
-                max_bounces: 0,
                 dark_lamps: true,
+                ..Plan::new(quality.seed.wrapping_mul(2).wrapping_add(part))
             };
-            let (film, stats) = integrator::render(&prepared, &plan, cancel, &|_| {})?;
+            let (film, stats) = integrator::render_lanes(&prepared, &plan, cancel, &|_| {})?;
             if stats.interrupted {
                 return Err(RenderError::Incomplete {
                     rows: 0,

@@ -58,12 +58,9 @@ impl Job<'_> {
     fn film(&self, scene: &Scene, source: Source) -> Result<Film, RenderError> {
         let plan = Plan {
             samples_per_pixel: Some(self.samples[source as usize]),
-            time_limit: None,
-            target_error: None,
-            seed: self.seed.wrapping_add(source as u64),
             threads: self.threads,
-            max_bounces: 0,
             dark_lamps: true,
+            ..Plan::new(self.seed.wrapping_add(source as u64))
         };
         let prepared = Prepared::build(&source.alone(scene));
         let (film, stats) = integrator::render(&prepared, &plan, self.cancel, &|_| {})?;

@@ -65,6 +65,19 @@ fn a_torn_record_costs_itself_and_nothing_else() {
     );
 }
 
+/// The wrong file, or a daemon that never came to its start: nothing was compared, which is no success.
+#[test]
+fn an_empty_recording_is_refused() {
+    let program = Program::folder();
+    std::fs::write(program.path("empty.ndjson"), "").unwrap();
+    let (code, said, told) = replay(&program, "empty.ndjson");
+    assert_ne!(code, Some(0), "{said}");
+    assert!(
+        told.contains("empty.ndjson") && told.contains("line 1: the recording is empty"),
+        "{told}"
+    );
+}
+
 #[test]
 fn a_disk_that_was_full_for_a_while_costs_the_records_of_that_while() {
     // A limit on the size of files does what a full disk does: it takes a part of a write.

@@ -52,12 +52,7 @@ pub fn bench(criterion: &mut Criterion) -> Result<(), SceneError> {
 fn plan() -> Plan {
     Plan {
         samples_per_pixel: Some(SAMPLES),
-        time_limit: None,
-        target_error: None,
-        seed: 1,
-        threads: None,
-        max_bounces: 0,
-        dark_lamps: false,
+        ..Plan::new(1)
     }
 }
 

@@ -55,12 +55,8 @@ fn threads(criterion: &mut Criterion, name: &str) -> Result<(), SceneError> {
     for threads in [1, 2] {
         let plan = Plan {
             samples_per_pixel: Some(SAMPLES),
-            time_limit: None,
-            target_error: None,
-            seed: 1,
             threads: Some(threads),
-            max_bounces: 0,
-            dark_lamps: false,
+            ..Plan::new(1)
         };
         group.bench_function(threads.to_string(), |bencher| {
             bencher.iter(|| {

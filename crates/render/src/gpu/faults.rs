@@ -24,12 +24,7 @@ fn scene(width: u32, height: u32) -> Prepared {
 fn plan() -> Plan {
     Plan {
         samples_per_pixel: Some(4),
-        time_limit: None,
-        target_error: None,
-        seed: 1,
-        threads: None,
-        max_bounces: 0,
-        dark_lamps: false,
+        ..Plan::new(1)
     }
 }
 

@@ -308,11 +308,7 @@ mod tests {
         let plan = Plan {
             samples_per_pixel: Some(64),
             time_limit: Some(Duration::ZERO),
-            target_error: None,
-            seed: 5,
-            threads: None,
-            max_bounces: 0,
-            dark_lamps: false,
+            ..Plan::new(5)
         };
         let (film, stats) =
             render(&scene, &plan, &go_on, &|_| {}).unwrap_or_else(|e| panic!("{e}"));

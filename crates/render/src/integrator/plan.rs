@@ -38,6 +38,19 @@ pub struct Plan {
 }
 
 impl Plan {
+    /// A render with `seed` that nothing ends, on all cores, of the lamps that shine, without a limit on bounces.
+    pub fn new(seed: u64) -> Self {
+        Self {
+            samples_per_pixel: None,
+            time_limit: None,
+            target_error: None,
+            seed,
+            threads: None,
+            max_bounces: 0,
+            dark_lamps: false,
+        }
+    }
+
     /// Number of samples per pixel of the next batch; `None` when all are done.
     pub(crate) fn next_batch(&self, batch: u32, done: u32) -> Option<u32> {
         match self.samples_per_pixel {

@@ -141,12 +141,7 @@ mod tests {
     fn plan(samples: u32) -> Plan {
         Plan {
             samples_per_pixel: Some(samples),
-            time_limit: None,
-            target_error: None,
-            seed: 5,
-            threads: None,
-            max_bounces: 0,
-            dark_lamps: false,
+            ..Plan::new(5)
         }
     }
 

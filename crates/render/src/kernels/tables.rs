@@ -1,11 +1,12 @@
 //! Tables of numbers in rows of four words: phase functions, orders, Sobol numbers, lamps' falloffs, textures, records.
 //! Twin: `shaders/common/tables.wgsl`.
 
+use uw_lanes::scalar::word_of;
 use uw_media::phase::CellParts;
 
 use super::{
     order::OrderLaw,
-    words::{Record, float, narrow},
+    words::{Record, narrow},
 };
 use crate::{
     prepare::DaylightField,
@@ -49,7 +50,7 @@ impl Rows {
     /// Numbers; their place is that of the first word.
     fn floats(&mut self, values: impl IntoIterator<Item = f64>) -> u32 {
         let place = self.0.len() as u32;
-        self.0.extend(values.into_iter().map(float));
+        self.0.extend(values.into_iter().map(word_of));
         place
     }
 

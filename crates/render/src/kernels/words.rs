@@ -2,11 +2,7 @@
 //! that are no more precise than `f32`; every other word is the bits of an `f64`. Kernels in single precision read
 //! [`narrow`] words.
 
-/// The word of a number; what is no normal number is 0.
-pub(crate) fn float(x: f64) -> u64 {
-    let bits = x.to_bits();
-    if bits >> 32 == 0 { 0 } else { bits }
-}
+use uw_lanes::scalar::word_of;
 
 /// The word of kernels in single precision.
 pub(crate) fn narrow(word: u64) -> u32 {
@@ -35,7 +31,7 @@ impl Field for f32 {
     const ZERO: f64 = 0.0;
 
     fn put(value: &f64, words: &mut Vec<u64>) {
-        words.push(float(*value));
+        words.push(word_of(*value));
     }
 }
 
@@ -98,7 +94,7 @@ mod tests {
             5e-324,
             1e-310,
         ] {
-            assert_eq!(f32::from_bits(narrow(float(x))), x as f32, "{x}");
+            assert_eq!(f32::from_bits(narrow(word_of(x))), x as f32, "{x}");
         }
     }
 }

@@ -41,12 +41,7 @@ const SCENE: &str = r#"
 fn film(scene: &Prepared, instructions: Instructions) -> Film {
     let plan = Plan {
         samples_per_pixel: Some(4),
-        time_limit: None,
-        target_error: None,
-        seed: 5,
-        threads: None,
-        max_bounces: 0,
-        dark_lamps: false,
+        ..Plan::new(5)
     };
     let go_on = AtomicBool::new(false);
     let rendered = render_lanes_with(instructions, scene, &plan, &go_on, &|_| {});

@@ -308,12 +308,9 @@ fn render(
     let setup_s = scene.setup_s();
     let plan = Plan {
         samples_per_pixel: Some(wanted.samples_per_pixel),
-        time_limit: None,
-        target_error: None,
-        seed: wanted.seed,
         threads: Some(wanted.threads),
         max_bounces: scene.max_bounces(),
-        dark_lamps: false,
+        ..Plan::new(wanted.seed)
     };
     let observe = |progress: &Progress| {
         let share = progress

@@ -130,12 +130,10 @@ impl Remake {
         };
         Plan {
             samples_per_pixel,
-            time_limit: None,
             target_error,
-            seed: seed_of_reference(self.seed),
             threads: Some(threads_or_all(self.threads)),
             max_bounces: scene.max_bounces(),
-            dark_lamps: false,
+            ..Plan::new(seed_of_reference(self.seed))
         }
     }
 }

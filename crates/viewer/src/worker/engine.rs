@@ -20,7 +20,7 @@ pub enum Engine<'a> {
         /// The threads.
         pool: &'a rayon::ThreadPool,
         /// The render.
-        stepper: Stepper<'a>,
+        stepper: Box<Stepper<'a>>,
         /// What it has made.
         film: Film,
     },
@@ -49,7 +49,7 @@ impl<'a> Engine<'a> {
         let on_processor = |stepper: Stepper<'a>| Self::Cpu {
             pool,
             film: stepper.film(),
-            stepper,
+            stepper: Box::new(stepper),
         };
         Ok(match device {
             Device::Cpu => on_processor(Stepper::new(scene, plan)?),

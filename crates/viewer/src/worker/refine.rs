@@ -197,14 +197,10 @@ impl Thread<'_> {
 
 fn plan(job: &Job) -> Plan {
     Plan {
-        samples_per_pixel: None,
-        time_limit: None,
-        target_error: None,
-        seed: job.seed,
-        threads: None,
         max_bounces: job.settings.max_bounces,
         // Lamps that are off have layers too, for the menu of layers.
         dark_lamps: true,
+        ..Plan::new(job.seed)
     }
 }
 

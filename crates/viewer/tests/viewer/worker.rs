@@ -46,13 +46,8 @@ fn is_what_its_steps_make(device: Device) {
     let scene = settings.scene().expect("valid");
     let prepared = Prepared::build_with(&scene, Arc::clone(&open.geometry));
     let plan = Plan {
-        samples_per_pixel: None,
-        time_limit: None,
-        target_error: None,
-        seed: 7,
-        threads: None,
-        max_bounces: 0,
         dark_lamps: true,
+        ..Plan::new(7)
     };
     let mut stepper = if is_native {
         Stepper::new(&prepared, &plan)

@@ -19,13 +19,8 @@ const BATCHES: [u32; 4] = [1, 1, 2, 4];
 /// A render by steps, which goes on as long as it is asked to.
 pub(super) fn plan() -> Plan {
     Plan {
-        samples_per_pixel: None,
-        time_limit: None,
-        target_error: None,
-        seed: SEED,
-        threads: None,
-        max_bounces: 0,
         dark_lamps: true,
+        ..Plan::new(SEED)
     }
 }
 
