@@ -81,8 +81,8 @@ impl<'a> Rays<'a> {
         RayTracer {
             rays: self,
             worker: match &self.place {
-                Place::Processor(shared) => Some(RayWorker::new(shared)),
-                Place::Adapter(_) => None,
+                Place::Processor(shared) => Worker::Processor(RayWorker::new(shared)),
+                Place::Adapter(kernels) => Worker::Adapter(kernels),
             },
             exact: None,
             rows: Vec::new(),
@@ -91,10 +91,50 @@ impl<'a> Rays<'a> {
     }
 }
 
+/// What traces the rays of a run.
+enum Worker<'r, 'a> {
+    Processor(RayWorker<'r>),
+    Adapter(&'r Mutex<RayKernels<'a>>),
+}
+
+impl Worker<'_, '_> {
+    fn most_rays(&self) -> usize {
+        match self {
+            Self::Processor(worker) => worker.most_rays(),
+            Self::Adapter(_) => MOST_RAYS,
+        }
+    }
+
+    fn run(
+        &mut self,
+        batch: &RayBatch,
+        first: u32,
+        rows: &[f64],
+        sums: &mut [f64],
+    ) -> Result<Work, GpuError> {
+        match self {
+            Self::Processor(worker) => Ok(worker.run(batch, first, rows, sums)),
+            Self::Adapter(kernels) => {
+                let mut kernels = kernels.lock().unwrap_or_else(PoisonError::into_inner);
+                kernels.run(batch, first, rows, sums)
+            }
+        }
+    }
+}
+
+/// The rows of a run's rays in `rows`: of their origin, then of a direction each.
+fn rows_of<'v>(rows: &'v mut Vec<f64>, eye: DVec3, directions: &[DVec3]) -> &'v [f64] {
+    rows.clear();
+    for v in std::iter::once(&eye).chain(directions) {
+        rows.extend([v.x, v.y, v.z, 0.0]);
+    }
+    rows
+}
+
 /// Traces rays on one thread.
 pub struct RayTracer<'r, 'a> {
     rays: &'r Rays<'a>,
-    worker: Option<RayWorker<'r>>,
+    worker: Worker<'r, 'a>,
     exact: Option<RayWorker<'r>>,
     rows: Vec<f64>,
     sums: Vec<f64>,
@@ -116,40 +156,31 @@ impl RayTracer<'_, '_> {
         let words = 3 * (FIXED_LAYERS + self.rays.levels.len());
         self.sums.clear();
         self.sums.resize(words * directions.len(), 0.0);
-        let most = self.worker.as_ref().map_or(MOST_RAYS, RayWorker::most_rays);
         let eye = eye - self.rays.scene.camera.position_m;
+        let most = self.worker.most_rays();
         let sums = self.sums.chunks_mut(most * words);
-        for ((sums, directions), first) in sums
-            .zip(directions.chunks(most))
-            .zip((batch.first..).step_by(most))
-        {
-            self.rows.clear();
-            for v in std::iter::once(&eye).chain(directions) {
-                self.rows.extend([v.x, v.y, v.z, 0.0]);
-            }
-            let work = match (&mut self.worker, &self.rays.place) {
-                (Some(worker), _) => worker.run(batch, first, &self.rows, sums),
-                (None, Place::Adapter(kernels)) => {
-                    let mut kernels = kernels.lock().unwrap_or_else(PoisonError::into_inner);
-                    kernels.run(batch, first, &self.rows, sums)?
+        let runs = sums.zip(directions.chunks(most));
+        for ((sums, directions), first) in runs.zip((batch.first..).step_by(most)) {
+            let rows = rows_of(&mut self.rows, eye, directions);
+            let work = self.worker.run(batch, first, rows, sums)?;
+            if work.cut_paths + work.lost_light > 0 {
+                // The same samples once more, with room and numbers for all of their light.
+                let mut exact = match self.exact.take() {
+                    Some(worker) => worker,
+                    None => RayWorker::new(self.rays.exact()?),
+                };
+                let most = exact.most_rays();
+                let runs = sums.chunks_mut(most * words).zip(directions.chunks(most));
+                for ((sums, directions), first) in runs.zip((first..).step_by(most)) {
+                    sums.fill(0.0);
+                    let rows = rows_of(&mut self.rows, eye, directions);
+                    let work = exact.run(batch, first, rows, sums);
+                    if work.lost_light > 0 {
+                        let count = work.lost_light;
+                        return Err(RenderError::LightLost { count });
+                    }
                 }
-                (None, Place::Processor(_)) => Work::default(),
-            };
-            if work.cut_paths + work.lost_light == 0 {
-                continue;
-            }
-            // The same samples once more, with room and numbers for all of their light.
-            sums.fill(0.0);
-            let mut exact = match self.exact.take() {
-                Some(worker) => worker,
-                None => RayWorker::new(self.rays.exact()?),
-            };
-            let work = exact.run(batch, first, &self.rows, sums);
-            self.exact = Some(exact);
-            if work.lost_light > 0 {
-                return Err(RenderError::LightLost {
-                    count: work.lost_light,
-                });
+                self.exact = Some(exact);
             }
         }
         Ok(Lights {
@@ -212,5 +243,56 @@ impl<'a> Light<'a> {
         lit.fold(self.ambient(), |sum, (lamp, level)| {
             std::array::from_fn(|k| sum[k] + level * lamp[k])
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::scene::Scene;
+
+    const RAYS: usize = 700;
+    const SCENE: &str = r#"
+        format = "uw-scene/1"
+        water = { a = [0.3, 0.1, 0.05], b = [0.2, 0.4, 0.6] }
+        camera = { position_m = [0, 0, 0], forward = [1, 0, 0], hfov_deg = 60, width = 12, height = 8 }
+        [[lamp]]
+        position_m = [0.0, -0.3, 0.0]
+        intensity = [1, 1, 1]
+        [[object]]
+        plane = { center_m = [1.5, 0, 0], normal = [-1, 0, 0], up = [0, 0, 1], size_m = [8, 8] }
+        reflectance = [0.5, 0.4, 0.3]
+    "#;
+
+    /// Light that single precision counts as lost comes from double precision, for every ray of a run and not only for as
+    /// many as one lane makes at once.
+    #[test]
+    fn light_that_single_precision_cannot_hold_is_that_of_double_precision() {
+        let scene = Scene::parse(SCENE, Path::new("."), "test");
+        let mut scene = scene.unwrap_or_else(|e| panic!("{e}"));
+        scene.lamps[0].intensity = [1e33; 3];
+        let prepared = Prepared::build(&scene);
+        let selection = Selection::all(&prepared, false, 0);
+        let camera = &prepared.camera;
+        let directions: Vec<DVec3> = (0..RAYS)
+            .map(|i| camera.direction(12.0 * i as f64 / RAYS as f64, 4.0))
+            .collect();
+        let batch = RayBatch {
+            seed: 3,
+            key: 1,
+            batch: 0,
+            first: 5,
+        };
+        let totals = |device: Device| -> Vec<[f64; 3]> {
+            let rays = Rays::new(&device, &prepared, &selection).expect("few triangles");
+            let mut tracer = rays.tracer();
+            let lights = tracer.trace(&batch, camera.position_m, &directions);
+            lights.expect("light").iter().map(Light::total).collect()
+        };
+        let [single, double] = [Device::CpuSimd, Device::Cpu].map(totals);
+        assert!(double.iter().all(|light| light[0] > 1e30));
+        assert_eq!(single, double);
     }
 }

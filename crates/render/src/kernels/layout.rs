@@ -6,8 +6,6 @@ use super::words::{Field, Record};
 
 /// A missing index.
 pub const NONE: u32 = u32::MAX;
-/// Stands for an infinite length, m.
-pub const INFINITE: f32 = 1e30;
 /// Stands for the logarithm of zero.
 pub const LN_ZERO: f64 = -1e30;
 /// Rows of four words of a sample that waits for its daylight walks; twin: `shaders/common/ambient_queue.wgsl`.
