@@ -2,7 +2,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use uw_guidance::Config;
+use uw_daemon::Config;
 
 fuzz_target!(|text: &str| {
     let _ = Config::parse(text, "fuzz.toml");

@@ -2,7 +2,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use uw_guidance::links::dvl::{DvlDistance, state};
+use uw_daemon::links::dvl::{DvlDistance, state};
 use uw_guidance::wire::request::Request;
 
 fuzz_target!(|line: &[u8]| {

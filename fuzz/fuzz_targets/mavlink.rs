@@ -2,7 +2,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use uw_guidance::links::mavlink::state;
+use uw_daemon::links::mavlink::state;
 use uw_guidance::wire::request::Request;
 
 fuzz_target!(|bytes: &[u8]| {

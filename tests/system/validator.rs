@@ -33,14 +33,14 @@ const MEDIAN_SHARPNESS: f64 = 0.011;
 
 /// One channel of one scene: mean and standard error on both sides, W/(m² sr).
 #[derive(Clone, Copy, Debug)]
-struct Comparison {
+struct ChannelComparison {
     case: usize,
     channel: usize,
     rendered: Estimate,
     validated: Estimate,
 }
 
-impl Comparison {
+impl ChannelComparison {
     fn error(&self) -> f64 {
         self.rendered
             .standard_error
@@ -123,9 +123,9 @@ fn compare_all(cases: &[Case]) {
         };
         let ours = for_all(cases, threads, |index, case| rendered(place, index, case));
         let pairs = ours.iter().zip(&theirs).enumerate();
-        let all: Vec<Comparison> = pairs
+        let all: Vec<ChannelComparison> = pairs
             .flat_map(|(case, (ours, theirs))| {
-                (0..3).map(move |channel| Comparison {
+                (0..3).map(move |channel| ChannelComparison {
                     case,
                     channel,
                     rendered: ours[channel],
@@ -138,7 +138,7 @@ fn compare_all(cases: &[Case]) {
     });
 }
 
-fn show(cases: &[Case], all: &[Comparison]) {
+fn show(cases: &[Case], all: &[ChannelComparison]) {
     for c in all {
         let percent = |e: Estimate| 100.0 * e.standard_error / e.mean;
         println!(
@@ -155,11 +155,11 @@ fn show(cases: &[Case], all: &[Comparison]) {
 }
 
 /// z-scores must look standard normal and be sharp enough to mean something; `noise` is what a place allows itself.
-fn assert_agreement(cases: &[Case], all: &[Comparison], noise: f64) {
+fn assert_agreement(cases: &[Case], all: &[ChannelComparison], noise: f64) {
     let n = all.len() as f64;
     let rms = (all.iter().map(|c| c.z().powi(2)).sum::<f64>() / n).sqrt();
-    let mean = all.iter().map(Comparison::z).sum::<f64>() / n;
-    let mut errors: Vec<f64> = all.iter().map(Comparison::relative_error).collect();
+    let mean = all.iter().map(ChannelComparison::z).sum::<f64>() / n;
+    let mut errors: Vec<f64> = all.iter().map(ChannelComparison::relative_error).collect();
     errors.sort_by(f64::total_cmp);
     let median = errors[errors.len() / 2];
     println!("{n} comparisons: rms z {rms:.3}, mean z {mean:.3}, median error {median:.4}");

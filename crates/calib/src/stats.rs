@@ -5,7 +5,8 @@
 //! raise the standard deviation of the whole image although no detail is visible.
 //! The file's values are used as stored: no linearisation, alpha ignored, grey replicated to R, G, B.
 
-use std::io::Cursor;
+use std::fs::File;
+use std::io::{BufReader, Cursor, Read, Seek};
 use std::path::Path;
 
 use image::{DynamicImage, ImageReader, Limits};
@@ -145,26 +146,16 @@ impl PatchGrid {
     /// encoding.
     pub fn from_file_as(path: &Path, light: impl Fn(f64) -> f64) -> Result<Self, StatsError> {
         let name = path.display().to_string();
-        let read_error = |source| StatsError::Read {
+        let file = File::open(path).map_err(|source| StatsError::Read {
             name: name.clone(),
             source,
-        };
-        let reader = ImageReader::open(path)
-            .map_err(read_error)?
-            .with_guessed_format()
-            .map_err(read_error)?;
-        decode(reader, &name, &light)
+        })?;
+        decode(Box::new(file), &name, &light)
     }
 
     /// Measures an image held in memory as the bytes of a PNG, TIFF or JPEG file; `name` is for messages.
     pub fn from_encoded(bytes: &[u8], name: &str) -> Result<Self, StatsError> {
-        let reader = ImageReader::new(Cursor::new(bytes))
-            .with_guessed_format()
-            .map_err(|source| StatsError::Read {
-                name: name.to_owned(),
-                source,
-            })?;
-        decode(reader, name, &|counts| counts)
+        decode(Box::new(Cursor::new(bytes)), name, &|counts| counts)
     }
 }
 
@@ -297,7 +288,7 @@ fn interleaved<T: Copy + Into<f64>>(
     samples: &[T],
     channels: usize,
     counts_per_unit: f64,
-    light: &impl Fn(f64) -> f64,
+    light: &dyn Fn(f64) -> f64,
 ) -> Result<PatchGrid, StatsError> {
     let step = if channels >= 3 { 1 } else { 0 };
     patch_statistics(width, height, |i| {
@@ -305,11 +296,22 @@ fn interleaved<T: Copy + Into<f64>>(
     })
 }
 
-fn decode<R: std::io::BufRead + std::io::Seek>(
-    mut reader: ImageReader<R>,
+/// What files and memory have in common, so that the decoders are compiled for one type.
+trait Encoded: Read + Seek {}
+
+impl<T: Read + Seek> Encoded for T {}
+
+fn decode(
+    encoded: Box<dyn Encoded + '_>,
     name: &str,
-    light: &impl Fn(f64) -> f64,
+    light: &dyn Fn(f64) -> f64,
 ) -> Result<PatchGrid, StatsError> {
+    let mut reader = ImageReader::new(BufReader::new(encoded))
+        .with_guessed_format()
+        .map_err(|source| StatsError::Read {
+            name: name.to_owned(),
+            source,
+        })?;
     let mut limits = Limits::default();
     limits.max_image_width = Some(MAX_SIDE_PX);
     limits.max_image_height = Some(MAX_SIDE_PX);
@@ -332,7 +334,7 @@ fn decode<R: std::io::BufRead + std::io::Seek>(
 fn measure(
     image: &DynamicImage,
     name: &str,
-    light: &impl Fn(f64) -> f64,
+    light: &dyn Fn(f64) -> f64,
 ) -> Result<PatchGrid, StatsError> {
     let (w, h) = (image.width() as usize, image.height() as usize);
     match image {

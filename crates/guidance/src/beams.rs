@@ -190,7 +190,7 @@ fn mean(ends: &[[f64; 3]]) -> Result<Plane, BeamError> {
 }
 
 /// Whether all lie within 15 % of their mean.
-pub(crate) fn agree(distances_m: impl Iterator<Item = f64> + Clone) -> bool {
+pub fn agree(distances_m: impl Iterator<Item = f64> + Clone) -> bool {
     let (sum, count) = distances_m
         .clone()
         .fold((0.0, 0.0), |(sum, count), d| (sum + d, count + 1.0));

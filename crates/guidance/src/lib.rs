@@ -9,7 +9,7 @@
 //! 5. [`nelder_mead`] and [`optimise`]: the candidate with the best score.
 //! 6. [`checks`] and [`reason`]: whether the network knows the place, and whether moving is worth it.
 //! 7. [`advice`]: all of it as one pure function, no socket in sight.
-//! 8. [`wire`], [`service`], [`daemon`], [`config`]: the same over TCP.
+//! 8. [`wire`], [`service`], [`daemon`]: the same over TCP. `crates/daemon` makes the program `uwguide` of it.
 //!
 //! ```no_run
 //! use uw_guidance::{Checks, Model, Objective, Observation, advise_checked};
@@ -29,12 +29,10 @@ pub mod advice;
 pub mod beams;
 pub mod card;
 pub mod checks;
-pub mod config;
 pub mod daemon;
 pub mod features;
 pub mod feed;
 pub mod gauges;
-pub mod links;
 pub mod metrics;
 pub mod mlp;
 pub mod model_file;
@@ -54,7 +52,6 @@ pub mod wire;
 pub use advice::{Advice, Reason, advise, advise_checked};
 pub use card::Card;
 pub use checks::{Checks, Residual, Strictness};
-pub use config::{Config, ConfigError};
 pub use daemon::{Daemon, Limits, Running, spawn};
 pub use features::{Candidate, Situation};
 pub use mlp::Model;

@@ -119,7 +119,7 @@ impl RenderedView {
         let (patch_width, patch_height) = (self.width / columns, self.height / rows);
         let mut patches = Vec::with_capacity(columns * rows);
         for (row, column) in (0..rows).flat_map(|r| (0..columns).map(move |c| (r, c))) {
-            let mut patch = PatchSums::default();
+            let mut patch = PairedPatchSums::default();
             for y in row * patch_height..(row + 1) * patch_height {
                 for x in column * patch_width..(column + 1) * patch_width {
                     let pixel = y * self.width + x;
@@ -128,7 +128,7 @@ impl RenderedView {
             }
             patches.push(patch);
         }
-        let mut all = PatchSums::default();
+        let mut all = PairedPatchSums::default();
         for pixel in 0..self.width * self.height {
             self.add_pixel(&mut all, pixel, exposure, light_pct, sensor.noise);
         }
@@ -148,7 +148,7 @@ impl RenderedView {
 
     fn add_pixel(
         &self,
-        patch: &mut PatchSums,
+        patch: &mut PairedPatchSums,
         pixel: usize,
         exposure: f64,
         light_pct: f64,
@@ -190,7 +190,7 @@ const CLEAN_SHARE: f64 = 0.01;
 /// The root of a noisy variance is biased, most of all where the variance is small. Where the variances are
 /// known well their roots are averaged; elsewhere the mean root is expanded around the mean variance m,
 /// sqrt(m) (1 − V/(8 m²)), with the spread V of the variances freed of their sampling error.
-fn mean_root(patches: &[PatchSums], k: usize) -> f64 {
+fn mean_root(patches: &[PairedPatchSums], k: usize) -> f64 {
     let n = patches.len() as f64;
     let variances: Vec<f64> = patches.iter().map(|p| p.variance(k)).collect();
     let mean = variances.iter().sum::<f64>() / n;
@@ -205,7 +205,7 @@ fn mean_root(patches: &[PatchSums], k: usize) -> f64 {
 
 /// Sums over the pixels of a patch.
 #[derive(Clone, Copy, Debug, Default)]
-struct PatchSums {
+struct PairedPatchSums {
     pixels: f64,
     first: [f64; 3],
     second: [f64; 3],
@@ -214,7 +214,7 @@ struct PatchSums {
     noise: [f64; 3],
 }
 
-impl PatchSums {
+impl PairedPatchSums {
     fn add(&mut self, first: [f64; 3], second: [f64; 3], noise: [f64; 3]) {
         self.pixels += 1.0;
         for k in 0..3 {

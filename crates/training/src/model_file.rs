@@ -238,6 +238,6 @@ impl Model {
     /// # Errors
     /// When the folder or the disk refuses.
     pub fn write(&self, path: &Path) -> Result<(), Error> {
-        output::write_json(path, self, output::Layout::Compact)
+        output::write_json(path, self, output::JsonLayout::Compact)
     }
 }

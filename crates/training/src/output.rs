@@ -12,7 +12,7 @@ use crate::table::dataset_file;
 
 /// How JSON is laid out.
 #[derive(Clone, Copy)]
-pub(crate) enum Layout {
+pub(crate) enum JsonLayout {
     /// On one line, for files that are mostly numbers.
     Compact,
     /// Indented, for files that people read.
@@ -23,7 +23,7 @@ pub(crate) enum Layout {
 pub(crate) fn write_json<T: Serialize>(
     path: &Path,
     value: &T,
-    layout: Layout,
+    layout: JsonLayout,
 ) -> Result<(), Error> {
     let unfinished = unfinished(path);
     let written = fill(&unfinished, value, layout).and_then(|()| fs::rename(&unfinished, path));
@@ -54,11 +54,11 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), Error> {
     })
 }
 
-fn fill<T: Serialize>(path: &Path, value: &T, layout: Layout) -> std::io::Result<()> {
+fn fill<T: Serialize>(path: &Path, value: &T, layout: JsonLayout) -> std::io::Result<()> {
     let mut out = BufWriter::new(File::create(path)?);
     match layout {
-        Layout::Compact => serde_json::to_writer(&mut out, value)?,
-        Layout::Indented => serde_json::to_writer_pretty(&mut out, value)?,
+        JsonLayout::Compact => serde_json::to_writer(&mut out, value)?,
+        JsonLayout::Indented => serde_json::to_writer_pretty(&mut out, value)?,
     }
     out.write_all(b"\n")?;
     out.into_inner()?.sync_all()

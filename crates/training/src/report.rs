@@ -206,7 +206,7 @@ impl Report {
     /// # Errors
     /// When the folder or the disk refuses.
     pub fn write(&self, path: &Path) -> Result<(), Error> {
-        output::write_json(path, self, output::Layout::Indented)
+        output::write_json(path, self, output::JsonLayout::Indented)
     }
 }
 

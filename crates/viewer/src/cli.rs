@@ -16,7 +16,7 @@ use crate::app::{Options, Tab, Viewer};
 use crate::guidance::operation::Operation;
 use crate::model::{OpenScene, Settings, recent::Recent};
 use crate::ui::theme;
-use crate::worker::{Goal, Place};
+use crate::worker::{Goal, RenderDevice};
 use crate::{screen, window};
 
 /// The water, its knobs and the advice in one window.
@@ -272,7 +272,7 @@ fn place(args: &Args, window: Option<&RenderState>, options: &mut Options) -> Re
 fn options(args: &Args) -> Options {
     let headless = args.screenshot.is_some();
     Options {
-        place: Place {
+        place: RenderDevice {
             device: Device::default(),
             threads: args.threads.map(|n| n as usize),
         },

@@ -12,7 +12,7 @@ use crate::operation;
 use crate::operation::config::OperationConfig;
 
 #[derive(clap::Args)]
-pub(super) struct Arguments {
+pub(super) struct ContrastArguments {
     /// Configuration as of `uweval operation`, for its waters, target, distances and vehicle
     config: PathBuf,
     /// Folder for table, plot and text; views are shared with an operation in the same folder
@@ -23,7 +23,7 @@ pub(super) struct Arguments {
     threads: Option<usize>,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<(), EvalError> {
+pub(super) fn run(arguments: &ContrastArguments) -> Result<(), EvalError> {
     let config = OperationConfig::read(&arguments.config)?;
     let assets = assets_dir().map_err(|e| EvalError::Input(e.to_string()))?;
     let (folder, threads) = (&arguments.output, arguments.threads);

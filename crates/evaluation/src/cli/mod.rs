@@ -25,11 +25,11 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     /// Fly guidance, baselines and oracle along a lawnmower track and compare them
-    Operation(operation::Arguments),
+    Operation(operation::OperationArguments),
     /// Compare the contrast of whole images and of patches over distance
-    Contrast(contrast::Arguments),
+    Contrast(contrast::ContrastArguments),
     /// Compare phase functions over angle and in renders
-    Phase(phase::Arguments),
+    Phase(phase::PhaseArguments),
 }
 
 /// Runs the command line.

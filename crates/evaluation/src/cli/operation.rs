@@ -11,7 +11,7 @@ use crate::operation::config::OperationConfig;
 use crate::operation::{self, Observer, report};
 
 #[derive(clap::Args)]
-pub(super) struct Arguments {
+pub(super) struct OperationArguments {
     /// Configuration (TOML, format "uw-operation/1"); `--print-config` shows the default
     #[arg(required_unless_present = "print_config")]
     config: Option<PathBuf>,
@@ -31,7 +31,7 @@ pub(super) struct Arguments {
     print_config: bool,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<(), EvalError> {
+pub(super) fn run(arguments: &OperationArguments) -> Result<(), EvalError> {
     if arguments.print_config {
         return print_config();
     }

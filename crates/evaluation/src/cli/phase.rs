@@ -10,7 +10,7 @@ use crate::error::EvalError;
 use crate::phase;
 
 #[derive(clap::Args)]
-pub(super) struct Arguments {
+pub(super) struct PhaseArguments {
     /// Folder for table, plot, renders and text
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
@@ -22,7 +22,7 @@ pub(super) struct Arguments {
     threads: Option<usize>,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<(), EvalError> {
+pub(super) fn run(arguments: &PhaseArguments) -> Result<(), EvalError> {
     let assets = assets_dir().map_err(|e| EvalError::Input(e.to_string()))?;
     let cancel = cancel_flag()?;
     let folder = &arguments.output;

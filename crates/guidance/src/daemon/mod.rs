@@ -2,22 +2,22 @@
 
 use std::io;
 use std::net::SocketAddr;
+use std::pin::Pin;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use tokio::io::{AsyncRead, AsyncWrite, AsyncWriteExt};
+use tokio::net::TcpStream;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
 use tokio::task::JoinSet;
 use tokio::time::{sleep, timeout};
-use tokio_rustls::TlsAcceptor;
 
 mod connection;
 mod limits;
 mod listen;
 mod peers;
 mod running;
-mod tls;
 mod tokens;
 
 use crate::operations::throttle::Throttle;
@@ -30,7 +30,6 @@ pub use listen::{Address, ListenError};
 use listen::{Listener, Stream};
 use peers::{Peer, Share, Shares};
 pub use running::{Running, spawn};
-pub use tls::{TlsError, TlsFiles, acceptor};
 use tokens::Tokens;
 
 /// How long requests under way may take to end after a shutdown was asked for.
@@ -58,7 +57,7 @@ pub struct Daemon {
 struct Server {
     service: Arc<Service>,
     limits: Limits,
-    tls: Option<TlsAcceptor>,
+    tls: Option<Arc<dyn Encryption>>,
     client_certificates: bool,
     recorder: Option<Recorder>,
     places: Arc<Semaphore>,
@@ -119,7 +118,7 @@ impl Daemon {
     }
 
     /// Encrypts TCP connections; `client_certificates` tells whether the acceptor asks clients for theirs.
-    pub fn with_tls(mut self, tls: TlsAcceptor, client_certificates: bool) -> Self {
+    pub fn with_tls(mut self, tls: Arc<dyn Encryption>, client_certificates: bool) -> Self {
         self.server.tls = Some(tls);
         self.server.client_certificates = client_certificates;
         self
@@ -256,7 +255,7 @@ impl Server {
     }
 
     /// A place for a peer, or why there is none.
-    fn place(&self, peer: &Peer) -> Result<Place, String> {
+    fn place(&self, peer: &Peer) -> Result<ConnectionPermit, String> {
         let Limits {
             max_connections,
             max_connections_per_address: most,
@@ -269,14 +268,14 @@ impl Server {
             )
         })?;
         match Arc::clone(&self.places).try_acquire_owned() {
-            Ok(permit) => Ok(Place(permit, share)),
+            Ok(permit) => Ok(ConnectionPermit(permit, share)),
             Err(_) => Err(format!(
                 "all {max_connections} connections are taken; closing"
             )),
         }
     }
 
-    async fn connection(self, stream: Stream, _place: Place, context: Context) {
+    async fn connection(self, stream: Stream, _place: ConnectionPermit, context: Context) {
         tracing::debug!(connection = context.number, "accepted");
         let service = Arc::clone(&self.service);
         match (stream, &self.tls) {
@@ -328,8 +327,22 @@ impl Server {
     }
 }
 
+/// A connection that is read from and written to.
+pub trait Duplex: AsyncRead + AsyncWrite + Send + Unpin {}
+
+impl<T: AsyncRead + AsyncWrite + Send + Unpin> Duplex for T {}
+
+/// An encrypted connection to be, or why there is none.
+pub type Handshake = Pin<Box<dyn Future<Output = io::Result<Box<dyn Duplex>>> + Send>>;
+
+/// What makes an encrypted connection of a plain one, by a handshake (TLS in `crates/daemon`).
+pub trait Encryption: Send + Sync {
+    /// The connection once the client has shown itself.
+    fn accept(&self, plain: TcpStream) -> Handshake;
+}
+
 /// A place among all connections and among those of one address, until it is dropped.
-struct Place(
+struct ConnectionPermit(
     #[expect(dead_code, reason = "held to be dropped")] OwnedSemaphorePermit,
     #[expect(dead_code, reason = "held to be dropped")] Share,
 );

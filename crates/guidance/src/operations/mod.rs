@@ -1,8 +1,7 @@
-//! What keeps a daemon running: logs, files, metrics and health over HTTP, reloading, the service manager.
+//! What keeps a daemon running: files, metrics and health over HTTP, reloading, the service manager.
 
 pub mod files;
 pub mod http;
-pub mod log;
 pub mod reload;
 #[cfg(unix)]
 pub mod supervisor;

@@ -32,9 +32,9 @@ impl std::fmt::Debug for Reloader {
 }
 
 /// Ends a reading, also where it panics.
-struct Reading(Arc<AtomicBool>);
+struct ReadGuard(Arc<AtomicBool>);
 
-impl Drop for Reading {
+impl Drop for ReadGuard {
     fn drop(&mut self) {
         self.0.store(false, Ordering::Release);
     }
@@ -70,7 +70,7 @@ impl Reloader {
         if self.reading.swap(true, Ordering::AcqRel) {
             return Err("the files of an earlier reload are still being read".to_owned());
         }
-        let (load, reading) = (Arc::clone(&self.load), Reading(Arc::clone(&self.reading)));
+        let (load, reading) = (Arc::clone(&self.load), ReadGuard(Arc::clone(&self.reading)));
         let (tell, told) = oneshot::channel();
         let begun: io::Result<_> =
             std::thread::Builder::new()

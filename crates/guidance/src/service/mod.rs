@@ -35,7 +35,7 @@ mod why;
 pub use fit::other_camera;
 pub use image::ImagePolicy;
 pub use session::{Answered, Pending, Session};
-pub(crate) use subscription::steering_with;
+pub use subscription::steering_with;
 
 /// What the daemon answers with, where a request does not say otherwise.
 #[derive(Clone, Debug, Default, PartialEq)]

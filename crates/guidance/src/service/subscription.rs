@@ -238,10 +238,7 @@ impl Steered {
 }
 
 /// Steering with the fields of a request over it.
-pub(crate) fn steering_with(
-    configured: &Steering,
-    overrides: &Object,
-) -> Result<Steering, FieldError> {
+pub fn steering_with(configured: &Steering, overrides: &Object) -> Result<Steering, FieldError> {
     let mut steering = *configured;
     let fields: [(&str, &mut f64, bool); 5] = [
         ("min_gain", &mut steering.min_gain, true),

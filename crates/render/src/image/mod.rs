@@ -1,12 +1,14 @@
 //! Image files in and out: linear float pictures (EXR) and stored numbers (PNG, TIFF).
 
 mod atomic;
+mod encoded;
 mod exr;
 mod png_tiff;
 
 use std::path::{Path, PathBuf};
 
 pub use atomic::write_atomically;
+pub(crate) use encoded::{Reader, reader};
 pub use exr::{ExrImage, Layer, LayerData};
 pub use png_tiff::{read_frame, write_frame};
 

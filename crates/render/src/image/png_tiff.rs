@@ -1,12 +1,11 @@
 //! PNG and TIFF with 8 or 16 bits per channel, in and out as stored numbers.
 
 use std::fs::File;
-use std::io::BufReader;
 use std::path::Path;
 
 use image::codecs::png::PngEncoder;
 use image::codecs::tiff::TiffEncoder;
-use image::{ColorType, ExtendedColorType, ImageEncoder, ImageReader};
+use image::{ColorType, ExtendedColorType, ImageEncoder};
 
 use super::{Counts, Frame, ImageError, ImageFormat, write_atomically};
 
@@ -62,9 +61,7 @@ pub fn read_frame(path: &Path) -> Result<Frame, ImageError> {
         source,
     };
     let file = File::open(path).map_err(system)?;
-    let reader = ImageReader::new(BufReader::new(file))
-        .with_guessed_format()
-        .map_err(system)?;
+    let reader = super::reader(file).map_err(system)?;
     let decoded = reader.decode().map_err(|error| content(path, error))?;
     let (width, height) = (decoded.width(), decoded.height());
     let counts = match decoded.color() {

@@ -26,11 +26,11 @@ pub(super) enum Kind {
     /// A list of values of one kind.
     List(&'static Kind),
     /// An object with these fields, perhaps among others.
-    Object(&'static [Field]),
+    Object(&'static [Property]),
 }
 
 /// A field of an object.
-pub(super) struct Field {
+pub(super) struct Property {
     pub(super) name: &'static str,
     pub(super) required: bool,
     pub(super) kind: Kind,
@@ -40,7 +40,7 @@ pub(super) struct Field {
 ///
 /// # Errors
 /// The first thing that is wrong, as `nodes[0].mesh must be .., got ..`.
-pub(super) fn check(root: &mut Value, schema: &'static [Field]) -> Result<(), String> {
+pub(super) fn check(root: &mut Value, schema: &'static [Property]) -> Result<(), String> {
     let mut checker = Checker {
         counts: counts(root),
         path: String::new(),
@@ -109,7 +109,7 @@ impl Checker {
         }
     }
 
-    fn object(&mut self, value: &mut Value, fields: &'static [Field]) -> Result<(), String> {
+    fn object(&mut self, value: &mut Value, fields: &'static [Property]) -> Result<(), String> {
         let Some(object) = value.as_object_mut() else {
             return self.must(false, value, "an object");
         };

@@ -2,21 +2,21 @@
 //! references of all others. Words and codes out of lists stay unchecked: what knows them not says so where it reads them.
 //! Source: the JSON schemas of the glTF 2.0 specification and of its extensions.
 
-use super::gltf_check::Field;
 use super::gltf_check::Kind::{
     self, Attributes, Flag, Index, List, Number, NumberIn, Numbers, Object, Text, Whole,
 };
+use super::gltf_check::Property;
 
-const fn must(name: &'static str, kind: Kind) -> Field {
-    Field {
+const fn must(name: &'static str, kind: Kind) -> Property {
+    Property {
         name,
         required: true,
         kind,
     }
 }
 
-const fn may(name: &'static str, kind: Kind) -> Field {
-    Field {
+const fn may(name: &'static str, kind: Kind) -> Property {
+    Property {
         name,
         required: false,
         kind,
@@ -28,7 +28,7 @@ const FRACTION: Kind = NumberIn(0.0, 1.0);
 const NOT_NEGATIVE: Kind = NumberIn(0.0, f64::INFINITY);
 
 /// The file.
-pub(super) static ROOT: [Field; 18] = [
+pub(super) static ROOT: [Property; 18] = [
     must("asset", Object(&ASSET)),
     may("extensionsUsed", List(&Text)),
     may("extensionsRequired", List(&Text)),
@@ -49,9 +49,9 @@ pub(super) static ROOT: [Field; 18] = [
     may("extensions", Object(&ROOT_EXTENSIONS)),
 ];
 
-static ASSET: [Field; 2] = [must("version", Text), may("minVersion", Text)];
+static ASSET: [Property; 2] = [must("version", Text), may("minVersion", Text)];
 
-static ACCESSOR: [Field; 9] = [
+static ACCESSOR: [Property; 9] = [
     may("bufferView", Index("bufferViews")),
     may("byteOffset", ANY_WHOLE),
     must("componentType", ANY_WHOLE),
@@ -63,78 +63,78 @@ static ACCESSOR: [Field; 9] = [
     may("sparse", Object(&SPARSE)),
 ];
 
-static SPARSE: [Field; 3] = [
+static SPARSE: [Property; 3] = [
     must("count", ANY_WHOLE),
     must("indices", Object(&SPARSE_INDICES)),
     must("values", Object(&SPARSE_VALUES)),
 ];
 
-static SPARSE_INDICES: [Field; 3] = [
+static SPARSE_INDICES: [Property; 3] = [
     must("bufferView", Index("bufferViews")),
     may("byteOffset", ANY_WHOLE),
     must("componentType", ANY_WHOLE),
 ];
 
-static SPARSE_VALUES: [Field; 2] = [
+static SPARSE_VALUES: [Property; 2] = [
     must("bufferView", Index("bufferViews")),
     may("byteOffset", ANY_WHOLE),
 ];
 
-static ANIMATION: [Field; 2] = [
+static ANIMATION: [Property; 2] = [
     must("channels", List(&Object(&CHANNEL))),
     must("samplers", List(&Object(&ANIMATION_SAMPLER))),
 ];
 
-static CHANNEL: [Field; 2] = [
+static CHANNEL: [Property; 2] = [
     must("sampler", ANY_WHOLE),
     must("target", Object(&CHANNEL_TARGET)),
 ];
 
-static CHANNEL_TARGET: [Field; 2] = [may("node", Index("nodes")), must("path", Text)];
+static CHANNEL_TARGET: [Property; 2] = [may("node", Index("nodes")), must("path", Text)];
 
-static ANIMATION_SAMPLER: [Field; 3] = [
+static ANIMATION_SAMPLER: [Property; 3] = [
     must("input", Index("accessors")),
     must("output", Index("accessors")),
     may("interpolation", Text),
 ];
 
-static BUFFER: [Field; 2] = [may("uri", Text), must("byteLength", ANY_WHOLE)];
+static BUFFER: [Property; 2] = [may("uri", Text), must("byteLength", ANY_WHOLE)];
 
-static BUFFER_VIEW: [Field; 4] = [
+static BUFFER_VIEW: [Property; 4] = [
     must("buffer", Index("buffers")),
     may("byteOffset", ANY_WHOLE),
     must("byteLength", ANY_WHOLE),
     may("byteStride", Whole(4, 252)),
 ];
 
-static CAMERA: [Field; 4] = [
+static CAMERA: [Property; 4] = [
     may("name", Text),
     must("type", Text),
     may("perspective", Object(&PERSPECTIVE)),
     may("orthographic", Object(&ORTHOGRAPHIC)),
 ];
 
-static PERSPECTIVE: [Field; 4] = [
+static PERSPECTIVE: [Property; 4] = [
     must("yfov", Number),
     may("aspectRatio", Number),
     must("znear", NOT_NEGATIVE),
     may("zfar", NOT_NEGATIVE),
 ];
 
-static ORTHOGRAPHIC: [Field; 4] = [
+static ORTHOGRAPHIC: [Property; 4] = [
     must("xmag", Number),
     must("ymag", Number),
     must("znear", NOT_NEGATIVE),
     must("zfar", NOT_NEGATIVE),
 ];
 
-static IMAGE: [Field; 3] = [
+static IMAGE: [Property; 3] = [
     may("uri", Text),
     may("mimeType", Text),
     may("bufferView", Index("bufferViews")),
 ];
 
-static MATERIAL: [Field; 9] = [
+static MATERIAL: [Property; 9] = [
     may("name", Text),
     may("pbrMetallicRoughness", Object(&METALLIC_ROUGHNESS)),
     may("normalTexture", Object(&TEXTURE_INFO)),
@@ -146,7 +146,7 @@ static MATERIAL: [Field; 9] = [
     may("extensions", Object(&MATERIAL_EXTENSIONS)),
 ];
 
-static METALLIC_ROUGHNESS: [Field; 5] = [
+static METALLIC_ROUGHNESS: [Property; 5] = [
     may("baseColorFactor", Numbers(4)),
     may("baseColorTexture", Object(&TEXTURE_INFO)),
     may("metallicFactor", FRACTION),
@@ -154,7 +154,7 @@ static METALLIC_ROUGHNESS: [Field; 5] = [
     may("metallicRoughnessTexture", Object(&TEXTURE_INFO)),
 ];
 
-static MATERIAL_EXTENSIONS: [Field; 2] = [
+static MATERIAL_EXTENSIONS: [Property; 2] = [
     may(
         "KHR_materials_emissive_strength",
         Object(&EMISSIVE_STRENGTH),
@@ -165,35 +165,35 @@ static MATERIAL_EXTENSIONS: [Field; 2] = [
     ),
 ];
 
-static EMISSIVE_STRENGTH: [Field; 1] = [may("emissiveStrength", NOT_NEGATIVE)];
+static EMISSIVE_STRENGTH: [Property; 1] = [may("emissiveStrength", NOT_NEGATIVE)];
 
-static SPECULAR_GLOSSINESS: [Field; 2] = [
+static SPECULAR_GLOSSINESS: [Property; 2] = [
     may("diffuseFactor", Numbers(4)),
     may("diffuseTexture", Object(&TEXTURE_INFO)),
 ];
 
-static TEXTURE_INFO: [Field; 3] = [
+static TEXTURE_INFO: [Property; 3] = [
     must("index", Index("textures")),
     may("texCoord", Whole(0, u32::MAX as u64)),
     may("extensions", Object(&TEXTURE_INFO_EXTENSIONS)),
 ];
 
-static TEXTURE_INFO_EXTENSIONS: [Field; 1] =
+static TEXTURE_INFO_EXTENSIONS: [Property; 1] =
     [may("KHR_texture_transform", Object(&TEXTURE_TRANSFORM))];
 
-static TEXTURE_TRANSFORM: [Field; 4] = [
+static TEXTURE_TRANSFORM: [Property; 4] = [
     may("offset", Numbers(2)),
     may("rotation", Number),
     may("scale", Numbers(2)),
     may("texCoord", Whole(0, u32::MAX as u64)),
 ];
 
-static MESH: [Field; 2] = [
+static MESH: [Property; 2] = [
     may("name", Text),
     must("primitives", List(&Object(&PRIMITIVE))),
 ];
 
-static PRIMITIVE: [Field; 5] = [
+static PRIMITIVE: [Property; 5] = [
     must("attributes", Attributes),
     may("indices", Index("accessors")),
     may("material", Index("materials")),
@@ -201,7 +201,7 @@ static PRIMITIVE: [Field; 5] = [
     may("targets", List(&Attributes)),
 ];
 
-static NODE: [Field; 11] = [
+static NODE: [Property; 11] = [
     may("name", Text),
     may("camera", Index("cameras")),
     may("children", List(&Index("nodes"))),
@@ -215,40 +215,40 @@ static NODE: [Field; 11] = [
     may("extensions", Object(&NODE_EXTENSIONS)),
 ];
 
-static NODE_EXTENSIONS: [Field; 2] = [
+static NODE_EXTENSIONS: [Property; 2] = [
     may("KHR_lights_punctual", Object(&NODE_LIGHT)),
     may("KHR_node_visibility", Object(&NODE_VISIBILITY)),
 ];
 
-static NODE_LIGHT: [Field; 1] = [must("light", Index("lights"))];
+static NODE_LIGHT: [Property; 1] = [must("light", Index("lights"))];
 
-static NODE_VISIBILITY: [Field; 1] = [may("visible", Flag)];
+static NODE_VISIBILITY: [Property; 1] = [may("visible", Flag)];
 
-static SAMPLER: [Field; 4] = [
+static SAMPLER: [Property; 4] = [
     may("magFilter", ANY_WHOLE),
     may("minFilter", ANY_WHOLE),
     may("wrapS", ANY_WHOLE),
     may("wrapT", ANY_WHOLE),
 ];
 
-static SCENE: [Field; 1] = [may("nodes", List(&Index("nodes")))];
+static SCENE: [Property; 1] = [may("nodes", List(&Index("nodes")))];
 
-static SKIN: [Field; 3] = [
+static SKIN: [Property; 3] = [
     may("inverseBindMatrices", Index("accessors")),
     may("skeleton", Index("nodes")),
     must("joints", List(&Index("nodes"))),
 ];
 
-static TEXTURE: [Field; 2] = [
+static TEXTURE: [Property; 2] = [
     may("sampler", Index("samplers")),
     may("source", Index("images")),
 ];
 
-static ROOT_EXTENSIONS: [Field; 1] = [may("KHR_lights_punctual", Object(&LIGHTS))];
+static ROOT_EXTENSIONS: [Property; 1] = [may("KHR_lights_punctual", Object(&LIGHTS))];
 
-static LIGHTS: [Field; 1] = [must("lights", List(&Object(&LIGHT)))];
+static LIGHTS: [Property; 1] = [must("lights", List(&Object(&LIGHT)))];
 
-static LIGHT: [Field; 5] = [
+static LIGHT: [Property; 5] = [
     may("name", Text),
     must("type", Text),
     may("color", Numbers(3)),
@@ -256,4 +256,4 @@ static LIGHT: [Field; 5] = [
     may("spot", Object(&SPOT)),
 ];
 
-static SPOT: [Field; 2] = [may("innerConeAngle", Number), may("outerConeAngle", Number)];
+static SPOT: [Property; 2] = [may("innerConeAngle", Number), may("outerConeAngle", Number)];

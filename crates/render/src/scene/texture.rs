@@ -1,12 +1,13 @@
 //! Textures: reading picture files within bounds, and looking values up.
 
 use std::fs::File;
-use std::io::{BufReader, Cursor};
+use std::io::Cursor;
 use std::path::Path;
 
-use image::{ColorType, DynamicImage, ImageDecoder, ImageReader, Limits};
+use image::{ColorType, DynamicImage, ImageDecoder, Limits};
 
 use super::{Encoding, Texels, Texture, TextureFilter};
+use crate::image::{Reader, reader};
 
 /// Largest side of a texture, texels.
 const MAX_SIDE_TEXELS: u32 = 16_384;
@@ -35,8 +36,7 @@ impl Texture {
         room: u64,
     ) -> Result<Self, String> {
         let file = File::open(path).map_err(|error| error.to_string())?;
-        let reader = ImageReader::new(BufReader::new(file)).with_guessed_format();
-        let reader = reader.map_err(|error| error.to_string())?;
+        let reader = reader(file).map_err(|error| error.to_string())?;
         Self::decode(reader, encoding, filter, room)
     }
 
@@ -47,13 +47,12 @@ impl Texture {
         filter: TextureFilter,
         room: u64,
     ) -> Result<Self, String> {
-        let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format();
-        let reader = reader.map_err(|error| error.to_string())?;
+        let reader = reader(Cursor::new(bytes)).map_err(|error| error.to_string())?;
         Self::decode(reader, encoding, filter, room)
     }
 
-    fn decode<R: std::io::BufRead + std::io::Seek>(
-        mut reader: ImageReader<R>,
+    fn decode(
+        mut reader: Reader,
         encoding: Encoding,
         filter: TextureFilter,
         room: u64,

@@ -16,7 +16,7 @@ use crate::error_time::curve::{Curve, Rung, SecondsToError};
 use crate::error_time::ladder::{Ladder, Report};
 use crate::error_time::remake::{MadeReference, Remake, Until};
 use crate::error_time::scene::Size;
-use crate::error_time::{ErrorTimeError, Observer};
+use crate::error_time::{ErrorTimeError, ErrorTimeObserver};
 
 /// Relative mean squared errors that the summary gives the seconds to, with the relative error in percent.
 const TARGETS: [(f64, u32); 3] = [(1e-2, 10), (1e-3, 3), (1e-4, 1)];
@@ -149,14 +149,14 @@ impl ErrorTimeArguments {
         &self,
         json: bool,
         known_end: bool,
-        work: impl FnOnce(&Observer) -> Result<T, ErrorTimeError>,
+        work: impl FnOnce(&ErrorTimeObserver) -> Result<T, ErrorTimeError>,
     ) -> Result<T, CliError> {
         let cancel = interrupt::cancel_flag()?;
         let display = ProgressDisplay::start(self.quiet || json, known_end);
         let progress = |share: Option<f64>, message: &str| {
             display.update(share, || message.to_owned());
         };
-        let result = work(&Observer {
+        let result = work(&ErrorTimeObserver {
             progress: &progress,
             cancel: &cancel,
         });

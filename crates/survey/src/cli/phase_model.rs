@@ -13,7 +13,7 @@ use super::error::CliError;
 pub(super) struct PhaseModel {
     /// The model.
     #[arg(long, value_enum)]
-    model: Model,
+    model: ModelName,
     /// fournier-forand: refractive index of the particles relative to the water, in (1, 10].
     #[arg(long, allow_negative_numbers = true)]
     n: Option<f64>,
@@ -42,7 +42,7 @@ pub(super) struct PhaseModel {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Model {
+enum ModelName {
     FournierForand,
     HenyeyGreenstein,
     Rayleigh,
@@ -52,7 +52,7 @@ enum Model {
     Table,
 }
 
-impl Model {
+impl ModelName {
     /// The options it takes.
     fn parameters(self) -> &'static [&'static str] {
         match self {
@@ -75,17 +75,17 @@ impl PhaseModel {
         self.refuse_others()?;
         let g = || self.needed("--g", self.g);
         let phase = match self.model {
-            Model::FournierForand => self.fournier_forand()?.map(Phase::FournierForand),
-            Model::HenyeyGreenstein => HenyeyGreenstein::new(g()?).map(Phase::HenyeyGreenstein),
-            Model::Rayleigh => {
+            ModelName::FournierForand => self.fournier_forand()?.map(Phase::FournierForand),
+            ModelName::HenyeyGreenstein => HenyeyGreenstein::new(g()?).map(Phase::HenyeyGreenstein),
+            ModelName::Rayleigh => {
                 Rayleigh::new(self.depolarisation.unwrap_or(0.0)).map(Phase::Rayleigh)
             }
-            Model::Petzold => Ok(Phase::Tabulated(Tabulated::petzold())),
-            Model::Draine => {
+            ModelName::Petzold => Ok(Phase::Tabulated(Tabulated::petzold())),
+            ModelName::Draine => {
                 Draine::new(g()?, self.needed("--alpha", self.alpha)?).map(Phase::Draine)
             }
-            Model::Isotropic => Ok(Phase::Isotropic),
-            Model::Table => {
+            ModelName::Isotropic => Ok(Phase::Isotropic),
+            ModelName::Table => {
                 let file = self.needed("--file", self.file.as_deref())?;
                 Tabulated::from_csv(file).map(Phase::Tabulated)
             }

@@ -26,7 +26,7 @@ use uw_render::sampling::{Draws, MAX_BATCH, Rng};
 use uw_render::scene::Camera;
 
 use super::check_files::{self, entry_path, image_name, keep, kept};
-use super::group::{self, GroupLight, Place, group_scene};
+use super::group::{self, DepthView, GroupLight, group_scene};
 use super::plan::{Group, groups};
 use super::verdict::{ALLOWED_COUNTS, ALLOWED_SHARE};
 use super::{DatasetConfig, DatasetError, Observer, Progress, Workshop, exposure, pool, rows};
@@ -149,12 +149,12 @@ pub fn check(
     let all: Vec<Group> = groups(config).collect();
     let mut rng = Rng::new(config.seed, 0, 0, 0xc4ec);
     let mut pick = |n: usize| ((rng.uniform() * n as f64) as usize).min(n - 1);
-    let chosen: Vec<Choice> = (0..plan.entries)
+    let chosen: Vec<RandomEntry> = (0..plan.entries)
         .map(|i| {
             let group = all[pick(all.len())];
             let depth_m = config.depths_m[pick(config.depths_m.len())];
             let light_pct = config.light_pct[pick(config.light_pct.len())];
-            Choice {
+            RandomEntry {
                 group,
                 depth_m,
                 light_pct,
@@ -176,7 +176,7 @@ pub fn check(
             .par_iter()
             .with_max_len(1)
             .map(|choice| {
-                let Choice {
+                let RandomEntry {
                     group,
                     depth_m,
                     light_pct,
@@ -233,7 +233,7 @@ fn labelled(
 }
 
 /// A random entry.
-struct Choice {
+struct RandomEntry {
     group: Group,
     depth_m: f64,
     light_pct: f64,
@@ -242,11 +242,11 @@ struct Choice {
 
 fn check_one(
     workshop: &Workshop,
-    choice: &Choice,
+    choice: &RandomEntry,
     plan: &CheckPlan,
     tick: &(dyn Fn(usize) + Sync),
 ) -> Result<CheckedEntry, DatasetError> {
-    let Choice {
+    let RandomEntry {
         group,
         depth_m,
         light_pct,
@@ -292,7 +292,7 @@ struct ModelImage {
 
 fn model_counts(
     workshop: &Workshop,
-    place: &Place,
+    place: &DepthView,
     light: &GroupLight,
     at: usize,
     light_pct: f64,
@@ -372,7 +372,7 @@ fn pixels(lattice: Lattice, per_patch: usize, seed: u64, index: u32) -> Vec<Vec<
 /// Radiance of the pixels in two independent renders.
 fn render(
     workshop: &Workshop,
-    choice: &Choice,
+    choice: &RandomEntry,
     plan: &CheckPlan,
     pixels: &[Vec<usize>],
     tick: &(dyn Fn(usize) + Sync),

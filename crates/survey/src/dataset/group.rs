@@ -16,7 +16,7 @@ use crate::estimate::statistics::{Shot, standard_errors};
 use crate::estimate::target_model::{Effort, TargetModel, daylight_alone, lamps_alone};
 
 /// A depth of the group and the model of its view.
-pub(super) struct Place<'p> {
+pub(super) struct DepthView<'p> {
     pub(super) depth_m: f64,
     pub(super) model: TargetModel<'p>,
 }
@@ -72,11 +72,11 @@ pub(super) fn places<'w>(
     workshop: &'w Workshop,
     group: &Group,
     depths_m: &[f64],
-) -> Result<Vec<Place<'w>>, DatasetError> {
+) -> Result<Vec<DepthView<'w>>, DatasetError> {
     let started = Instant::now();
     let target = workshop.target(group.pattern)?;
     let upright = group.tilt_deg == 0.0;
-    let mut places: Vec<Place> = Vec::new();
+    let mut places: Vec<DepthView> = Vec::new();
     for &depth_m in depths_m {
         let scene = group_scene(workshop, group, depth_m)?;
         let model = match places.first() {
@@ -94,7 +94,7 @@ pub(super) fn places<'w>(
                 group.distance_m, group.tilt_deg
             ))
         })?;
-        places.push(Place { depth_m, model });
+        places.push(DepthView { depth_m, model });
     }
     workshop.times.add_spread(started.elapsed());
     Ok(places)
@@ -119,7 +119,7 @@ pub(super) fn group_scene(
 pub(super) fn light(
     workshop: &Workshop,
     group: &Group,
-    places: &[Place],
+    places: &[DepthView],
     name: fn(Render) -> Render,
     effort: &Effort,
 ) -> Result<GroupLight, DatasetError> {
@@ -136,7 +136,7 @@ pub(super) fn light(
 fn daylight_at(
     workshop: &Workshop,
     group: &Group,
-    place: &Place,
+    place: &DepthView,
     render: &Render,
     effort: &Effort,
 ) -> Result<Fields, DatasetError> {
@@ -174,7 +174,7 @@ fn daylight_at(
 fn lamps(
     workshop: &Workshop,
     group: &Group,
-    places: &[Place],
+    places: &[DepthView],
     daylight: &[Fields],
     render: &Render,
     effort: &Effort,
@@ -231,7 +231,12 @@ fn dark(lattice: Lattice) -> RadianceImage {
 }
 
 /// Statistics of the images of one place at all lamp levels.
-fn measure(workshop: &Workshop, place: &Place, daylight: &Fields, lamps: &Fields) -> Vec<ImageRow> {
+fn measure(
+    workshop: &Workshop,
+    place: &DepthView,
+    daylight: &Fields,
+    lamps: &Fields,
+) -> Vec<ImageRow> {
     let (sun, lamp) = (place.model.daylight(), place.model.lamps());
     let images = |reflection: &dyn Fn(&Source) -> Reflection, kind: Estimates| {
         (

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use uw_render::image::{ExrImage, Layer, LayerData, Picture, write_frame};
 
-use super::group::{GroupLight, Place};
+use super::group::{DepthView, GroupLight};
 use super::plan::Group;
 use super::seal::{self, Found, checksum, name_in};
 use super::{DatasetError, Workshop, store};
@@ -105,7 +105,7 @@ fn write_list(workshop: &Workshop, group: &Group, names: &[String]) -> Result<()
 pub(super) fn keep(
     workshop: &Workshop,
     group: &Group,
-    places: &[Place],
+    places: &[DepthView],
     light: &GroupLight,
 ) -> Result<(), DatasetError> {
     let mut names = Vec::new();

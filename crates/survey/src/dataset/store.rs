@@ -79,9 +79,9 @@ pub(super) fn inspect(name: &str, path: &Path) -> Result<Found<()>, DatasetError
 const NOT_A_RENDER: &str = "it is not a render of this program's format";
 
 /// Header and values of a file.
-type Content = ([u32; 4], Vec<f64>);
+type StoredValues = ([u32; 4], Vec<f64>);
 
-fn fields(([lamps, samples_per_group, groups, n], values): Content) -> Option<Fields> {
+fn fields(([lamps, samples_per_group, groups, n], values): StoredValues) -> Option<Fields> {
     let (n, groups) = (n as usize, groups as usize);
     if groups != GROUPS || n == 0 || Some(values.len()) != n.checked_mul(2 * GROUPS * 3) {
         return None;
@@ -104,7 +104,7 @@ fn fields(([lamps, samples_per_group, groups, n], values): Content) -> Option<Fi
     })
 }
 
-fn upward(([_, samples_per_group, _, _], values): Content) -> Option<UpwardImage> {
+fn upward(([_, samples_per_group, _, _], values): StoredValues) -> Option<UpwardImage> {
     let (sums, rest) = values.as_chunks::<4>();
     (sums.len() == UpwardImage::SUMS && rest.is_empty()).then(|| UpwardImage {
         samples_per_group,
@@ -112,7 +112,7 @@ fn upward(([_, samples_per_group, _, _], values): Content) -> Option<UpwardImage
     })
 }
 
-fn read(name: &str, path: &Path) -> Result<Found<Content>, DatasetError> {
+fn read(name: &str, path: &Path) -> Result<Found<StoredValues>, DatasetError> {
     let Some(bytes) = read_bytes(path)? else {
         return Ok(Found::Absent);
     };

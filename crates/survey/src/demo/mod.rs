@@ -135,7 +135,7 @@ pub fn run(
     folder::claim(folder)?;
     let vehicle = Vehicle::default();
     let pyramid = TexturePyramid::new(&target.texture, f64::from(options.pattern.tile_m()));
-    let stage = stages::Stage {
+    let stage = stages::DemoRenders {
         response: CountResponse::new(&sensor(&vehicle, vehicle.exposure)),
         pyramid,
         vehicle,

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
+use image::RgbImage;
 use image::imageops::{FilterType, overlay, resize};
-use image::{ImageFormat, RgbImage};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
-use uw_render::image::{ImageError, write_atomically};
+use uw_render::image::{Counts, Frame, read_frame, write_frame};
 
 use super::{DemoError, Visit};
 
@@ -33,8 +33,8 @@ pub(super) fn write(
     crate::plot::use_font().map_err(|reason| failed(png, reason))?;
     let mut pictures = Vec::new();
     for path in [before, after] {
-        let picture = image::open(path).map_err(|e| failed(path, e.to_string()))?;
-        let picture = picture.into_rgb8();
+        let picture = rgb8(&read_frame(path)?)
+            .ok_or_else(|| failed(path, "the picture has the wrong size".into()))?;
         let height = (WIDTH * picture.height()).div_ceil(picture.width().max(1));
         pictures.push(resize(&picture, WIDTH, height.max(1), FilterType::Triangle));
     }
@@ -47,17 +47,25 @@ pub(super) fn write(
     for (picture, x) in pictures.iter().zip(columns()) {
         overlay(&mut sheet, picture, i64::from(x), i64::from(HEAD));
     }
-    let mut bytes = std::io::Cursor::new(Vec::new());
-    sheet
-        .write_to(&mut bytes, ImageFormat::Png)
-        .map_err(|e| failed(png, e.to_string()))?;
-    Ok(write_atomically(png, |file| {
-        std::io::Write::write_all(file, bytes.get_ref()).map_err(|source| ImageError::System {
-            path: png.to_path_buf(),
-            action: "written",
-            source,
-        })
-    })?)
+    let (width, height) = sheet.dimensions();
+    let counts = Counts::Bits8(sheet.into_raw());
+    Ok(write_frame(
+        png,
+        &Frame {
+            width,
+            height,
+            counts,
+        },
+    )?)
+}
+
+/// A frame with eight bits per channel.
+fn rgb8(frame: &Frame) -> Option<RgbImage> {
+    let counts = match &frame.counts {
+        Counts::Bits8(counts) => counts.clone(),
+        Counts::Bits16(counts) => counts.iter().map(|count| (count >> 8) as u8).collect(),
+    };
+    RgbImage::from_raw(frame.width, frame.height, counts)
 }
 
 /// Left edges of the two pictures.

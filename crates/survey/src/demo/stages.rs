@@ -27,7 +27,7 @@ pub(super) const VISITS: [(f64, f64, f64); 3] =
     [(1.0, 2.5, 100.0), (3.0, 1.0, 0.0), (5.0, 2.0, 33.0)];
 
 /// What all renders share.
-pub(super) struct Stage<'a> {
+pub(super) struct DemoRenders<'a> {
     pub(super) vehicle: Vehicle,
     pub(super) water: WaterBody,
     pub(super) target: Target,
@@ -39,7 +39,7 @@ pub(super) struct Stage<'a> {
     pub(super) cancel: &'a AtomicBool,
 }
 
-impl Stage<'_> {
+impl DemoRenders<'_> {
     fn quality(&self, samples_per_half: u32, seed: u64) -> Quality {
         Quality {
             samples_per_half,

@@ -16,7 +16,8 @@ use super::scene::{BenchmarkScene, Size};
 use super::seeds::seed_of_run;
 use super::table::{self, Measurement};
 use super::{
-    ErrorTimeError, Observer, make_folder, plot, program_version, references_of, threads_or_all,
+    ErrorTimeError, ErrorTimeObserver, make_folder, plot, program_version, references_of,
+    threads_or_all,
 };
 
 /// Names of the results in the output folder.
@@ -97,7 +98,7 @@ impl Ladder {
     /// # Errors
     /// A scene, reference or table that cannot be used; a render that fails or is stopped; a file that cannot be
     /// written.
-    pub fn measure(&self, observer: &Observer) -> Result<Report, ErrorTimeError> {
+    pub fn measure(&self, observer: &ErrorTimeObserver) -> Result<Report, ErrorTimeError> {
         let peers = match &self.peers {
             Some(path) => peers::read(path)?,
             None => Vec::new(),
@@ -161,7 +162,7 @@ impl Ladder {
         subjects: &[Subject],
         rows: &mut Vec<Measurement>,
         path: &Path,
-        observer: &Observer,
+        observer: &ErrorTimeObserver,
     ) -> Result<Climbed, ErrorTimeError> {
         let runs = self.runs();
         let identity = Identity {
@@ -301,7 +302,7 @@ impl Identity {
 fn render(
     subject: &Subject,
     wanted: Measurement,
-    observer: &Observer,
+    observer: &ErrorTimeObserver,
     show: &(dyn Fn(f64) + Sync),
 ) -> Result<Measurement, ErrorTimeError> {
     let scene = &subject.scene;

@@ -34,7 +34,7 @@ use table::TableError;
 const REFERENCES: &str = "references";
 
 /// What a run reports, and what stops it.
-pub struct Observer<'a> {
+pub struct ErrorTimeObserver<'a> {
     /// Called from any thread with the share that is done, where it is known, and what is being done.
     pub progress: &'a (dyn Fn(Option<f64>, &str) + Sync),
     /// Stops the run when set.

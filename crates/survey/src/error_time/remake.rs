@@ -9,7 +9,7 @@ use super::reference::{Provenance, Reference};
 use super::scene::{BenchmarkScene, Size};
 use super::seeds::seed_of_reference;
 use super::{
-    ErrorTimeError, Observer, make_folder, program_version, references_of, threads_or_all,
+    ErrorTimeError, ErrorTimeObserver, make_folder, program_version, references_of, threads_or_all,
 };
 
 /// When a reference is good enough.
@@ -56,7 +56,7 @@ impl Remake {
     ///
     /// # Errors
     /// A scene that cannot be used, a render that fails or is stopped, a file that cannot be written.
-    pub fn make(&self, observer: &Observer) -> Result<Vec<MadeReference>, ErrorTimeError> {
+    pub fn make(&self, observer: &ErrorTimeObserver) -> Result<Vec<MadeReference>, ErrorTimeError> {
         let scenes = BenchmarkScene::read_all(&self.scenes, self.size)?;
         let mut made: Vec<MadeReference> = Vec::new();
         for scene in &scenes {
@@ -82,7 +82,7 @@ impl Remake {
         scene: &BenchmarkScene,
         done: usize,
         total: usize,
-        observer: &Observer,
+        observer: &ErrorTimeObserver,
     ) -> Result<MadeReference, ErrorTimeError> {
         let folder = references_of(scene, self.references.as_deref());
         make_folder(&folder)?;

@@ -6,7 +6,7 @@
 use super::SceneryError;
 use super::image_file::jpeg_bytes;
 use super::mesh::{Mesh, Vec3};
-use super::models::{Model, Surface};
+use super::models::{AssetModel, Surface};
 use super::textures::ReflectanceImage;
 use serde_json::{Value, json};
 
@@ -28,7 +28,7 @@ const REPEAT: u32 = 10_497;
 
 /// The bytes of a `.glb` file with the model and its texture (as JPEG of `jpeg_quality`, 1..=100).
 pub fn glb_bytes(
-    model: &Model,
+    model: &AssetModel,
     texture: &ReflectanceImage,
     jpeg_quality: u8,
 ) -> Result<Vec<u8>, SceneryError> {
@@ -224,7 +224,7 @@ mod tests {
     use crate::scenery::models::{seabed, ship_hull};
 
     /// The model as written with a small texture and read again.
-    fn written(model: &Model) -> gltf::Gltf {
+    fn written(model: &AssetModel) -> gltf::Gltf {
         let texture = model.pattern.draw(&model.tile, 32);
         gltf::Gltf::from_slice(&glb_bytes(model, &texture, 92).unwrap()).unwrap()
     }

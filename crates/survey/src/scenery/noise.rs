@@ -5,7 +5,7 @@
 
 /// A square lattice over the unit square whose values repeat with period 1 in both directions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Lattice {
+pub struct NoiseLattice {
     /// Number of lattice cells along (u, v), each >= 1.
     pub cells: [u32; 2],
     /// Seed; lattices of different seeds are unrelated.
@@ -63,7 +63,7 @@ pub fn direction(bits: u32) -> [f32; 2] {
     }
 }
 
-impl Lattice {
+impl NoiseLattice {
     /// A lattice of square cells.
     pub fn square(cells: u32, seed: u32) -> Self {
         Self {
@@ -215,7 +215,7 @@ fn lerp(from: f32, to: f32, t: f32) -> f32 {
 mod tests {
     use super::*;
 
-    const LATTICE: Lattice = Lattice {
+    const LATTICE: NoiseLattice = NoiseLattice {
         cells: [7, 5],
         seed: 11,
     };
@@ -240,7 +240,7 @@ mod tests {
     #[test]
     fn noise_fills_its_range_and_has_no_bias() {
         let values: Vec<f32> = places()
-            .map(|at| Lattice::square(64, 3).gradient(at))
+            .map(|at| NoiseLattice::square(64, 3).gradient(at))
             .collect();
         let mean = values.iter().sum::<f32>() / values.len() as f32;
         let variance = values.iter().map(|v| v * v).sum::<f32>() / values.len() as f32;
@@ -253,7 +253,7 @@ mod tests {
 
     #[test]
     fn cellular_noise_finds_what_a_search_of_all_cells_finds() {
-        let lattice = Lattice::square(6, 5);
+        let lattice = NoiseLattice::square(6, 5);
         for at in places().take(500) {
             let mut distances = Vec::new();
             for row in -6..12 {

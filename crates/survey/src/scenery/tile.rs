@@ -1,9 +1,9 @@
 //! A square of surface, in metres, on which patterns are laid out so that they repeat without a seam.
 
-use super::noise::{Cellular, Lattice, direction, hash, unit};
+use super::noise::{Cellular, NoiseLattice, direction, hash, unit};
 
 /// A place on the tile, m: x to the right and y downwards from the upper left corner.
-pub type Place = [f32; 2];
+pub type TilePoint = [f32; 2];
 
 /// A square tile of surface; everything laid on it repeats with its size.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,40 +47,40 @@ impl Tile {
         (self.size_m / feature_m).round().max(1.0) as u32
     }
 
-    fn lattice(&self, feature_m: [f32; 2], salt: u32) -> Lattice {
-        Lattice {
+    fn lattice(&self, feature_m: [f32; 2], salt: u32) -> NoiseLattice {
+        NoiseLattice {
             cells: feature_m.map(|m| self.count(m)),
             seed: hash(salt, 1, self.seed),
         }
     }
 
-    fn uv(&self, [x, y]: Place) -> [f32; 2] {
+    fn uv(&self, [x, y]: TilePoint) -> [f32; 2] {
         [x / self.size_m, y / self.size_m]
     }
 
     /// Fractal noise in [-1, 1] whose coarsest features measure `feature_m`.
-    pub fn fbm(&self, at: Place, feature_m: f32, octaves: u32, salt: u32) -> f32 {
+    pub fn fbm(&self, at: TilePoint, feature_m: f32, octaves: u32, salt: u32) -> f32 {
         self.streaks(at, [feature_m; 2], octaves, salt)
     }
 
     /// Fractal noise in [-1, 1] drawn out: features measure `feature_m` along (x, y).
-    pub fn streaks(&self, at: Place, feature_m: [f32; 2], octaves: u32, salt: u32) -> f32 {
+    pub fn streaks(&self, at: TilePoint, feature_m: [f32; 2], octaves: u32, salt: u32) -> f32 {
         self.lattice(feature_m, salt).fbm(self.uv(at), octaves)
     }
 
     /// Ridged fractal noise in [0, 1], 1 on crooked lines `feature_m` apart.
-    pub fn ridged(&self, at: Place, feature_m: f32, octaves: u32, salt: u32) -> f32 {
+    pub fn ridged(&self, at: TilePoint, feature_m: f32, octaves: u32, salt: u32) -> f32 {
         self.lattice([feature_m; 2], salt)
             .ridged(self.uv(at), octaves)
     }
 
     /// Cellular noise with cells of about `feature_m`.
-    pub fn cellular(&self, at: Place, feature_m: f32, salt: u32) -> Cellular {
+    pub fn cellular(&self, at: TilePoint, feature_m: f32, salt: u32) -> Cellular {
         self.lattice([feature_m; 2], salt).cellular(self.uv(at))
     }
 
     /// The place moved by up to `amplitude_m` by noise with features of `feature_m`.
-    pub fn warp(&self, at: Place, feature_m: f32, amplitude_m: f32, salt: u32) -> Place {
+    pub fn warp(&self, at: TilePoint, feature_m: f32, amplitude_m: f32, salt: u32) -> TilePoint {
         [
             at[0] + amplitude_m * self.fbm(at, feature_m, 2, salt),
             at[1] + amplitude_m * self.fbm(at, feature_m, 2, salt ^ 0x5bd1),
@@ -91,9 +91,9 @@ impl Tile {
     /// exists, from the place of its centre.
     pub fn item(
         &self,
-        at: Place,
+        at: TilePoint,
         population: Population,
-        chance: impl Fn(Place) -> f32,
+        chance: impl Fn(TilePoint) -> f32,
     ) -> Option<Item> {
         let lattice = self.lattice([population.spacing_m; 2], population.salt);
         let ([column, row], inside) = lattice.locate(self.uv(at));
@@ -174,7 +174,7 @@ mod tests {
         salt: 8,
     };
 
-    fn grid() -> impl Iterator<Item = Place> {
+    fn grid() -> impl Iterator<Item = TilePoint> {
         (0..200).flat_map(|j| (0..200).map(move |i| [i as f32 * 0.01, j as f32 * 0.01]))
     }
 

@@ -15,7 +15,7 @@ use uw_render::{
     prepare::Prepared,
 };
 use uw_viewer::model::{Coefficients, Display, OpenScene};
-use uw_viewer::worker::{Goal, Job, Place, View, Worker};
+use uw_viewer::worker::{Goal, Job, RenderDevice, View, Worker};
 
 /// Changes per scene.
 const CHANGES: u32 = 40;
@@ -86,7 +86,7 @@ fn measure(path: &Path, device: &Device) -> String {
         samples_per_pixel: 1,
         target_error: None,
     };
-    let place = Place {
+    let place = RenderDevice {
         device: device.clone(),
         threads: None,
     };

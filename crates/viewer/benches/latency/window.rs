@@ -8,7 +8,7 @@ use uw_render::backend::Backend;
 use uw_viewer::app::{Options, Viewer};
 use uw_viewer::model::{Coefficients, OpenScene};
 use uw_viewer::window;
-use uw_viewer::worker::Place;
+use uw_viewer::worker::RenderDevice;
 
 /// Time between two events of the slider.
 const EVENT_EVERY: Duration = Duration::from_micros(16_667);
@@ -72,7 +72,7 @@ pub fn drag(scene: &Path, backend: Backend) -> Result<String, String> {
         Box::new(move |creation| {
             let state = creation.wgpu_render_state.as_ref();
             let options = Options {
-                place: Place {
+                place: RenderDevice {
                     device: window::renderer(state, backend, None)?,
                     threads: None,
                 },

@@ -15,7 +15,7 @@ pub use files::FilePurpose;
 use crate::guidance::Guidance;
 use crate::model::{Display, History, OpenScene, Settings, camera::Motion, recent::Recent};
 use crate::ui::{self, files::FileDialog, picture::PictureView, toasts::Toasts};
-use crate::worker::{Frame, Goal, Place, View, Worker};
+use crate::worker::{Frame, Goal, RenderDevice, View, Worker};
 use files::Loading;
 
 /// Which panel is open.
@@ -33,7 +33,7 @@ pub enum Tab {
 /// How the viewer starts.
 pub struct Options {
     /// Where pictures are rendered.
-    pub place: Place,
+    pub place: RenderDevice,
     /// Seed of all renders.
     pub seed: u64,
     /// When a picture is finished.
@@ -49,7 +49,7 @@ pub struct Options {
 impl Default for Options {
     fn default() -> Self {
         Self {
-            place: Place::default(),
+            place: RenderDevice::default(),
             seed: 1,
             goal: Goal::default(),
             recent: Recent::default(),

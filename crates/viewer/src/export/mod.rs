@@ -151,7 +151,7 @@ fn phase_panel(name: &str, points: Vec<[f64; 2]>) -> Panel {
 
 fn profile_panels(profile: &uw_calib::Profile) -> [Panel; 3] {
     let [depth, on, off] = plots::curves(profile);
-    let of = |samples: plots::Curve| {
+    let of = |samples: plots::ChannelCurve| {
         CHANNELS
             .into_iter()
             .enumerate()

@@ -17,14 +17,14 @@ use uw_survey::routine::{
 use uw_survey::vehicle::Vehicle;
 
 use super::look::{Look, Thumbnail, levels_pct};
-use super::task::{Job, Place};
+use super::task::{GuidanceJob, VehiclePosition};
 
 /// Who made a profile.
 const MADE_BY: &str = concat!("viewer ", env!("CARGO_PKG_VERSION"));
 
 /// Takes images; made once per task.
 pub struct VehicleCamera<'a> {
-    job: &'a Job,
+    job: &'a GuidanceJob,
     cancel: &'a AtomicBool,
     target: Target,
     pyramid: TexturePyramid,
@@ -38,7 +38,7 @@ impl<'a> VehicleCamera<'a> {
     ///
     /// # Errors
     /// The target's texture cannot be read, or the settings are not valid.
-    pub fn new(job: &'a Job, cancel: &'a AtomicBool) -> Result<Self, String> {
+    pub fn new(job: &'a GuidanceJob, cancel: &'a AtomicBool) -> Result<Self, String> {
         let target = Target::read(job.pattern, &job.assets).map_err(|e| e.to_string())?;
         let tile_m = f64::from(job.pattern.tile_m());
         Ok(Self {
@@ -69,7 +69,7 @@ impl<'a> VehicleCamera<'a> {
     ///
     /// # Errors
     /// The water hides the target, or the task was ended.
-    pub fn image(&self, place: Place, seed: u64) -> Result<TargetImage, String> {
+    pub fn image(&self, place: VehiclePosition, seed: u64) -> Result<TargetImage, String> {
         let view = View::Target {
             depth_m: place.depth_m,
             distance_m: place.distance_m,
@@ -96,7 +96,7 @@ impl<'a> VehicleCamera<'a> {
     ///
     /// # Errors
     /// See [`VehicleCamera::image`].
-    pub fn look(&self, here: Place) -> Result<Look, String> {
+    pub fn look(&self, here: VehiclePosition) -> Result<Look, String> {
         let image = self.image(here, 300)?;
         let at_levels = levels_pct()
             .into_par_iter()
@@ -146,7 +146,7 @@ impl<'a> VehicleCamera<'a> {
                 of,
                 format!("contrast at {distance_m} m"),
             );
-            let place = Place {
+            let place = VehiclePosition {
                 depth_m: CONTRAST_DEPTH_M,
                 distance_m,
             };

@@ -5,7 +5,7 @@ use uw_render::image::Picture;
 use uw_render::scene::{Noise, Sensor};
 use uw_survey::estimate::target_image::TargetImage;
 
-use super::task::Place;
+use super::task::VehiclePosition;
 
 /// Lamp levels at which statistics are kept. They lie evenly in the root of the level, because counts rise steeply
 /// where there is little light.
@@ -24,7 +24,7 @@ pub fn levels_pct() -> Vec<f64> {
 #[derive(Clone, Debug)]
 pub struct Look {
     /// Where it was taken.
-    pub place: Place,
+    pub place: VehiclePosition,
     /// A small copy of the image.
     pub thumbnail: Thumbnail,
     at_levels: Vec<ImageStats>,
@@ -32,7 +32,7 @@ pub struct Look {
 
 impl Look {
     /// A look whose statistics at [`levels_pct`] are known.
-    pub fn new(place: Place, at_levels: Vec<ImageStats>, thumbnail: Thumbnail) -> Self {
+    pub fn new(place: VehiclePosition, at_levels: Vec<ImageStats>, thumbnail: Thumbnail) -> Self {
         Self {
             place,
             thumbnail,
@@ -139,7 +139,7 @@ mod tests {
                 mean: [2.0 * contrast(pct); 3],
             })
             .collect();
-        let place = Place {
+        let place = VehiclePosition {
             depth_m: 1.0,
             distance_m: 1.0,
         };

@@ -21,7 +21,7 @@ use answer::Answer;
 use daemon::Link;
 pub use look::Look;
 use operation::Operation;
-use task::{Done, Place, Task};
+use task::{Done, Task, VehiclePosition};
 
 /// Who gives advice.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -55,7 +55,7 @@ pub struct Guidance {
     /// Paths per group of a view of the target.
     pub paths: u32,
     /// Where the vehicle is.
-    pub place: Place,
+    pub place: VehiclePosition,
     /// Its lamp level, percent.
     pub light_pct: f64,
     /// The newest look from where it is.
@@ -88,7 +88,7 @@ impl Guidance {
             objective: Objective::default(),
             pattern: Pattern::HullRed,
             paths: TARGET_PATHS,
-            place: Place {
+            place: VehiclePosition {
                 depth_m: 3.0,
                 distance_m: 1.5,
             },
@@ -132,7 +132,7 @@ impl Guidance {
     /// Renders the suggestion.
     pub fn check_suggestion(&mut self, settings: &Settings, toasts: &mut Toasts) {
         if let Some(answer) = &self.answer {
-            let there = Place {
+            let there = VehiclePosition {
                 distance_m: answer.distance_m,
                 ..self.place
             };
@@ -146,7 +146,7 @@ impl Guidance {
             toasts.error("the folder `assets` was not found: run from the repository, or set UW_ASSETS to it");
             return;
         };
-        let job = task::Job {
+        let job = task::GuidanceJob {
             work,
             settings: settings.clone(),
             pattern: self.pattern,

@@ -13,7 +13,7 @@ use crate::{background::step_back, model::Settings};
 
 /// Where the vehicle is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct VehiclePosition {
     /// Depth, m.
     pub depth_m: f64,
     /// Distance to the target along the axis, m.
@@ -26,17 +26,17 @@ pub enum Work {
     /// The whole routine, then a look.
     Calibrate {
         /// Where to look from in the end.
-        here: Place,
+        here: VehiclePosition,
     },
     /// A look.
     Look {
         /// From where.
-        here: Place,
+        here: VehiclePosition,
     },
     /// A look at what a suggestion would give.
     Check {
         /// From where.
-        there: Place,
+        there: VehiclePosition,
         /// At which lamp level, percent.
         light_pct: f64,
     },
@@ -44,7 +44,7 @@ pub enum Work {
 
 /// A task with all it needs.
 #[derive(Clone, Debug)]
-pub struct Job {
+pub struct GuidanceJob {
     /// What is to be done.
     pub work: Work,
     /// Water, sun and sky.
@@ -102,7 +102,7 @@ impl Task {
     ///
     /// # Errors
     /// The system gives no thread.
-    pub fn start(job: Job, wake: impl Fn() + Send + 'static) -> std::io::Result<Self> {
+    pub fn start(job: GuidanceJob, wake: impl Fn() + Send + 'static) -> std::io::Result<Self> {
         let (sender, messages) = channel();
         let cancel = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&cancel);
@@ -149,7 +149,7 @@ impl Task {
 }
 
 struct Run {
-    job: Job,
+    job: GuidanceJob,
     cancel: Arc<AtomicBool>,
     sender: Sender<Message>,
     wake: Box<dyn Fn() + Send>,

@@ -18,9 +18,9 @@ pub fn show(ui: &mut Ui, look: &Arc<Look>, light_pct: f64) {
 
 /// The image as a texture, made once per look and lamp level.
 fn texture(ui: &Ui, look: &Arc<Look>, light_pct: f64) -> TextureHandle {
-    type Kept = (Arc<Look>, f64, TextureHandle);
+    type KeptLook = (Arc<Look>, f64, TextureHandle);
     let id = egui::Id::unique("look");
-    let kept: Option<Arc<Kept>> = ui.data(|d| d.get_temp(id));
+    let kept: Option<Arc<KeptLook>> = ui.data(|d| d.get_temp(id));
     if let Some(kept) = kept
         && Arc::ptr_eq(&kept.0, look)
         && kept.1 == light_pct

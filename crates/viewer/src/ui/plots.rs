@@ -18,10 +18,10 @@ use crate::guidance::answer::{Answer, MAP_SIZE, ScoreMap};
 use crate::model::FalseColour;
 
 /// Points of a curve: place and value of each channel.
-pub type Curve = Vec<(f64, [f64; 3])>;
+pub type ChannelCurve = Vec<(f64, [f64; 3])>;
 
 /// The curves of a profile: K_z over depth, K_c over distance with the lamps on and off.
-pub fn curves(profile: &Profile) -> [Curve; 3] {
+pub fn curves(profile: &Profile) -> [ChannelCurve; 3] {
     let contrast = |samples: &[uw_calib::ContrastSample]| {
         samples.iter().map(|s| (s.distance_m, s.k_c)).collect()
     };
@@ -34,7 +34,7 @@ pub fn curves(profile: &Profile) -> [Curve; 3] {
 
 fn lines(
     plot: &mut egui_plot::PlotUi<'_>,
-    curve: &Curve,
+    curve: &ChannelCurve,
     name: &str,
     colours: [Color32; 3],
     style: LineStyle,
@@ -184,9 +184,9 @@ fn under_pointer(ui: &Ui, plot: &Response, map: &ScoreMap, [distance_m, light_pc
 
 /// The scores as a texture, made once per map.
 fn map_texture(ui: &Ui, map: &ScoreMap) -> TextureHandle {
-    type Kept = (ScoreMap, TextureHandle);
+    type KeptMap = (ScoreMap, TextureHandle);
     let id = egui::Id::unique("score map");
-    let kept: Option<Arc<Kept>> = ui.data(|d| d.get_temp(id));
+    let kept: Option<Arc<KeptMap>> = ui.data(|d| d.get_temp(id));
     if let Some(kept) = kept
         && kept.0 == *map
     {

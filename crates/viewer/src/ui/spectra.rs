@@ -27,7 +27,7 @@ pub fn intervals(bands: &Bands) -> [Interval; 3] {
 }
 
 /// An end of an interval: its channel, and whether it is the upper one.
-type End = (usize, bool);
+type IntervalEnd = (usize, bool);
 
 /// Shows the plot; drags of the intervals' ends change `bands`.
 pub fn show(ui: &mut Ui, place: f64, bands: &mut Bands) {
@@ -40,7 +40,7 @@ pub fn show(ui: &mut Ui, place: f64, bands: &mut Bands) {
     let colours = channel_colours(ui);
     let ink = ui.visuals().text_color();
     let taken_id = ui.scope_id().with("taken end");
-    let taken: Option<End> = ui.data(|d| d.get_temp(taken_id)).flatten();
+    let taken: Option<IntervalEnd> = ui.data(|d| d.get_temp(taken_id)).flatten();
     let height = 150.0;
     let plot = still_plot("spectra", height)
         .include_x(RANGE_NM.0)
@@ -107,7 +107,7 @@ pub fn show(ui: &mut Ui, place: f64, bands: &mut Bands) {
 }
 
 /// The end nearest to `x` on the screen, within reach.
-fn nearest_end(spans: &[Interval; 3], x: f32, x_of: impl Fn(f64) -> f32) -> Option<End> {
+fn nearest_end(spans: &[Interval; 3], x: f32, x_of: impl Fn(f64) -> f32) -> Option<IntervalEnd> {
     let mut best = None;
     let mut reach = REACH;
     for (channel, span) in spans.iter().enumerate() {
@@ -129,7 +129,7 @@ fn nearest_end(spans: &[Interval; 3], x: f32, x_of: impl Fn(f64) -> f32) -> Opti
 }
 
 /// Moves an end, within the tables and not beyond the other end.
-fn set_end(spans: &mut [Interval; 3], (channel, upper): End, nm: f64) {
+fn set_end(spans: &mut [Interval; 3], (channel, upper): IntervalEnd, nm: f64) {
     let span = &mut spans[channel];
     if upper {
         span.to_nm = nm.clamp(span.from_nm + NARROWEST_NM, RANGE_NM.1);

@@ -159,7 +159,7 @@ pub enum News {
 
 /// Where pictures are rendered.
 #[derive(Clone, Debug, Default)]
-pub struct Place {
+pub struct RenderDevice {
     /// What renders. Pictures stay on a graphics adapter that is shared with the window.
     pub device: Device,
     /// Threads on the processor; `None` for one per core.
@@ -210,7 +210,7 @@ impl Worker {
     /// # Errors
     /// The system gives no thread.
     pub fn start(
-        place: Place,
+        place: RenderDevice,
         view: View,
         goal: Goal,
         wake: impl Fn() + Send + Sync + 'static,

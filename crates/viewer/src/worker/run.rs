@@ -10,7 +10,7 @@ use uw_render::{backend::Device, prepare::Prepared, scene::Scene};
 use crate::background::step_back;
 
 use super::{
-    Job, Mouth, News, Place, Shared,
+    Job, Mouth, News, RenderDevice, Shared,
     daylight::{Known, Steering},
     refine::{End, Stage},
     stages::{self, Grace},
@@ -21,7 +21,7 @@ use super::{
 pub(super) const NAP: Duration = Duration::from_secs(1);
 
 /// Renders what is asked for until the worker is dropped.
-pub(super) fn work(shared: &Shared, news: &Sender<News>, place: Place) {
+pub(super) fn work(shared: &Shared, news: &Sender<News>, place: RenderDevice) {
     step_back();
     let mouth = Mouth { shared, news };
     let pool = rayon::ThreadPoolBuilder::new()

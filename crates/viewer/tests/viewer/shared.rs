@@ -11,7 +11,7 @@ use uw_render::{
 use uw_viewer::app::{Options, Viewer};
 use uw_viewer::model::ShownLayer;
 use uw_viewer::window;
-use uw_viewer::worker::{Activity, Goal, Place};
+use uw_viewer::worker::{Activity, Goal, RenderDevice};
 
 use crate::panels::until;
 use crate::support::{has_gpu, small};
@@ -35,7 +35,7 @@ fn shared_device(window: &RenderState) -> Gpu {
 /// A viewer that renders on `gpu` until every pixel has one sample. Small: a software adapter is slow.
 fn finished(gpu: Gpu, window: RenderState) -> Harness<'static, Viewer> {
     let options = Options {
-        place: Place {
+        place: RenderDevice {
             device: gpu.into(),
             threads: Some(1),
         },

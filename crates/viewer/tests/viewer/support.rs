@@ -7,7 +7,7 @@ use uw_calib::Profile;
 use uw_guidance::advice::predict;
 use uw_guidance::{Candidate, Model, Objective, Observation};
 use uw_viewer::model::{Display, OpenScene, Settings};
-use uw_viewer::worker::{Frame, Goal, Job, Place, View, Worker};
+use uw_viewer::worker::{Frame, Goal, Job, RenderDevice, View, Worker};
 
 pub(crate) use crate::common::{PATIENCE, SCENE};
 
@@ -32,7 +32,7 @@ pub(crate) fn view(settings: &Settings) -> View {
 
 /// A worker on the processor.
 pub(crate) fn worker(settings: &Settings, goal: Goal) -> Worker {
-    Worker::start(Place::default(), view(settings), goal, || {}).expect("a thread")
+    Worker::start(RenderDevice::default(), view(settings), goal, || {}).expect("a thread")
 }
 
 /// A job.

@@ -12,7 +12,7 @@ use uw_render::{
     prepare::Prepared,
 };
 use uw_viewer::model::{Coefficients, ShownLayer};
-use uw_viewer::worker::{Activity, Export, Goal, News, Place, Worker};
+use uw_viewer::worker::{Activity, Export, Goal, News, RenderDevice, Worker};
 
 use crate::support::{PATIENCE, frame, job, small, view, worker};
 
@@ -31,7 +31,7 @@ fn the_finished_picture_is_the_renderers() {
 fn is_what_its_steps_make(device: Device) {
     let is_native = matches!(device, Device::Cpu);
     let (open, settings) = small();
-    let place = Place {
+    let place = RenderDevice {
         device,
         threads: None,
     };

@@ -24,7 +24,7 @@ use super::progress::ProgressDisplay;
 use super::values::{positive, relative_error, samples};
 use super::{interrupt, output};
 use files::Rendered;
-use summary::Summary;
+use summary::RenderSummary;
 use writing::Writing;
 
 /// Time for the picture itself even where set-up has taken the whole limit, or the limit where that is shorter.
@@ -138,7 +138,7 @@ impl RenderArguments {
             stats: &stats,
         };
         self.write(format, &layers, &result)?;
-        let summary = Summary {
+        let summary = RenderSummary {
             file: &self.output,
             size_px: (film.width, film.height),
             stats: &stats,

@@ -27,7 +27,7 @@ pub(super) struct Facts<'a> {
 }
 
 /// A finished render.
-pub(super) struct Summary<'a> {
+pub(super) struct RenderSummary<'a> {
     /// The picture.
     pub(super) file: &'a Path,
     /// Width and height, pixels.
@@ -38,7 +38,7 @@ pub(super) struct Summary<'a> {
     pub(super) seconds: f64,
 }
 
-impl Summary<'_> {
+impl RenderSummary<'_> {
     /// A line on standard error unless `quiet`, or with `json` an object on standard output.
     pub(super) fn tell(&self, json: bool, quiet: bool) -> Result<(), CliError> {
         if json {

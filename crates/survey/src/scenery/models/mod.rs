@@ -14,7 +14,7 @@ use super::tile::Tile;
 
 /// Meshes with their surfaces, ready to be written.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Model {
+pub struct AssetModel {
     /// Name of the model and stem of its file.
     pub name: &'static str,
     /// Texture tile that the textured parts repeat.
@@ -45,7 +45,7 @@ pub enum Surface {
     Plain([f32; 3]),
 }
 
-impl Model {
+impl AssetModel {
     /// Number of triangles of all parts.
     pub fn triangle_count(&self) -> usize {
         self.parts

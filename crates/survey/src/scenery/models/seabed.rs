@@ -1,6 +1,6 @@
 //! A stretch of seabed.
 
-use super::{Model, Part, Surface};
+use super::{AssetModel, Part, Surface};
 use crate::scenery::mesh::{Mesh, Vec3, Vertex, boulder, normalised};
 use crate::scenery::noise::{hash, unit};
 use crate::scenery::textures::{Pattern, ripple_height};
@@ -12,14 +12,14 @@ const SEABED_VERTICES: u32 = 206;
 const BOULDERS: u32 = 26;
 
 /// A stretch of seabed, 12 m × 12 m around the origin, facing +z: ripples, mounds and boulders.
-pub fn seabed(seed: u32) -> Model {
+pub fn seabed(seed: u32) -> AssetModel {
     let bed = Seabed {
         tile: Tile {
             size_m: Pattern::Seabed.tile_m(),
             seed,
         },
     };
-    Model {
+    AssetModel {
         name: "seabed",
         tile: bed.tile,
         pattern: Pattern::Seabed,

@@ -1,6 +1,6 @@
 //! The side of a ship.
 
-use super::{Model, Part, Surface};
+use super::{AssetModel, Part, Surface};
 use crate::scenery::mesh::{Mesh, Vec3, Vertex, cross, minus, normalised, plus, times};
 use crate::scenery::textures::{Pattern, plating};
 use crate::scenery::tile::Tile;
@@ -27,7 +27,7 @@ const DARK: [f32; 3] = [0.035, 0.035, 0.035];
 /// The side of a ship, 12 m long and 5 m of girth, that faces -x. The plating's middle is at x = 0,
 /// y = 0; its upper edge at z = 2.5 m. With weld beads, bays between the frames, an intake
 /// behind a grating, a bilge keel and zinc anodes.
-pub fn ship_hull(seed: u32) -> Model {
+pub fn ship_hull(seed: u32) -> AssetModel {
     let hull = Hull {
         tile: Tile {
             size_m: Pattern::HullRed.tile_m(),
@@ -39,7 +39,7 @@ pub fn ship_hull(seed: u32) -> Model {
         mesh,
         surface,
     };
-    Model {
+    AssetModel {
         name: "ship_hull",
         tile: hull.tile,
         pattern: Pattern::HullRed,

@@ -2,7 +2,7 @@
 
 use crate::scenery::colour::{Reflectance, mix, scale};
 use crate::scenery::noise::{hash, unit};
-use crate::scenery::tile::{Item, Place, Population, Tile, smoothstep, wave};
+use crate::scenery::tile::{Item, Population, Tile, TilePoint, smoothstep, wave};
 
 const RED_PAINT: Reflectance = [0.300, 0.052, 0.042];
 const BLEACHED_RED: Reflectance = [0.345, 0.085, 0.068];
@@ -49,7 +49,7 @@ impl Plating {
     }
 
     /// Signed distance to the nearest butt of the strake that `at` lies in, m, positive to its right.
-    pub fn from_butt_m(&self, tile: &Tile, at: Place) -> f32 {
+    pub fn from_butt_m(&self, tile: &Tile, at: TilePoint) -> f32 {
         // A strake lies between two seams, which are half a strake off the multiples of its height.
         let strakes = tile.count(STRAKE_M);
         let strake = ((at[1] / self.strake_m + 0.5).floor() as i32).rem_euclid(strakes as i32);
@@ -61,7 +61,7 @@ impl Plating {
 }
 
 /// Red antifouling paint.
-pub(super) fn red(tile: &Tile, at: Place) -> Reflectance {
+pub(super) fn red(tile: &Tile, at: TilePoint) -> Reflectance {
     let plates = plating(tile);
     let below_seam_m = plates.from_seam_m(at[1]);
     let beside_butt_m = plates.from_butt_m(tile, at);
@@ -86,12 +86,17 @@ pub(super) fn red(tile: &Tile, at: Place) -> Reflectance {
         elongation: 1.25,
         salt: 40,
     };
-    let cluster = |centre: Place| 0.5 * smoothstep(0.30, 0.55, tile.fbm(centre, 0.8, 2, 41));
+    let cluster = |centre: TilePoint| 0.5 * smoothstep(0.30, 0.55, tile.fbm(centre, 0.8, 2, 41));
     with_barnacle(colour, tile.item(at, barnacles, cluster))
 }
 
 /// Paint laid on with a roller: strokes along the hull, stipple, slow bleaching.
-fn rolled_paint(tile: &Tile, at: Place, fresh: Reflectance, bleached: Reflectance) -> Reflectance {
+fn rolled_paint(
+    tile: &Tile,
+    at: TilePoint,
+    fresh: Reflectance,
+    bleached: Reflectance,
+) -> Reflectance {
     let bleach = 0.5 + 0.9 * tile.fbm(at, 1.6, 3, 1);
     let stroke = tile.streaks(at, [0.22, 0.018], 2, 2);
     let stipple = tile.fbm(at, 0.016, 2, 3);
@@ -103,7 +108,7 @@ fn rolled_paint(tile: &Tile, at: Place, fresh: Reflectance, bleached: Reflectanc
 }
 
 /// Rust that water has carried down from the seams.
-fn rust_streaks(tile: &Tile, at: Place, under: Reflectance, below_seam_m: f32) -> Reflectance {
+fn rust_streaks(tile: &Tile, at: TilePoint, under: Reflectance, below_seam_m: f32) -> Reflectance {
     let source = smoothstep(-0.08, 0.42, tile.streaks(at, [0.8, 3.0], 2, 10));
     let thread = smoothstep(-0.15, 0.45, tile.streaks(at, [0.05, 1.2], 3, 11));
     let reach_m = 0.25 + 0.75 * source;
@@ -114,7 +119,7 @@ fn rust_streaks(tile: &Tile, at: Place, under: Reflectance, below_seam_m: f32) -
 /// The raised bead along seams and butts, seen by its ripples and the dirt at its toes.
 fn weld_bead(
     tile: &Tile,
-    at: Place,
+    at: TilePoint,
     under: Reflectance,
     below_seam_m: f32,
     beside_butt_m: f32,
@@ -134,7 +139,7 @@ fn weld_bead(
 }
 
 /// Paint that has come off: grey primer, and in the middle of large patches bare, rusting steel.
-fn peeling(tile: &Tile, at: Place, under: Reflectance, to_joint_m: f32) -> Reflectance {
+fn peeling(tile: &Tile, at: TilePoint, under: Reflectance, to_joint_m: f32) -> Reflectance {
     let moved = tile.warp(at, 0.16, 0.05, 50);
     let near_joint = 0.10 * smoothstep(0.30, 0.0, to_joint_m);
     let region = 0.30 * tile.fbm(at, 2.0, 2, 51);
@@ -160,14 +165,15 @@ fn peeling(tile: &Tile, at: Place, under: Reflectance, to_joint_m: f32) -> Refle
 }
 
 /// Young growth, a few millimetres across.
-fn fouling_specks(tile: &Tile, at: Place, under: Reflectance) -> Reflectance {
+fn fouling_specks(tile: &Tile, at: TilePoint, under: Reflectance) -> Reflectance {
     let specks = Population {
         spacing_m: 0.022,
         radius_m: [0.0015, 0.005],
         elongation: 1.8,
         salt: 30,
     };
-    let chance = |centre: Place| 0.10 + 0.35 * smoothstep(0.0, 0.6, tile.fbm(centre, 0.5, 2, 31));
+    let chance =
+        |centre: TilePoint| 0.10 + 0.35 * smoothstep(0.0, 0.6, tile.fbm(centre, 0.5, 2, 31));
     match tile.item(at, specks, chance) {
         Some(speck) => {
             let pale = unit(speck.bits, 9) < 0.3;
@@ -198,7 +204,7 @@ fn with_barnacle(under: Reflectance, item: Option<Item>) -> Reflectance {
 }
 
 /// Black antifouling paint that has lost its effect.
-pub(super) fn black_fouled(tile: &Tile, at: Place) -> Reflectance {
+pub(super) fn black_fouled(tile: &Tile, at: TilePoint) -> Reflectance {
     let plates = plating(tile);
     let below_seam_m = plates.from_seam_m(at[1]);
     let mut colour = rolled_paint(tile, at, BLACK_PAINT, [0.070, 0.072, 0.075]);
@@ -224,7 +230,7 @@ pub(super) fn black_fouled(tile: &Tile, at: Place) -> Reflectance {
             salt,
         };
         let cluster =
-            |centre: Place| 0.06 + 0.85 * smoothstep(0.02, 0.38, tile.fbm(centre, 0.6, 3, 71));
+            |centre: TilePoint| 0.06 + 0.85 * smoothstep(0.02, 0.38, tile.fbm(centre, 0.6, 3, 71));
         colour = with_barnacle(colour, tile.item(at, barnacles, cluster));
     }
     colour

@@ -9,7 +9,7 @@ pub use hull::{Plating, plating};
 pub use sediment::ripple_height;
 
 use super::colour::{Reflectance, plausible, srgb_code};
-use super::tile::{Place, Tile};
+use super::tile::{Tile, TilePoint};
 use rayon::prelude::*;
 
 /// A surface that the generator can draw.
@@ -83,7 +83,7 @@ impl Pattern {
     }
 
     /// Reflectance at one place of a tile.
-    pub fn reflectance_at(self, tile: &Tile, at: Place) -> Reflectance {
+    pub fn reflectance_at(self, tile: &Tile, at: TilePoint) -> Reflectance {
         plausible(match self {
             Self::HullRed => hull::red(tile, at),
             Self::Seabed => sediment::seabed(tile, at),

@@ -2,7 +2,7 @@
 
 use crate::scenery::colour::{Reflectance, mix, scale};
 use crate::scenery::noise::unit;
-use crate::scenery::tile::{Item, Place, Population, Tile, smoothstep, wave};
+use crate::scenery::tile::{Item, Population, Tile, TilePoint, smoothstep, wave};
 
 const LIMESTONE: Reflectance = [0.270, 0.245, 0.200];
 const CREVICE: Reflectance = [0.045, 0.042, 0.040];
@@ -19,7 +19,7 @@ const CRUSTS: [Reflectance; 6] = [
 ];
 
 /// Limestone overgrown by crusts, corals and turf.
-pub(super) fn coral_rock(tile: &Tile, at: Place) -> Reflectance {
+pub(super) fn coral_rock(tile: &Tile, at: TilePoint) -> Reflectance {
     let moved = tile.warp(at, 0.14, 0.05, 300);
     let relief = tile.fbm(moved, 0.30, 5, 301);
     let porous = tile.fbm(at, 0.014, 3, 302);
@@ -40,7 +40,7 @@ pub(super) fn coral_rock(tile: &Tile, at: Place) -> Reflectance {
         elongation: 1.3,
         salt: 312,
     };
-    let colony = |c: Place| 0.9 * smoothstep(0.08, 0.35, tile.fbm(c, 0.5, 2, 313));
+    let colony = |c: TilePoint| 0.9 * smoothstep(0.08, 0.35, tile.fbm(c, 0.5, 2, 313));
     if let Some(cup) = tile.item(at, cups, colony) {
         let ring = smoothstep(0.35, 0.5, cup.r) * smoothstep(1.0, 0.8, cup.r);
         let hue = if unit(cup.bits, 9) < 0.5 {
@@ -55,7 +55,7 @@ pub(super) fn coral_rock(tile: &Tile, at: Place) -> Reflectance {
 }
 
 /// Patches of encrusting growth, each a cell of irregular outline with a pale growing edge.
-fn crusts(tile: &Tile, moved: Place, under: Reflectance, porous: f32) -> Reflectance {
+fn crusts(tile: &Tile, moved: TilePoint, under: Reflectance, porous: f32) -> Reflectance {
     let mut colour = under;
     for (feature_m, share, salt) in [(0.28, 0.45, 305), (0.09, 0.28, 306)] {
         let bent = tile.warp(moved, 0.05, 0.02, salt ^ 0x40);
@@ -76,7 +76,7 @@ fn crusts(tile: &Tile, moved: Place, under: Reflectance, porous: f32) -> Reflect
 }
 
 /// A massive coral with winding ridges.
-fn with_coral(tile: &Tile, at: Place, under: Reflectance, item: Option<Item>) -> Reflectance {
+fn with_coral(tile: &Tile, at: TilePoint, under: Reflectance, item: Option<Item>) -> Reflectance {
     let Some(coral) = item else { return under };
     let winding = tile.fbm(tile.warp(at, 0.05, 0.01, 314), 0.05, 2, 315);
     let ridge = wave(winding * 3.0 + unit(coral.bits, 12));

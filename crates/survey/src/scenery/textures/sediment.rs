@@ -2,7 +2,7 @@
 
 use crate::scenery::colour::{Reflectance, mix, scale};
 use crate::scenery::noise::unit;
-use crate::scenery::tile::{Item, Place, Population, Tile, smoothstep, wave};
+use crate::scenery::tile::{Item, Population, Tile, TilePoint, smoothstep, wave};
 
 const SAND: Reflectance = [0.335, 0.275, 0.190];
 const PALE_SAND: Reflectance = [0.450, 0.390, 0.290];
@@ -28,7 +28,7 @@ const STONES: [Reflectance; 6] = [
 const RIPPLE_M: f32 = 0.24;
 
 /// Height of the sand ripples relative to half their range, in [-1, 1]; 1 on the crests.
-pub fn ripple_height(tile: &Tile, at: Place) -> f32 {
+pub fn ripple_height(tile: &Tile, at: TilePoint) -> f32 {
     let [x, y] = tile.warp(at, 0.9, 0.16, 80);
     // Whole numbers of waves along both edges keep the tile seamless.
     let across = tile.count(RIPPLE_M) as f32;
@@ -39,10 +39,10 @@ pub fn ripple_height(tile: &Tile, at: Place) -> f32 {
 }
 
 /// Rippled sand, pebbles of all sizes, shells, algae.
-pub(super) fn seabed(tile: &Tile, at: Place) -> Reflectance {
+pub(super) fn seabed(tile: &Tile, at: TilePoint) -> Reflectance {
     let mut colour = sand(tile, at);
     colour = burrows(tile, at, colour);
-    let stony = |centre: Place| smoothstep(-0.35, 0.40, tile.fbm(centre, 1.4, 3, 90));
+    let stony = |centre: TilePoint| smoothstep(-0.35, 0.40, tile.fbm(centre, 1.4, 3, 90));
     for (spacing_m, radius_m, share, salt) in [
         (0.016, [0.0025, 0.0065], 0.45, 91),
         (0.030, [0.004, 0.012], 0.60, 92),
@@ -75,7 +75,7 @@ pub(super) fn seabed(tile: &Tile, at: Place) -> Reflectance {
 }
 
 /// Sand: grains of several minerals, pale crests, dark organic matter in the troughs.
-pub(super) fn sand(tile: &Tile, at: Place) -> Reflectance {
+pub(super) fn sand(tile: &Tile, at: TilePoint) -> Reflectance {
     let grain = tile.cellular(at, 0.007, 81);
     let mineral = match unit(grain.bits, 9) {
         u if u < 0.12 => scale(SAND, 0.45),
@@ -96,7 +96,7 @@ pub(super) fn sand(tile: &Tile, at: Place) -> Reflectance {
 }
 
 /// Holes of burrowing animals in little mounds of pale sand.
-fn burrows(tile: &Tile, at: Place, under: Reflectance) -> Reflectance {
+fn burrows(tile: &Tile, at: TilePoint, under: Reflectance) -> Reflectance {
     let burrows = Population {
         spacing_m: 0.30,
         radius_m: [0.015, 0.045],
@@ -117,7 +117,7 @@ fn burrows(tile: &Tile, at: Place, under: Reflectance) -> Reflectance {
 }
 
 /// A stone over what lies under it, speckled, veined or overgrown, with sand and shade at its foot.
-fn with_stone(tile: &Tile, at: Place, under: Reflectance, item: Option<Item>) -> Reflectance {
+fn with_stone(tile: &Tile, at: TilePoint, under: Reflectance, item: Option<Item>) -> Reflectance {
     let Some(stone) = item else { return under };
     let kind = STONES[(unit(stone.bits, 9) * STONES.len() as f32) as usize];
     let outline = 1.0
@@ -171,7 +171,7 @@ fn with_shell(under: Reflectance, item: Option<Item>) -> Reflectance {
 }
 
 /// Patches of turf algae with frayed edges.
-fn algae(tile: &Tile, at: Place, under: Reflectance) -> Reflectance {
+fn algae(tile: &Tile, at: TilePoint, under: Reflectance) -> Reflectance {
     let moved = tile.warp(at, 0.10, 0.03, 110);
     let cover = tile.fbm(moved, 0.75, 4, 111) + 0.28 * (tile.ridged(at, 0.05, 3, 112) - 0.6);
     let strand = tile.ridged(tile.warp(at, 0.06, 0.02, 113), 0.022, 2, 114);
@@ -188,7 +188,7 @@ fn algae(tile: &Tile, at: Place, under: Reflectance) -> Reflectance {
 }
 
 /// Densely packed stones with finer ones in between.
-pub(super) fn gravel(tile: &Tile, at: Place) -> Reflectance {
+pub(super) fn gravel(tile: &Tile, at: TilePoint) -> Reflectance {
     let mut colour = scale(mix(DETRITUS, SAND, 0.5 + tile.fbm(at, 0.012, 3, 120)), 0.7);
     for (spacing_m, radius_m, share, salt) in [
         (0.010, [0.003, 0.0055], 0.90, 121),
@@ -208,7 +208,7 @@ pub(super) fn gravel(tile: &Tile, at: Place) -> Reflectance {
 }
 
 /// Silt with trails, flocks and kelp blades that have drifted in.
-pub(super) fn kelp_sediment(tile: &Tile, at: Place) -> Reflectance {
+pub(super) fn kelp_sediment(tile: &Tile, at: TilePoint) -> Reflectance {
     let flock = tile.fbm(at, 0.05, 4, 130);
     let stipple = tile.fbm(at, 0.012, 2, 131);
     let trail = smoothstep(
@@ -234,7 +234,7 @@ pub(super) fn kelp_sediment(tile: &Tile, at: Place) -> Reflectance {
             smoothstep(1.0, 0.7, scrap.r),
         );
     }
-    let drifted = |centre: Place| smoothstep(-0.35, 0.30, tile.fbm(centre, 1.1, 2, 137));
+    let drifted = |centre: TilePoint| smoothstep(-0.35, 0.30, tile.fbm(centre, 1.1, 2, 137));
     for (spacing_m, radius_m, elongation, salt) in [
         (0.20, [0.010, 0.022], 8.0, 138),
         (0.45, [0.022, 0.050], 8.5, 139),
@@ -257,7 +257,7 @@ pub(super) fn kelp_sediment(tile: &Tile, at: Place) -> Reflectance {
 }
 
 /// A kelp blade with midrib, crinkles and holes.
-fn with_blade(tile: &Tile, at: Place, under: Reflectance, item: Option<Item>) -> Reflectance {
+fn with_blade(tile: &Tile, at: TilePoint, under: Reflectance, item: Option<Item>) -> Reflectance {
     let Some(blade) = item else { return under };
     let [x, y] = blade.local;
     let crinkle = wave(x * 9.0 + 0.8 * y.abs() + tile.fbm(at, 0.05, 2, 140));

@@ -3,7 +3,7 @@
 use super::sediment;
 use crate::scenery::colour::{Reflectance, mix, scale};
 use crate::scenery::noise::{hash, unit};
-use crate::scenery::tile::{Place, Population, Tile, smoothstep, wave};
+use crate::scenery::tile::{Population, Tile, TilePoint, smoothstep, wave};
 
 const CONCRETE: Reflectance = [0.300, 0.290, 0.265];
 const LIME: Reflectance = [0.500, 0.490, 0.460];
@@ -17,7 +17,7 @@ const SILT: Reflectance = [0.220, 0.195, 0.145];
 const TWINE: Reflectance = [0.070, 0.260, 0.230];
 
 /// Cast concrete with board marks.
-pub(super) fn concrete_pier(tile: &Tile, at: Place) -> Reflectance {
+pub(super) fn concrete_pier(tile: &Tile, at: TilePoint) -> Reflectance {
     let boards = tile.count(0.15) as f32;
     let across = at[0] / tile.size_m * boards;
     let board = unit(
@@ -81,7 +81,7 @@ pub(super) fn concrete_pier(tile: &Tile, at: Place) -> Reflectance {
 }
 
 /// Steel under thick flaking rust.
-pub(super) fn rusted_pile(tile: &Tile, at: Place) -> Reflectance {
+pub(super) fn rusted_pile(tile: &Tile, at: TilePoint) -> Reflectance {
     let moved = tile.warp(at, 0.12, 0.03, 220);
     let layer = tile.fbm(moved, 0.35, 5, 221);
     let powder = tile.fbm(at, 0.02, 3, 222);
@@ -119,7 +119,7 @@ pub(super) fn rusted_pile(tile: &Tile, at: Place) -> Reflectance {
 }
 
 /// Pipe coating; the pipe runs along x. Ribs go around it, field joints are wrapped in foam.
-pub(super) fn pipeline_coating(tile: &Tile, at: Place) -> Reflectance {
+pub(super) fn pipeline_coating(tile: &Tile, at: TilePoint) -> Reflectance {
     let ribs = tile.count(0.045) as f32;
     let rib = wave(at[0] / tile.size_m * ribs + 0.04 * tile.fbm(at, 0.4, 2, 240));
     let stipple = tile.fbm(at, 0.012, 3, 241);
@@ -160,7 +160,7 @@ pub(super) fn pipeline_coating(tile: &Tile, at: Place) -> Reflectance {
         elongation: 8.0,
         salt: 250,
     };
-    let settled = |c: Place| 0.75 * smoothstep(0.0, 0.4, tile.fbm(c, 0.5, 2, 251));
+    let settled = |c: TilePoint| 0.75 * smoothstep(0.0, 0.4, tile.fbm(c, 0.5, 2, 251));
     match tile.item(tile.warp(at, 0.03, 0.012, 252), tubes, settled) {
         Some(tube) => mix(
             colour,
@@ -172,7 +172,7 @@ pub(super) fn pipeline_coating(tile: &Tile, at: Place) -> Reflectance {
 }
 
 /// A diamond mesh of twine, knotted every 6 cm, lying on rippled sand.
-pub(super) fn fishing_net(tile: &Tile, at: Place) -> Reflectance {
+pub(super) fn fishing_net(tile: &Tile, at: TilePoint) -> Reflectance {
     let bottom = sediment::sand(tile, at);
     let meshes = tile.count(0.085) as f32;
     let [x, y] = tile.warp(at, 0.35, 0.030, 260);

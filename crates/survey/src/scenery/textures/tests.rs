@@ -125,7 +125,7 @@ fn tiles_repeat_without_a_seam() {
 
 /// What a camera with a field of view of 60° would see of a pattern at a distance without water: 16:9,
 /// exposed to a mean linear signal of 0.4, sRGB, statistics in 8-bit counts.
-fn seen(pattern: Pattern, distance_m: f32, corner_m: Place) -> PatchGrid {
+fn seen(pattern: Pattern, distance_m: f32, corner_m: TilePoint) -> PatchGrid {
     const WIDTH: usize = 160;
     const HEIGHT: usize = 90;
     const TWO_TAN_30_DEG: f32 = 1.154_700_5;

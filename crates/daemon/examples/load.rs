@@ -3,8 +3,8 @@
 //! ```sh
 //! printf 'format = "uwguide-config/1"\n[checks]\ntraining = "warn"\nmisfit = "warn"\n' > load.toml
 //! uwguide --model assets/models/default.json --profile PROFILE.json --config load.toml &
-//! cargo run --release -p uw-guidance --example load -- --seconds 60 --pid $!
-//! cargo run --release -p uw-guidance --example load -- --seconds 60 --rate 4000
+//! cargo run --release -p uw-daemon --example load -- --seconds 60 --pid $!
+//! cargo run --release -p uw-daemon --example load -- --seconds 60 --rate 4000
 //! ```
 //!
 //! The questions are of no real picture, so that a daemon with its defaults would refuse to advise.

@@ -9,11 +9,12 @@ use tracing::level_filters::LevelFilter;
 use uw_calib::json::{FieldError, Object, array, number};
 
 use super::{CONFIG_FORMAT, Config, links, section};
-use crate::beams::BeamGeometry;
-use crate::daemon::{Limits, TlsFiles};
-use crate::feed::MaxAge;
-use crate::operations::log::LogConfig;
-use crate::service::{ImagePolicy, steering_with};
+use crate::log::LogConfig;
+use crate::tls::TlsFiles;
+use uw_guidance::beams::BeamGeometry;
+use uw_guidance::daemon::Limits;
+use uw_guidance::feed::MaxAge;
+use uw_guidance::service::{ImagePolicy, steering_with};
 
 /// Longest time that can be given, s: a year, far inside what a clock can add.
 const MAX_TIME_S: f64 = 365.0 * 86_400.0;

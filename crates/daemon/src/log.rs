@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use tracing::level_filters::LevelFilter;
 use tracing_appender::non_blocking::{NonBlockingBuilder, WorkerGuard};
 
-use super::files::append;
+use uw_guidance::operations::files::append;
 
 /// Log lines that may wait to be written.
 const QUEUE: usize = 8192;

@@ -7,7 +7,10 @@ use std::process::{Command, Output, Stdio};
 
 use crate::support::{Numbers, profile};
 
-const MODEL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/mlp_a.json");
+const MODEL: &str = concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/../guidance/tests/data/mlp_a.json"
+);
 
 fn uwguide(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_uwguide"));

@@ -57,7 +57,8 @@ pub(crate) fn profile(numbers: &mut Numbers) -> Profile {
 
 /// A network of the given hidden widths with random weights of the usual size.
 pub(crate) fn random_model(numbers: &mut Numbers, hidden: &[usize]) -> Value {
-    let example: Value = serde_json::from_str(include_str!("../data/mlp_a.json")).unwrap();
+    let example: Value =
+        serde_json::from_str(include_str!("../../../guidance/tests/data/mlp_a.json")).unwrap();
     let mut layers = Vec::new();
     let mut inputs = 20;
     for (k, &units) in hidden.iter().chain(&[3]).enumerate() {
@@ -85,7 +86,8 @@ pub(crate) fn random_model(numbers: &mut Numbers, hidden: &[usize]) -> Value {
 /// A model that predicts the picture's own contrast and what `per_m` and `per_pct` add for each metre and percent of
 /// change. It states the ranges of the paper's grid, its camera and its residuals.
 pub(crate) fn echo_model(per_m: f64, per_pct: f64) -> Value {
-    let example: Value = serde_json::from_str(include_str!("../data/mlp_a.json")).unwrap();
+    let example: Value =
+        serde_json::from_str(include_str!("../../../guidance/tests/data/mlp_a.json")).unwrap();
     let mut inputs = example["inputs"].clone();
     let mut kernel = vec![vec![0.0; 3]; 20];
     for (row, input) in inputs.as_array_mut().unwrap().iter_mut().enumerate() {

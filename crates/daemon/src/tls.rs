@@ -4,12 +4,15 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use thiserror::Error;
+use tokio::net::TcpStream;
 use tokio_rustls::TlsAcceptor;
 use tokio_rustls::rustls::crypto::ring;
 use tokio_rustls::rustls::pki_types::pem::PemObject;
 use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer};
 use tokio_rustls::rustls::server::{ServerConfig, WebPkiClientVerifier};
 use tokio_rustls::rustls::{self, RootCertStore};
+
+use uw_guidance::daemon::{Duplex, Encryption, Handshake};
 
 /// Files of a TLS listener, PEM.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -41,7 +44,7 @@ pub enum TlsError {
 }
 
 /// Makes the acceptor of a listener.
-pub fn acceptor(files: &TlsFiles) -> Result<TlsAcceptor, TlsError> {
+pub fn acceptor(files: &TlsFiles) -> Result<Arc<dyn Encryption>, TlsError> {
     let setup = |error: rustls::Error| TlsError::Setup(error.to_string());
     let provider = Arc::new(ring::default_provider());
     let builder = ServerConfig::builder_with_provider(Arc::clone(&provider))
@@ -65,7 +68,17 @@ pub fn acceptor(files: &TlsFiles) -> Result<TlsAcceptor, TlsError> {
     let config = builder
         .with_single_cert(certificates(&files.certificate)?, key)
         .map_err(setup)?;
-    Ok(TlsAcceptor::from(Arc::new(config)))
+    Ok(Arc::new(Tls(TlsAcceptor::from(Arc::new(config)))))
+}
+
+/// TLS with the files of a configuration.
+struct Tls(TlsAcceptor);
+
+impl Encryption for Tls {
+    fn accept(&self, plain: TcpStream) -> Handshake {
+        let handshake = self.0.accept(plain);
+        Box::pin(async move { Ok(Box::new(handshake.await?) as Box<dyn Duplex>) })
+    }
 }
 
 fn certificates(path: &Path) -> Result<Vec<CertificateDer<'static>>, TlsError> {

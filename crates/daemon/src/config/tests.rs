@@ -1,7 +1,7 @@
 use std::time::Duration;
 
 use super::*;
-use crate::objective::Objective;
+use uw_guidance::objective::Objective;
 
 fn read(text: &str) -> Result<Config, ConfigError> {
     let dir = tempfile::tempdir().unwrap();

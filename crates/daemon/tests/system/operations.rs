@@ -94,7 +94,7 @@ fn it_listens_to_strangers_only_with_a_guard() {
 
 fn tls_file(name: &str) -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("tests/data/tls")
+        .join("../guidance/tests/data/tls")
         .join(name)
 }
 

@@ -15,8 +15,8 @@ use tokio::net::TcpStream;
 use tokio::time::timeout;
 
 use super::{Backoff, Feeder, Patience};
-use crate::beams;
-use crate::wire::frame::{Frame, Lines};
+use uw_guidance::beams;
+use uw_guidance::wire::frame::{Frame, Lines};
 
 /// The slowest report rate is 2 Hz; silence of this long means that the peer is gone.
 const SILENCE: Duration = Duration::from_secs(5);

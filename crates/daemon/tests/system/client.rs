@@ -14,7 +14,10 @@ use crate::support::{Numbers, profile};
 /// How long a reply may take before a test fails.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(20);
 /// The model of the tests.
-pub(crate) const MODEL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/mlp_a.json");
+pub(crate) const MODEL: &str = concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/../guidance/tests/data/mlp_a.json"
+);
 
 /// The service of the tests, all by default.
 pub(crate) fn service() -> Service {

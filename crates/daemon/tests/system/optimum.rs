@@ -15,7 +15,8 @@ const JUDGE_DISTANCES: u32 = 1001;
 const JUDGE_LIGHTS: u32 = 41;
 
 fn models(numbers: &mut Numbers) -> Vec<Model> {
-    let example: Value = serde_json::from_str(include_str!("../data/mlp_a.json")).unwrap();
+    let example: Value =
+        serde_json::from_str(include_str!("../../../guidance/tests/data/mlp_a.json")).unwrap();
     let mut models = vec![Model::from_json(&example).unwrap()];
     for hidden in [&[16, 16][..], &[32, 16], &[8], &[24, 24, 24]] {
         models.push(Model::from_json(&random_model(numbers, hidden)).unwrap());
@@ -126,7 +127,8 @@ fn without_a_usable_answer_the_advice_is_to_hold() {
     let numbers = &mut Numbers::new(7);
     let water = profile(numbers);
     let good = &models(&mut Numbers::new(1))[0];
-    let mut overflowing: Value = serde_json::from_str(include_str!("../data/mlp_a.json")).unwrap();
+    let mut overflowing: Value =
+        serde_json::from_str(include_str!("../../../guidance/tests/data/mlp_a.json")).unwrap();
     overflowing["outputs"][1]["scale"] = serde_json::json!(1e308);
     let overflowing = Model::from_json(&overflowing).unwrap();
     let now = Observation {

@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 use tokio::time::sleep;
 
-use crate::record::{Entry, Recorder};
-use crate::service::{Answered, Moment, Service, Session};
+use uw_guidance::record::{Entry, Recorder};
+use uw_guidance::service::{Answered, Moment, Service, Session};
 
 pub mod dvl;
 mod http_client;

@@ -177,7 +177,10 @@ fn the_shipped_model_advises_on_what_it_knows_and_refuses_what_it_does_not() {
         "/../../assets/models/default.json"
     );
     let model = Model::read(model.as_ref()).unwrap();
-    let data = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/hull_red");
+    let data = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../guidance/tests/data/hull_red"
+    );
     let water = Profile::read(format!("{data}.json").as_ref()).unwrap();
     let mut table = csv::Reader::from_path(format!("{data}.csv")).unwrap();
     let (mut pictures, mut moves) = (0, 0);

@@ -8,11 +8,11 @@ use std::time::{Duration, Instant};
 use futures_util::{SinkExt, StreamExt};
 use serde_json::{Value, json};
 use tokio_tungstenite::tungstenite::Message;
+use uw_daemon::links::dvl::{DvlConfig, DvlDistance};
+use uw_daemon::links::mavlink::{Lamps, MavlinkConfig};
+use uw_daemon::links::rosbridge::RosbridgeConfig;
+use uw_daemon::links::{Feeder, Patience, dvl, mavlink, rosbridge};
 use uw_guidance::Service;
-use uw_guidance::links::dvl::{DvlConfig, DvlDistance};
-use uw_guidance::links::mavlink::{Lamps, MavlinkConfig};
-use uw_guidance::links::rosbridge::RosbridgeConfig;
-use uw_guidance::links::{Feeder, Patience, dvl, mavlink, rosbridge};
 use uw_guidance::service::Session;
 
 use crate::client::{PATIENCE, service, suggest, with};

@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use serde_json::{Value, json};
-use uw_guidance::links::dvl::{DvlDistance, state};
+use uw_daemon::links::dvl::{DvlDistance, state};
 use uw_guidance::service::{Moment, Session};
 
 use crate::client::{service, without};
 
-const STREAM: &str = include_str!("../data/dvl_json_v1.ndjson");
+const STREAM: &str = include_str!("../../../guidance/tests/data/dvl_json_v1.ndjson");
 /// Reports come at 5 Hz.
 const PERIOD_S: f64 = 0.2;
 

@@ -14,7 +14,7 @@ const TOLERANCE_F64_COUNTS: f64 = 1e-6;
 
 fn data(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("tests/data")
+        .join("../guidance/tests/data")
         .join(name)
 }
 

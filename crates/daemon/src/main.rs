@@ -9,15 +9,16 @@ use std::sync::Arc;
 use clap::{Args, Parser, Subcommand};
 use tokio::sync::watch;
 use tokio::task::JoinSet;
-use uw_guidance::config::DEFAULT_CONFIG;
-use uw_guidance::daemon::{Address, Limits, ListenError, acceptor};
-use uw_guidance::links::{Feeder, dvl, mavlink, rosbridge};
+use uw_daemon::config::DEFAULT_CONFIG;
+use uw_daemon::links::{Feeder, dvl, mavlink, rosbridge};
+use uw_daemon::tls::acceptor;
+use uw_daemon::{Config, log};
+use uw_guidance::daemon::{Address, Encryption, Limits, ListenError};
 use uw_guidance::operations::http::{Answers, HealthPort};
-use uw_guidance::operations::log;
 use uw_guidance::record::Recorder;
 use uw_guidance::replay::replay;
 use uw_guidance::service::{LoadError, Loaded};
-use uw_guidance::{Config, Daemon, Service};
+use uw_guidance::{Daemon, Service};
 
 #[cfg(unix)]
 use uw_guidance::operations::{reload::Reloader, supervisor};
@@ -31,7 +32,7 @@ use uw_guidance::operations::{reload::Reloader, supervisor};
 )]
 struct Arguments {
     #[command(subcommand)]
-    command: Option<Command>,
+    command: Option<Subcommands>,
     #[command(flatten)]
     serve: Serve,
     /// Print a configuration file with all defaults and end.
@@ -40,7 +41,7 @@ struct Arguments {
 }
 
 #[derive(Debug, Subcommand)]
-enum Command {
+enum Subcommands {
     /// Answer a recorded session again and compare bit for bit.
     Replay(Replay),
 }
@@ -109,7 +110,7 @@ fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let done = match arguments.command {
         _ if arguments.print_default_config => print(DEFAULT_CONFIG),
-        Some(Command::Replay(arguments)) => answer_again(&arguments),
+        Some(Subcommands::Replay(arguments)) => answer_again(&arguments),
         None => start(arguments.serve),
     };
     match done {
@@ -182,7 +183,7 @@ struct Ready {
     files: Files,
     config: Config,
     loaded: Loaded,
-    tls: Option<tokio_rustls::TlsAcceptor>,
+    tls: Option<Arc<dyn Encryption>>,
 }
 
 fn start(serve: Serve) -> Result<(), Failure> {

@@ -7,13 +7,14 @@ use serde_json::Value;
 use thiserror::Error;
 use uw_calib::json::{FieldError, Object};
 
-use crate::daemon::{Limits, TlsFiles};
 use crate::links::dvl::DvlConfig;
 use crate::links::mavlink::MavlinkConfig;
 use crate::links::rosbridge::RosbridgeConfig;
-use crate::operations::files::exposure;
-use crate::operations::log::LogConfig;
-use crate::service::Settings;
+use crate::log::LogConfig;
+use crate::tls::TlsFiles;
+use uw_guidance::daemon::Limits;
+use uw_guidance::operations::files::exposure;
+use uw_guidance::service::Settings;
 
 mod links;
 mod sections;
