@@ -4,9 +4,9 @@ import package::common::ambient_walk::{AmbientWalk, DirectionNumbers, LEADING, S
 import package::common::camera::{BOUNDARY, End, SCATTER, SURFACE};
 import package::common::daylight::field_sun_share;
 import package::common::interface::{depth_of, internal_reflectance};
-import package::common::layout::{HAS_DAYLIGHT_FIELD, HAS_GEOMETRY_IN_AIR, HAS_SCATTERING, HAS_SKY, HAS_SUN, HAS_SURFACE, NONE, scene};
-import package::common::math::{circle, expm1, ln_1p, minus_ln, sin2_half};
-import package::common::medium::{ChannelSampling, channels_pass, channels_scatter, transmittance, used};
+import package::common::layout::{HAS_DAYLIGHT_FIELD, HAS_GEOMETRY_IN_AIR, HAS_SCATTERING, HAS_SKY, HAS_SUN, HAS_SURFACE, NONE, Spectrum, scene};
+import package::common::math::{circle, ln_1p, minus_ln, sin2_half};
+import package::common::medium::{ChannelSampling, channels_pass, channels_scatter, transmittance, used, one_minus_exp};
 import package::common::phase::{phase_sample_x, phase_value};
 import package::common::rng::{uniform_number, unit};
 
@@ -22,12 +22,12 @@ const AROUND_OLD: u32 = 2u;
 const TAU: f32 = 6.2831853;
 
 /// 1 − e^(−σ length) per strategy, not below what a logarithm can take.
-fn chance_within(sigma: vec3f, length: f32) -> vec3f {
+fn chance_within(sigma: Spectrum, length: f32) -> Spectrum {
     let depth = sigma * length;
-    return max(-vec3f(expm1(-depth.x), expm1(-depth.y), expm1(-depth.z)), vec3f(1e-30));
+    return max(one_minus_exp(depth), Spectrum(1e-30));
 }
 
-fn add_ambient_ln(s: ChannelSampling, ln: vec3f) -> ChannelSampling {
+fn add_ambient_ln(s: ChannelSampling, ln: Spectrum) -> ChannelSampling {
     var next = s;
     next.ln_density = used(s.ln_density + ln, s.count);
     return next;
@@ -42,7 +42,7 @@ struct Flight {
 
 /// Before a surface a scattering for certain. Below the water's surface a scattering or a meeting with it: where everything
 /// that leaves has been scored, the walk stays in the water. Elsewhere a flight in water that goes on for ever.
-fn draw_flight(w: AmbientWalk, end: End, sigma: vec3f, u: f32) -> Flight {
+fn draw_flight(w: AmbientWalk, end: End, sigma: Spectrum, u: f32) -> Flight {
     var flight = Flight(end.kind, end.t, w.channels);
     let below_surface = HAS_SURFACE && end.kind == BOUNDARY;
     var reflectance = 1.0;
@@ -57,20 +57,20 @@ fn draw_flight(w: AmbientWalk, end: End, sigma: vec3f, u: f32) -> Flight {
     }
     let chosen = w.channels.chosen;
     let within = chance_within(sigma, end.t);
-    var staying = vec3f(1.0);
+    var staying = Spectrum(1.0);
     var v = u;
     if end.kind == SURFACE {
         staying = within;
     } else if below_surface {
-        let through = exp(-min(sigma * end.t, vec3f(87.0)));
-        staying = max(select(vec3f(1.0) - leaving * through, within, vec3<bool>(leaving == 1.0)), vec3f(1e-30));
+        let through = exp(-min(sigma * end.t, Spectrum(87.0)));
+        staying = max(select(Spectrum(1.0) - leaving * through, within, vec3<bool>(leaving == 1.0)), Spectrum(1e-30));
         let reached = (1.0 - leaving) * through[chosen] / staying[chosen];
         if u < reached {
             flight.channels = channels_pass(w.channels, sigma, end.t);
             var ln = -log(staying);
             if !HAS_GEOMETRY_IN_AIR {
                 flight.channels.value *= reflectance;
-                ln += vec3f(log(max(reflectance, 1e-30)));
+                ln += Spectrum(log(max(reflectance, 1e-30)));
             }
             flight.channels = add_ambient_ln(flight.channels, ln);
             return flight;
@@ -84,32 +84,32 @@ fn draw_flight(w: AmbientWalk, end: End, sigma: vec3f, u: f32) -> Flight {
         flight.t = minus_ln(v) / sigma[chosen];
     }
     // The density of the flight given that it stays.
-    flight.channels = channels_scatter(w.channels, sigma, log(max(sigma, vec3f(1e-30)) / staying), flight.t);
+    flight.channels = channels_scatter(w.channels, sigma, log(max(sigma, Spectrum(1e-30)) / staying), flight.t);
     return flight;
 }
 
 /// Expected numbers of directions drawn at a scattering: around the old one and around the sun, per strategy; in the cone
 /// through which the sky is seen.
 struct Counts {
-    own: vec3f,
-    sun: vec3f,
+    own: Spectrum,
+    sun: Spectrum,
     sky: f32,
 }
 
 fn counts_of(w: AmbientWalk) -> Counts {
     let sees_sky = HAS_SURFACE && HAS_SKY;
     if w.events == 1u {
-        return Counts(vec3f(1.0), vec3f(select(0.0, 1.0, HAS_SUN)), select(0.0, 1.0, sees_sky));
+        return Counts(Spectrum(1.0), Spectrum(select(0.0, 1.0, HAS_SUN)), select(0.0, 1.0, sees_sky));
     }
-    var sun = vec3f(0.0);
+    var sun = Spectrum(0.0);
     if HAS_SUN {
-        sun = vec3f(SUN_SHARE);
+        sun = Spectrum(SUN_SHARE);
         if HAS_DAYLIGHT_FIELD {
             sun = field_sun_share(depth_of(w.origin), w.direction);
         }
     }
     let sky = select(0.0, SKY_SHARE, sees_sky && w.events <= SKY_EVENTS);
-    return Counts(vec3f(1.0 - sky) - sun, sun, sky);
+    return Counts(Spectrum(1.0 - sky) - sun, sun, sky);
 }
 
 /// Cosine of the edge of the cone through which the sky is seen from below.
@@ -190,8 +190,8 @@ fn go_along(w: AmbientWalk, kind: u32, numbers: DirectionNumbers, counts: Counts
         density += counts.sun * (phase_value(select(sin2_half_to_sun(copy), x, kind == AROUND_SUN)) / phase);
     }
     if counts.sky > 0.0 && copy.direction.z >= lowest {
-        density += vec3f(counts.sky / (TAU * (1.0 - lowest)) / phase);
+        density += Spectrum(counts.sky / (TAU * (1.0 - lowest)) / phase);
     }
-    copy.channels = add_ambient_ln(copy.channels, log(max(density, vec3f(1e-30))));
+    copy.channels = add_ambient_ln(copy.channels, log(max(density, Spectrum(1e-30))));
     push_walk(copy);
 }

@@ -3,16 +3,17 @@
 import package::common::ambient_flight::{draw_flight, scatter_ambient};
 import package::common::ambient_queue::numbers;
 import package::common::ambient_walk::{AmbientWalk, IN_AIR, LEADING, MET_SURFACE, SCATTERED_BEFORE, along, copies_made, copies_of, diffuse_irradiance, direction_numbers, has, has_reference, has_top, light_ahead, light_on_surface, pending, pop_walk, push_walk, relative_light, score, set_reference, sin2_half_to_sun, survival_of, turned_walk};
-import package::common::bvh::{SurfacePoint, closest, occluded, surface_point};
+import package::common::bvh::{SurfacePoint, closest, occluded, lit_point};
 import package::common::camera::{BOUNDARY, End, NOTHING, SCATTER, SURFACE, end_point, eye, full_segment, no_point};
 import package::common::daylight::{scattered_sunlight, sun_reaches};
 import package::common::interface::{depth_of, external_reflectance, flip, internal_reflectance, is_above, refract_into_water};
-import package::common::layout::{HAS_AIR, HAS_GEOMETRY_IN_AIR, HAS_MEDIUM, HAS_SCATTERING, HAS_SKY, HAS_SUN, HAS_SURFACE, INFINITE, NONE, PI, counters, dispatch, scene};
+import package::common::layout::{HAS_AIR, HAS_GEOMETRY_IN_AIR, HAS_MEDIUM, HAS_SCATTERING, HAS_SKY, HAS_SUN, HAS_SURFACE, INFINITE, NONE, PI, Spectrum, counters, dispatch, scene};
 import package::common::math::cosine_hemisphere;
 import package::common::medium::{channels_start, channels_weight, transmittance};
 import package::common::phase::{phase_sample_x, phase_value};
 import package::common::rng::{uniform_number, unit};
 import package::common::settings::{ambient_strategies, max_events};
+import package::common::spectrum::{sky_radiance, ambient_sigma, sun_irradiance_in_air, sun_irradiance};
 
 /// Share of directions drawn around the sun at a surface.
 const SUN_SHARE_SURFACE: f32 = 0.3;
@@ -49,8 +50,8 @@ fn ambient_step() {
     segments += 1u;
     let is_wet = !HAS_AIR || !has(w, IN_AIR);
     var end = End(NOTHING, INFINITE, NONE, vec2f(0.0));
-    var weight = vec3f(0.0);
-    var volume = vec3f(0.0);
+    var weight = Spectrum(0.0);
+    var volume = Spectrum(0.0);
     var landing: AmbientLanding;
     if is_wet {
         end = full_segment(w.origin, w.direction, w.start_primitive);
@@ -79,20 +80,20 @@ fn may_scatter(w: AmbientWalk) -> bool {
 
 /// Light that a segment's walk has still to find: in the water, and from the surface at its end.
 struct Ahead {
-    volume: vec3f,
-    surface: vec3f,
+    volume: Spectrum,
+    surface: Spectrum,
 }
 
 /// Scores a segment in the water (or in space without water).
-fn water_segment(w: AmbientWalk, weight: vec3f, end: End, point: SurfacePoint) -> Ahead {
-    var line = vec3f(0.0);
+fn water_segment(w: AmbientWalk, weight: Spectrum, end: End, point: SurfacePoint) -> Ahead {
+    var line = Spectrum(0.0);
     if HAS_MEDIUM && w.events < max_events() {
         line = scattered_sunlight(w.origin, w.direction, end.t, sin2_half_to_sun(w));
         score(w, weight, true, line);
     }
     let sky = sky_at_end(end, w.direction.z);
     score(w, weight, has(w, SCATTERED_BEFORE), sky);
-    var ahead = Ahead(vec3f(0.0), vec3f(0.0));
+    var ahead = Ahead(Spectrum(0.0), Spectrum(0.0));
     if may_scatter(w) || end.kind != SURFACE {
         ahead.volume = light_ahead(w, end, line);
     }
@@ -104,22 +105,22 @@ fn water_segment(w: AmbientWalk, weight: vec3f, end: End, point: SurfacePoint) -
 }
 
 /// The sky at the end of the segment. Where something stands in the air, what leaves is followed instead.
-fn sky_at_end(end: End, up: f32) -> vec3f {
+fn sky_at_end(end: End, up: f32) -> Spectrum {
     if !HAS_SKY {
-        return vec3f(0.0);
+        return Spectrum(0.0);
     }
     if HAS_SURFACE && end.kind == BOUNDARY && !HAS_GEOMETRY_IN_AIR {
         let passed = (1.0 - internal_reflectance(up)) * scene.refractive_index * scene.refractive_index;
-        return scene.sky * transmittance(end.t) * passed;
+        return sky_radiance() * transmittance(end.t) * passed;
     }
     if !HAS_SURFACE && end.kind == NOTHING {
-        return scene.sky * transmittance(INFINITE);
+        return sky_radiance() * transmittance(INFINITE);
     }
-    return vec3f(0.0);
+    return Spectrum(0.0);
 }
 
 /// Unscattered to the surface at the end of the segment, if there is one, by roulette.
-fn to_surface(walk: AmbientWalk, weight: vec3f, end: End, point: SurfacePoint, light: vec3f) -> AmbientLanding {
+fn to_surface(walk: AmbientWalk, weight: Spectrum, end: End, point: SurfacePoint, light: Spectrum) -> AmbientLanding {
     var w = walk;
     if end.kind != SURFACE {
         return AmbientLanding(false, w, point);
@@ -137,12 +138,12 @@ fn to_surface(walk: AmbientWalk, weight: vec3f, end: End, point: SurfacePoint, l
 }
 
 /// As many copies of the walk as `light` is worth, each sent on: scattered before a surface, or as the water has it.
-fn follow(walk: AmbientWalk, weight: vec3f, end: End, light: vec3f) {
+fn follow(walk: AmbientWalk, weight: Spectrum, end: End, light: Spectrum) {
     var w = walk;
     let copies = copies_of(w, weight, light);
     w.channels.value *= copies.factor;
     // Flights are stretched towards the light.
-    let sigma = scene.ambient_sigma * max(1.0 - scene.stretch * w.direction.z, vec3f(0.05));
+    let sigma = ambient_sigma() * max(1.0 - scene.stretch * w.direction.z, Spectrum(0.05));
     if copies.count == 0u {
         return;
     }
@@ -212,10 +213,10 @@ fn air_segment(walk: AmbientWalk) -> AmbientLanding {
         w.origin += hit.t * w.direction;
         w.start_primitive = hit.primitive;
         w.flags &= ~LEADING;
-        return AmbientLanding(true, w, surface_point(hit, w.direction));
+        return AmbientLanding(true, w, lit_point(hit, w.direction));
     }
     if down <= 0.0 {
-        score(w, channels_weight(w.channels), has(w, SCATTERED_BEFORE), scene.sky);
+        score(w, channels_weight(w.channels), has(w, SCATTERED_BEFORE), sky_radiance());
         return AmbientLanding(false, w, no_point());
     }
     w.origin = vec3f((w.origin + to_water * w.direction).xy, scene.surface_height_m);
@@ -236,10 +237,10 @@ fn meet_surface_ambient(walk: AmbientWalk, point: SurfacePoint) {
     var w = walk;
     w.flags |= MET_SURFACE;
     let scattered = has(w, SCATTERED_BEFORE);
-    if any(point.emission != vec3f(0.0)) {
+    if any(point.emission != Spectrum(0.0)) {
         score(w, channels_weight(w.channels), scattered, point.emission);
     }
-    if w.events >= max_events() || all(point.reflectance == vec3f(0.0)) {
+    if w.events >= max_events() || all(point.reflectance == Spectrum(0.0)) {
         return;
     }
     w.events += 1u;
@@ -266,24 +267,24 @@ fn meet_surface_ambient(walk: AmbientWalk, point: SurfacePoint) {
 }
 
 /// Radiance that a surface of reflectance 1 sends on from the unscattered sun.
-fn sunlight_on(w: AmbientWalk, point: SurfacePoint) -> vec3f {
+fn sunlight_on(w: AmbientWalk, point: SurfacePoint) -> Spectrum {
     if !HAS_SUN {
-        return vec3f(0.0);
+        return Spectrum(0.0);
     }
     let wet = HAS_SURFACE && !has(w, IN_AIR);
     let towards = select(scene.sun_towards_in_air, scene.sun_towards, wet);
     let cosine = dot(point.shading_normal, towards);
     if cosine <= 0.0 || dot(point.normal, towards) <= 0.0 {
-        return vec3f(0.0);
+        return Spectrum(0.0);
     }
     if !wet {
         let blocked = occluded(w.origin, towards, INFINITE, w.start_primitive);
-        return select(scene.sun_irradiance_in_air * cosine / PI, vec3f(0.0), blocked);
+        return select(sun_irradiance_in_air() * cosine / PI, Spectrum(0.0), blocked);
     }
     if !sun_reaches(w.origin, w.start_primitive) {
-        return vec3f(0.0);
+        return Spectrum(0.0);
     }
-    return scene.sun_irradiance * transmittance(depth_of(w.origin) / towards.z) * cosine / PI;
+    return sun_irradiance() * transmittance(depth_of(w.origin) / towards.z) * cosine / PI;
 }
 
 /// A direction from the cosine lobe or, in scattering sunlit water, around the sun.

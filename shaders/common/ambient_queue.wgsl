@@ -4,16 +4,18 @@
 import package::common::film::lane;
 import package::common::layout::{dispatch, scratch};
 import package::common::rng::{leading, leading_bits};
+import package::common::spectrum::{choose_wavelengths, wavelength_number};
 
 /// Rows of a sample; host: crates/render/src/kernels/layout.rs.
 const QUEUED_ROWS: u32 = 3u;
 
-/// The numbers of a walk's first choices: its strategy, its flight, and the direction in which it goes on.
+/// The numbers of a walk's first choices: its strategy, its flight, the direction in which it goes on, its wavelengths.
 struct First {
     chooser: f32,
     flight: f32,
     bits: u32,
     v: f32,
+    wavelengths: f32,
 }
 
 /// Those of the sample at work.
@@ -21,7 +23,7 @@ var<private> numbers: First;
 
 /// The leading numbers of the stream that was started.
 fn first_numbers() -> First {
-    return First(leading(6u), leading(2u), leading_bits(3u), leading(4u));
+    return First(leading(6u), leading(2u), leading_bits(3u), leading(4u), wavelength_number());
 }
 
 fn queue_place(place: u32, row: u32) -> u32 {
@@ -33,12 +35,14 @@ fn enqueue(place: u32, direction: vec3f, factor: f32, first: First) {
     scratch[queue_place(place, 0u)] = vec4f(direction, factor);
     // Halves of the bits as floats: bit patterns that are no number might not survive.
     scratch[queue_place(place, 1u)] = vec4f(first.chooser, first.flight, f32(first.bits & 0xffffu), f32(first.bits >> 16u));
-    scratch[queue_place(place, 2u)].x = first.v;
+    scratch[queue_place(place, 2u)] = vec4f(first.v, first.wavelengths, 0.0, 0.0);
 }
 
 /// Direction and factor of a sample, whose numbers become those of the sample at work.
 fn dequeue(place: u32) -> vec4f {
     let a = scratch[queue_place(place, 1u)];
-    numbers = First(a.x, a.y, u32(a.z) | (u32(a.w) << 16u), scratch[queue_place(place, 2u)].x);
+    let b = scratch[queue_place(place, 2u)];
+    numbers = First(a.x, a.y, u32(a.z) | (u32(a.w) << 16u), b.x, b.y);
+    choose_wavelengths(b.y);
     return scratch[queue_place(place, 0u)];
 }

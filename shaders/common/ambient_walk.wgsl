@@ -6,10 +6,11 @@ import package::common::camera::{End, SURFACE};
 import package::common::daylight::{field_irradiance, field_scattered};
 import package::common::film::{AMBIENT, add_light, lane};
 import package::common::interface::depth_of;
-import package::common::layout::{HAS_DAYLIGHT_FIELD, HAS_MEDIUM, HAS_SUN, PI, counters, dispatch, scene, scratch};
-import package::common::math::{expm1, turn_change, turned};
-import package::common::medium::{ChannelSampling, largest, transmittance};
+import package::common::layout::{HAS_DAYLIGHT_FIELD, HAS_MEDIUM, HAS_SUN, PI, Spectrum, counters, dispatch, scene, scratch};
+import package::common::math::{turn_change, turned};
+import package::common::medium::{ChannelSampling, largest, transmittance, one_minus_exp};
 import package::common::rng::{next_bits, uniform_number};
+import package::common::spectrum::{water_c, sun_irradiance};
 
 /// The weight window of walks, by the sample's reference.
 const LOWEST: f32 = 0.5;
@@ -48,7 +49,7 @@ var<private> pending: u32;
 var<private> top: AmbientWalk;
 var<private> has_top: bool;
 var<private> has_reference: bool;
-var<private> reference: vec3f;
+var<private> reference: Spectrum;
 var<private> copies_made: u32;
 
 fn stack_size() -> u32 {
@@ -136,7 +137,7 @@ fn has(w: AmbientWalk, flag: u32) -> bool {
 }
 
 /// Adds the light that a walk of this weight brings.
-fn score(w: AmbientWalk, weight: vec3f, scattered: bool, light: vec3f) {
+fn score(w: AmbientWalk, weight: Spectrum, scattered: bool, light: Spectrum) {
     add_light(AMBIENT, 1.0, has(w, MET_SURFACE), scattered, weight * light);
 }
 
@@ -155,7 +156,7 @@ fn direction_numbers(w: AmbientWalk) -> DirectionNumbers {
 }
 
 /// Sets what the sample is expected to bring. Only the first call counts.
-fn set_reference(weight: vec3f, expected: vec3f) {
+fn set_reference(weight: Spectrum, expected: Spectrum) {
     if !has_reference {
         reference = weight * expected;
         has_reference = true;
@@ -163,11 +164,11 @@ fn set_reference(weight: vec3f, expected: vec3f) {
 }
 
 /// Light ahead relative to the reference, in the channel that has most of it.
-fn relative_light(weight: vec3f, light: vec3f) -> f32 {
+fn relative_light(weight: Spectrum, light: Spectrum) -> f32 {
     if !has_reference {
         return 1.0;
     }
-    return largest(select(vec3f(0.0), weight * light / reference, reference > vec3f(0.0)));
+    return largest(select(Spectrum(0.0), weight * light / reference, reference > Spectrum(0.0)));
 }
 
 /// Roulette below the weight window; certain death only where nothing at all is ahead.
@@ -181,7 +182,7 @@ struct Copies {
     factor: f32,
 }
 
-fn copies_of(w: AmbientWalk, weight: vec3f, light: vec3f) -> Copies {
+fn copies_of(w: AmbientWalk, weight: Spectrum, light: Spectrum) -> Copies {
     let value = relative_light(weight, light);
     if value > HIGHEST && copies_made < COPIES_PER_SAMPLE && w.events <= SURE_EVENTS {
         // Never more than the stack has room for: fewer copies weigh more each. A first scattering splits each copy.
@@ -202,20 +203,20 @@ fn copies_of(w: AmbientWalk, weight: vec3f, light: vec3f) -> Copies {
 }
 
 /// Light that has still to be found in the water along a segment, apart from a surface at its end.
-fn light_ahead(w: AmbientWalk, end: End, line: vec3f) -> vec3f {
+fn light_ahead(w: AmbientWalk, end: End, line: Spectrum) -> Spectrum {
     if !HAS_DAYLIGHT_FIELD {
         return scene.ambient_scale;
     }
     var light = field_scattered(depth_of(w.origin), w.direction, line) + EMISSION_AHEAD * scene.largest_emission;
     if end.kind == SURFACE && HAS_MEDIUM {
-        let depth = scene.c * end.t;
-        light *= -vec3f(expm1(-depth.x), expm1(-depth.y), expm1(-depth.z));
+        let depth = water_c() * end.t;
+        light *= one_minus_exp(depth);
     }
     return light;
 }
 
 /// Irradiance on a surface by everything but the sun's own beam.
-fn diffuse_irradiance(in_air: bool, depth_m: f32, point: SurfacePoint) -> vec3f {
+fn diffuse_irradiance(in_air: bool, depth_m: f32, point: SurfacePoint) -> Spectrum {
     if !HAS_DAYLIGHT_FIELD || in_air {
         return PI * scene.ambient_scale;
     }
@@ -223,12 +224,12 @@ fn diffuse_irradiance(in_air: bool, depth_m: f32, point: SurfacePoint) -> vec3f 
 }
 
 /// Light from the surface at the end of a segment, attenuated on the way: what it emits and what it reflects.
-fn light_on_surface(w: AmbientWalk, end: End, point: SurfacePoint) -> vec3f {
+fn light_on_surface(w: AmbientWalk, end: End, point: SurfacePoint) -> Spectrum {
     let depth = depth_of(w.origin + end.t * w.direction);
     var irradiance = diffuse_irradiance(false, depth, point);
     if HAS_SUN {
         let cosine = max(dot(point.shading_normal, scene.sun_towards), 0.0);
-        irradiance += scene.sun_irradiance * cosine * transmittance(depth / scene.sun_towards.z);
+        irradiance += sun_irradiance() * cosine * transmittance(depth / scene.sun_towards.z);
     }
     return transmittance(end.t) * (point.emission + point.reflectance * irradiance / PI);
 }

@@ -1,9 +1,10 @@
 // What rays meet: parallelograms one by one, triangles through a tree without a stack.
 // Host: crates/render/src/prepare/{geometry,bvh}.rs (rays in double precision). Checked by:
 // crates/render/src/gpu/functions/surfaces.rs.
-import package::common::layout::{HAS_QUADS, HAS_TEXTURES, HAS_TRIANGLES, NONE, scene, texels};
+import package::common::layout::{HAS_QUADS, HAS_TEXTURES, HAS_TRIANGLES, NONE, Spectrum, scene, texels};
 import package::common::settings::{node_count, quad_count};
 import package::common::tables::{material_at, node_at, quad_at, quad_normal, table_row, triangle_corner, triangle_edge_1, triangle_edge_2, triangle_material, triangle_normal_0, triangle_normal_1, triangle_normal_2, triangle_smooth_shaded, triangle_textured, triangle_u_0, triangle_u_1, triangle_u_2, triangle_v_0, triangle_v_1, triangle_v_2};
+import package::common::spectrum::reflectance_at;
 
 /// Marks the index of a triangle among the primitives.
 const TRIANGLE: u32 = 0x80000000u;
@@ -27,8 +28,10 @@ struct Hit {
 struct SurfacePoint {
     normal: vec3f,
     shading_normal: vec3f,
-    reflectance: vec3f,
-    emission: vec3f,
+    reflectance: Spectrum,
+    emission: Spectrum,
+    /// Row of its own reflectance spectrum, NONE where it is mixed of red, green and blue.
+    spectrum: u32,
 }
 
 /// Least distance at which a surface counts for a ray that starts on `start_primitive`. What lies in the plane of that is met
@@ -179,7 +182,7 @@ fn occluded(origin: vec3f, direction: vec3f, t_max: f32, start_primitive: u32) -
 
 /// Texel `place` of a texture whose first word is `first`: a word of three codes, whose 256 values are before them, or
 /// three values. Host: crates/render/src/kernels/tables.rs.
-fn texel(first: u32, coded: bool, place: u32) -> vec3f {
+fn texel(first: u32, coded: bool, place: u32) -> Spectrum {
     if coded {
         let codes = texels[first + place];
         let values = first - 256u;
@@ -200,7 +203,7 @@ fn neighbours(x: f32, size: u32) -> vec2u {
 }
 
 /// Texture `index` at (u, v), coordinates repeating. Twin: crates/render/src/scene/texture.rs.
-fn sample_texture(index: u32, uv: vec2f) -> vec3f {
+fn sample_texture(index: u32, uv: vec2f) -> Spectrum {
     let record = table_row(scene.texture_table + index);
     let first = record.x;
     let width = record.y;
@@ -265,5 +268,12 @@ fn surface_point(hit: Hit, direction: vec3f) -> SurfacePoint {
             reflectance *= sample_texture(surface.texture, uv);
         }
     }
-    return SurfacePoint(normal, shading, reflectance, surface.emission);
+    return SurfacePoint(normal, shading, reflectance, surface.emission, surface.spectrum);
+}
+
+/// The surface at a hit, at the wavelengths of the sample.
+fn lit_point(hit: Hit, direction: vec3f) -> SurfacePoint {
+    var point = surface_point(hit, direction);
+    point.reflectance = reflectance_at(point.reflectance, point.spectrum);
+    return point;
 }

@@ -1,7 +1,7 @@
 // Rays through image points, and image points around small lamps in view.
 // Host: crates/render/src/scene/camera.rs (directions). Checked by: crates/render/src/gpu/functions/surfaces.rs,
 // tests/system/gpu.rs.
-import package::common::bvh::{Hit, SurfacePoint, closest, surface_point};
+import package::common::bvh::{Hit, SurfacePoint, closest, lit_point};
 import package::common::interface::{distance_to_surface, external_reflectance, is_above, refract_into_water};
 import package::common::layout::{GIVEN_RAYS, HAS_AIR, HAS_DISTORTION, HAS_SCATTERING, INFINITE, NONE, rays, scene};
 import package::common::math::circle;
@@ -51,11 +51,11 @@ struct ImagePoint {
 
 /// The surface at the end of a segment along `direction`.
 fn end_point(end: End, direction: vec3f) -> SurfacePoint {
-    return surface_point(Hit(end.t, end.primitive, end.local), direction);
+    return lit_point(Hit(end.t, end.primitive, end.local), direction);
 }
 
 fn no_point() -> SurfacePoint {
-    return SurfacePoint(vec3f(0.0), vec3f(0.0), vec3f(0.0), vec3f(0.0));
+    return SurfacePoint(vec3f(0.0), vec3f(0.0), vec3f(0.0), vec3f(0.0), NONE);
 }
 
 fn distort(ideal: vec2f) -> vec2f {

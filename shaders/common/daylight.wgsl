@@ -3,11 +3,13 @@
 // validator, furnace, radiative_transfer; gpu: both precisions).
 import package::common::bvh::occluded;
 import package::common::interface::depth_of;
-import package::common::layout::{HAS_GEOMETRY_IN_AIR, HAS_QUADS, HAS_SUN, HAS_SURFACE, HAS_TRIANGLES, INFINITE, NONE, far_rows, scene};
+import package::common::layout::{HAS_GEOMETRY_IN_AIR, HAS_QUADS, HAS_SUN, HAS_SURFACE, HAS_TRIANGLES, INFINITE, NONE, Spectrum, far_rows, scene};
 import package::common::math::{expm1, ln_1p, minus_ln};
+import package::common::medium::one_minus_exp;
 import package::common::phase::phase_value;
 import package::common::rng::uniform_number;
 import package::common::tables::{table_row, table_row_f32};
+import package::common::spectrum::{water_c, water_b, sun_irradiance};
 
 const COSINES: u32 = 40u;
 const DEPTHS: u32 = 97u;
@@ -49,11 +51,11 @@ fn field_row(i: u32) -> vec4f {
 }
 
 /// Entry `i` of a table.
-fn entry(table: u32, i: u32) -> vec3f {
+fn entry(table: u32, i: u32) -> Spectrum {
     return bitcast<vec4f>(far_rows[table_row(scene.field_table + PLACES)[table] + i]).xyz;
 }
 
-fn exponential(place: Place, ln: vec3f) -> vec3f {
+fn exponential(place: Place, ln: Spectrum) -> Spectrum {
     return exp(clamp(ln - place.beyond_m * field_row(DECAYS).xyz, vec3f(-87.0), vec3f(87.0)));
 }
 
@@ -82,7 +84,7 @@ fn field_direction(view: vec3f) -> FieldDirection {
 }
 
 /// Logarithm of the radiance at a node and a bin.
-fn ln_scattered(d: FieldDirection, node: u32, bin: u32) -> vec3f {
+fn ln_scattered(d: FieldDirection, node: u32, bin: u32) -> Spectrum {
     let i = (node * COSINES + bin) * d.azimuths + d.azimuth;
     if d.azimuths == 1u {
         return entry(SCATTERED, i);
@@ -91,7 +93,7 @@ fn ln_scattered(d: FieldDirection, node: u32, bin: u32) -> vec3f {
 }
 
 /// Radiance at `depth_m` in direction `view` that scattered more than once, or that came from the sky and scattered.
-fn field_scattered(depth_m: f32, view: vec3f, line: vec3f) -> vec3f {
+fn field_scattered(depth_m: f32, view: vec3f, line: Spectrum) -> Spectrum {
     let place = place_of(depth_m);
     let d = field_direction(view);
     let upper = mix(ln_scattered(d, place.node, d.bin), ln_scattered(d, place.node, d.bin + 1u), d.weight);
@@ -101,11 +103,11 @@ fn field_scattered(depth_m: f32, view: vec3f, line: vec3f) -> vec3f {
         return broad;
     }
     let narrow = min(field_row(NARROW_RATES).xyz * depth_m, vec3f(MAX_NARROW));
-    return max(broad, line * max(exp(narrow) - vec3f(1.0), narrow));
+    return max(broad, line * max(exp(narrow) - Spectrum(1.0), narrow));
 }
 
 /// Share of directions to draw around the sun at `depth_m` when going along `view`, per strategy, from the nearest node.
-fn field_sun_share(depth_m: f32, view: vec3f) -> vec3f {
+fn field_sun_share(depth_m: f32, view: vec3f) -> Spectrum {
     let place = place_of(depth_m);
     let d = field_direction(view);
     let node = place.node + select(0u, 1u, place.fraction > 0.5);
@@ -115,7 +117,7 @@ fn field_sun_share(depth_m: f32, view: vec3f) -> vec3f {
 }
 
 /// Plane irradiance at `depth_m` on a surface whose normal has the vertical component `up`, without the sun's beam.
-fn field_irradiance(depth_m: f32, up: f32) -> vec3f {
+fn field_irradiance(depth_m: f32, up: f32) -> Spectrum {
     let place = place_of(depth_m);
     let down = mix(entry(DOWN, place.node), entry(DOWN, place.node + 1u), place.fraction);
     let upward = mix(entry(UP, place.node), entry(UP, place.node + 1u), place.fraction);
@@ -123,13 +125,13 @@ fn field_irradiance(depth_m: f32, up: f32) -> vec3f {
 }
 
 /// Integral over a segment of e^(−start − rate·t), m; per channel, from the denser end, so that no exponent is above 0.
-fn attenuation_integral(start: vec3f, rate: vec3f, length: f32) -> vec3f {
+fn attenuation_integral(start: Spectrum, rate: Spectrum, length: f32) -> Spectrum {
     let x = rate * length;
-    let dense = start + min(x, vec3f(0.0));
+    let dense = start + min(x, Spectrum(0.0));
     let depth = abs(x);
     let thin = length * (1.0 - 0.5 * depth + depth * depth / 6.0);
-    let thick = vec3f(-expm1(-depth.x), -expm1(-depth.y), -expm1(-depth.z)) / abs(rate);
-    return exp(-min(dense, vec3f(87.0))) * select(thick, thin, depth < vec3f(1e-4));
+    let thick = one_minus_exp(depth) / abs(rate);
+    return exp(-min(dense, Spectrum(87.0))) * select(thick, thin, depth < Spectrum(1e-4));
 }
 
 /// A point of the segment with density proportional to the attenuation.
@@ -196,18 +198,18 @@ fn may_be_shadowed(origin: vec3f, direction: vec3f, length: f32) -> bool {
 
 /// Radiance that the sun's light scattered once on a segment sends back to its start; `x` is sin²(θ/2) of the angle
 /// between the segment's direction and the sun's.
-fn scattered_sunlight(origin: vec3f, direction: vec3f, length: f32, x: f32) -> vec3f {
+fn scattered_sunlight(origin: vec3f, direction: vec3f, length: f32, x: f32) -> Spectrum {
     if !HAS_SUN || !HAS_SURFACE {
-        return vec3f(0.0);
+        return Spectrum(0.0);
     }
-    let start = scene.c * (depth_of(origin) / scene.sun_towards.z);
-    let rate = scene.c * (1.0 - direction.z / scene.sun_towards.z);
-    let integral = select(vec3f(0.0), attenuation_integral(start, rate, length), scene.b > vec3f(0.0));
-    let channels = select(vec3u(0u), vec3u(1u), integral > vec3f(0.0));
+    let start = water_c() * (depth_of(origin) / scene.sun_towards.z);
+    let rate = water_c() * (1.0 - direction.z / scene.sun_towards.z);
+    let integral = select(Spectrum(0.0), attenuation_integral(start, rate, length), water_b() > Spectrum(0.0));
+    let channels = select(vec3u(0u), vec3u(1u), integral > Spectrum(0.0));
     let lit = channels.x + channels.y + channels.z;
-    let factor = scene.b * scene.sun_irradiance * phase_value(x);
+    let factor = water_b() * sun_irradiance() * phase_value(x);
     if lit == 0u {
-        return vec3f(0.0);
+        return Spectrum(0.0);
     }
     if !may_be_shadowed(origin, direction, length) {
         return factor * integral;
@@ -226,9 +228,9 @@ fn scattered_sunlight(origin: vec3f, direction: vec3f, length: f32, x: f32) -> v
     }
     let t = attenuation_sample(rate[channel], length, uniform_number());
     if !sun_reaches(origin + t * direction, NONE) {
-        return vec3f(0.0);
+        return Spectrum(0.0);
     }
-    var values: vec3f;
+    var values: Spectrum;
     var density = 0.0;
     for (var k = 0u; k < 3u; k++) {
         if integral[k] > 0.0 {
@@ -237,7 +239,7 @@ fn scattered_sunlight(origin: vec3f, direction: vec3f, length: f32, x: f32) -> v
         }
     }
     if !(density > 0.0) {
-        return vec3f(0.0);
+        return Spectrum(0.0);
     }
     return factor * values * (f32(lit) / density);
 }

@@ -1,12 +1,12 @@
 // Light of the lamps that scatters nowhere in the water: lamp, first surface, camera; and lamps that the camera sees.
 // Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
 import package::common::bvh::{SurfacePoint, closest};
-import package::common::camera::{BOUNDARY, CameraRay, SURFACE, end_point};
+import package::common::camera::{BOUNDARY, SURFACE, CameraRay, end_point};
 import package::common::film::add_light;
 import package::common::interface::{distance_to_surface, flip, internal_reflectance, is_above};
 import package::common::lamp_connect::{emitted, surface_pdf};
-import package::common::lamp_walk::{NO_NUMBER, Target, choose_targets, lamp_point, target_count, targets};
-import package::common::layout::{HAS_DISKS, HAS_SURFACE, INFINITE, NONE, scene};
+import package::common::lamp_targets::{NO_NUMBER, Target, choose_targets, lamp_point, target_count, targets};
+import package::common::layout::{HAS_DISKS, HAS_SURFACE, INFINITE, NONE, Spectrum, scene};
 import package::common::light::{lamp_facing_area, lamp_radiance_along};
 import package::common::math::cosine_hemisphere;
 import package::common::medium::transmittance;
@@ -25,7 +25,7 @@ fn direct_lamps(ray: CameraRay) {
         return;
     }
     let point = end_point(ray.end, ray.direction);
-    if all(point.reflectance == vec3f(0.0)) {
+    if all(point.reflectance == Spectrum(0.0)) {
         return;
     }
     let position = ray.origin + ray.end.t * ray.direction;
@@ -85,15 +85,15 @@ fn is_large(lamp: u32, position: vec3f) -> bool {
 }
 
 /// Light from the lamp point where `line` ends. A large disk is found in two ways, which share by the balance heuristic.
-fn straight_light(ray: CameraRay, point: SurfacePoint, aimed: Target, position: vec3f, line: LineToLamp, large: bool) -> vec3f {
+fn straight_light(ray: CameraRay, point: SurfacePoint, aimed: Target, position: vec3f, line: LineToLamp, large: bool) -> Spectrum {
     let scattering_pdf = surface_pdf(point, line.towards);
     let relative = emitted(aimed, -line.towards);
     if scattering_pdf <= 0.0 || relative == 0.0 {
-        return vec3f(0.0);
+        return Spectrum(0.0);
     }
     let open = segment_factor(position, line.end, ray.end.primitive);
     if open == 0.0 {
-        return vec3f(0.0);
+        return Spectrum(0.0);
     }
     var density = line.length * line.length / scattering_pdf;
     if large && is_above(position) == is_above(line.end) {

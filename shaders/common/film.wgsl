@@ -1,6 +1,6 @@
 // Where the light of a path is counted: sums per lane, moved to the batch's film when a lane has run to its end.
 // Host: crates/render/src/film.rs. Checked by: tests/system/layers.rs.
-import package::common::layout::{counters, dispatch, film, scene, sums};
+import package::common::layout::{Spectrum, counters, dispatch, film, scene, sums};
 import package::common::settings::film_layers;
 
 /// Layers of the film: daylight, what was not scattered, what has not met a surface, then a layer for each lamp.
@@ -12,9 +12,9 @@ const BACKSCATTER: u32 = 2u;
 var<private> lane: u32;
 var<private> share: f32;
 /// Sums of the lane in the layers that many paths add to; those of the lamps are in `sums`.
-var<private> ambient: vec3f;
-var<private> direct: vec3f;
-var<private> backscatter: vec3f;
+var<private> ambient: Spectrum;
+var<private> direct: Spectrum;
+var<private> backscatter: Spectrum;
 
 fn sum_place(layer: u32) -> u32 {
     return layer * dispatch.lanes + lane;
@@ -35,18 +35,18 @@ fn film_place(pixel: u32, layer: u32) -> u32 {
     return 3u * (pixel * scene.film_layers + layer);
 }
 
-fn film_at(pixel: u32, layer: u32) -> vec3f {
+fn film_at(pixel: u32, layer: u32) -> Spectrum {
     let place = film_place(pixel, layer);
-    return vec3f(film[place], film[place + 1u], film[place + 2u]);
+    return Spectrum(film[place], film[place + 1u], film[place + 2u]);
 }
 
 /// Whether sums in single precision can hold a contribution. In double precision: crates/lanes/build/scalar.rs.
-fn is_light(light: vec3f) -> bool {
-    return all(light >= vec3f(0.0)) && all(light < vec3f(1e30));
+fn is_light(light: Spectrum) -> bool {
+    return all(light >= Spectrum(0.0)) && all(light < Spectrum(1e30));
 }
 
 /// Adds radiance of the source whose layer and level are given, by what happened on its way.
-fn add_light(layer: u32, level: f32, met_surface: bool, scattered: bool, radiance: vec3f) {
+fn add_light(layer: u32, level: f32, met_surface: bool, scattered: bool, radiance: Spectrum) {
     let light = share * radiance;
     // A number that is not one would spoil the pixel for good: left out and counted.
     if !is_light(light) {
@@ -58,8 +58,8 @@ fn add_light(layer: u32, level: f32, met_surface: bool, scattered: bool, radianc
     } else {
         sums[sum_place(layer)] += vec4f(light, 0.0);
     }
-    direct += select(level * light, vec3f(0.0), scattered);
-    backscatter += select(vec3f(0.0), level * light, scattered && !met_surface);
+    direct += select(level * light, Spectrum(0.0), scattered);
+    backscatter += select(Spectrum(0.0), level * light, scattered && !met_surface);
 }
 
 /// Moves the sums to the film of `pixel`.

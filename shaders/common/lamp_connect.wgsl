@@ -4,16 +4,18 @@ import package::common::bridge::{bridge, bridge_draw, bridge_straight, bridge_tu
 import package::common::bvh::SurfacePoint;
 import package::common::film::add_light;
 import package::common::interface::{distance_to_surface, flip, is_above};
-import package::common::lamp_walk::{NO_NUMBER, Target, lamp_point, target_count, targets, unfolded, unfolded_direction, walk};
-import package::common::layout::{HAS_DISKS, HAS_SCATTERING, NONE, PI, scene, scratch};
+import package::common::lamp_targets::{NO_NUMBER, Target, lamp_point, target_count, targets};
+import package::common::lamp_walk::{unfolded, unfolded_direction, walk};
+import package::common::layout::{HAS_DISKS, HAS_SCATTERING, NONE, PI, scratch};
 import package::common::light::{lamp_facing_area, lamp_is_directed, lamp_radiance_along, lamp_relative_intensity};
 import package::common::math::sin2_half;
+import package::common::mis::{Connection, mis_contribution, subpath};
 import package::common::order::{order_sample, order_sample_scattered};
 import package::common::phase::phase_value;
 import package::common::rng::uniform_number;
+import package::common::spectrum::lamp_sigma;
 import package::common::tables::{lamp_film_layer, lamp_intensity, lamp_level, lamp_radius};
 import package::common::unfold::segment_factor;
-import package::common::mis::{Connection, subpath, mis_contribution};
 
 /// Path vertices made by this lane, for the statistics.
 var<private> vertex_count: u32;
@@ -39,7 +41,7 @@ fn draw_bridge(position: vec3f, end: vec3f, least: u32, most: u32, u: f32) -> bo
     if !HAS_SCATTERING {
         return least == 0u && bridge_straight(position, end);
     }
-    let depth = scene.lamp_sigma[walk.channels.chosen] * distance(position, end);
+    let depth = lamp_sigma()[walk.channels.chosen] * distance(position, end);
     var order: u32;
     if least == 0u {
         order = order_sample(depth, u);

@@ -1,18 +1,22 @@
 // Light of the lamps: a camera walk whose vertices are joined to the lamps by bridges.
 // Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
 import package::common::bvh::SurfacePoint;
-import package::common::camera::{BOUNDARY, CameraRay, End, SCATTER, SURFACE, end_point};
+import package::common::camera::{BOUNDARY, SCATTER, SURFACE, CameraRay, End, end_point};
 import package::common::lamp_connect::{connect_lamps, meet_lamps, vertex_count};
+import package::common::lamp_flight::{first_end, go_to_scattering, next_end, reflect_at_boundary};
 import package::common::lamp_resampling::{Landing, resample_landing};
-import package::common::lamp_walk::{NO_NUMBER, choose_targets, first_end, go_to_scattering, land, lit_length2, lit_length2_of, next_end, reflect_at_boundary, survives, target_centre, target_count, targets, unfolded, walk, walk_start};
-import package::common::layout::{HAS_SCATTERING, HAS_SURFACE, PI, counters, dispatch, scene};
+import package::common::lamp_survival::{land, lit_length2, lit_length2_of, survives};
+import package::common::lamp_targets::{NO_NUMBER, choose_targets, target_centre, target_count, targets};
+import package::common::lamp_walk::{unfolded, walk, walk_start};
+import package::common::layout::{HAS_SCATTERING, HAS_SURFACE, PI, Spectrum, counters, dispatch, scene};
 import package::common::math::{cosine_hemisphere, turn};
-import package::common::medium::{rest_of_start, channels_scatter, channels_start};
+import package::common::medium::{channels_scatter, channels_start, rest_of_start};
+import package::common::mis::{subpath, subpath_leave, subpath_push, subpath_root, subpath_start};
 import package::common::phase::{phase_sample_x, phase_value};
 import package::common::rng::{leading, leading_bits, next_bits, uniform_number, unit};
 import package::common::settings::{lamp_strategies, max_events};
+import package::common::spectrum::{lamp_ln_sigma, lamp_sigma};
 import package::common::tables::lamp_radius;
-import package::common::mis::{subpath, subpath_leave, subpath_push, subpath_root, subpath_start};
 
 /// Distance of a surface from a lamp, in optical depths, below which the water between them is joined to the lamp too.
 const CLOSE_SURFACE: f32 = 0.6;
@@ -114,7 +118,7 @@ fn arrive(end: End) -> u32 {
         return LOST;
     }
     go_to_scattering(end.t);
-    walk.channels = channels_scatter(walk.channels, scene.lamp_sigma, scene.lamp_ln_sigma, end.t);
+    walk.channels = channels_scatter(walk.channels, lamp_sigma(), lamp_ln_sigma(), end.t);
     if !walk.met_surface || subpath.companions {
         return IN_WATER;
     }
@@ -169,7 +173,7 @@ fn root_on_surface() -> bool {
     walk.events += 1u;
     walk.met_surface = true;
     walk.channels.value *= ground.reflectance;
-    if all(walk.channels.value == vec3f(0.0)) {
+    if all(walk.channels.value == Spectrum(0.0)) {
         return false;
     }
     let position = unfolded(walk.origin);

@@ -2,16 +2,20 @@
 // light that they can bring.
 // Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
 import package::common::bvh::SurfacePoint;
-import package::common::camera::{BOUNDARY, CameraRay, End, NOTHING, SCATTER, SURFACE, end_point, no_point};
+import package::common::camera::{BOUNDARY, NOTHING, SCATTER, SURFACE, CameraRay, End, end_point, no_point};
 import package::common::lamp_connect::vertex_count;
-import package::common::lamp_walk::{SCATTERED, SURE_VERTICES, THROUGH, add_ln_density, free_end, go_to_scattering, reflect_at_boundary, survival_in_water, target_centre, target_count, targets, unfolded, walk, walk_start};
-import package::common::layout::{HAS_SCATTERING, HAS_SURFACE, HAS_VARIED_REFLECTANCE, NONE, scene};
+import package::common::lamp_flight::{SCATTERED, THROUGH, add_ln_density, free_end, go_to_scattering, reflect_at_boundary};
+import package::common::lamp_survival::{SURE_VERTICES, survival_in_water};
+import package::common::lamp_targets::{target_centre, target_count, targets};
+import package::common::lamp_walk::{unfolded, walk, walk_start};
+import package::common::layout::{HAS_SCATTERING, HAS_SURFACE, HAS_VARIED_REFLECTANCE, NONE, Spectrum, scene};
 import package::common::light::lamp_relative_intensity;
 import package::common::math::{expm1, ln_1p, minus_ln, turn};
-import package::common::medium::{channels_after, channels_start, channels_weight};
+import package::common::medium::{channels_after, channels_start, channels_weight, one_minus_exp};
 import package::common::phase::phase_sample_x;
 import package::common::rng::{leading, leading_bits, next_bits, point_index, scramble, scramble_of, uniform_number};
 import package::common::settings::{lamp_strategies, max_events};
+import package::common::spectrum::lamp_sigma;
 
 /// Candidates beside a walk that falls freely, and of one that surely scatters.
 const CANDIDATES: u32 = 3u;
@@ -91,7 +95,7 @@ fn resample_landing(ray: CameraRay, first: u32, landing: Landing) -> Landing {
 fn trace_candidate(ray: CameraRay, first: u32) -> Landing {
     walk_start(ray);
     walk.channels = channels_start(lamp_strategies(), uniform_number());
-    let sigma = scene.lamp_sigma[walk.channels.chosen];
+    let sigma = lamp_sigma()[walk.channels.chosen];
     var factor = ray.entry_factor;
     var end = candidate_first_end(ray, first, sigma);
     var bits = leading_bits(3u);
@@ -121,8 +125,8 @@ fn trace_candidate(ray: CameraRay, first: u32) -> Landing {
     walk.channels = channels_after(walk.channels, walk.scatterings, walk.length);
     walk.channels.value *= factor;
     if first == SCATTERED {
-        let depth = scene.lamp_sigma * ray.length;
-        let within = max(-vec3f(expm1(-depth.x), expm1(-depth.y), expm1(-depth.z)), vec3f(1e-30));
+        let depth = lamp_sigma() * ray.length;
+        let within = max(one_minus_exp(depth), Spectrum(1e-30));
         add_ln_density(-log(within));
     }
     return Landing(true, end_point(end, walk.direction));

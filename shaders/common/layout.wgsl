@@ -2,6 +2,9 @@
 // Host: crates/render/src/kernels/layout.rs. Checked by: tests/system/gpu_shaders.rs (fields by name and offset).
 // Lengths are in metres, relative to the camera; radiance in W/(m² sr); missing indices are NONE.
 
+/// Light, or what water or a surface does to it, in the channels that share a walk.
+alias Spectrum = vec3f;
+
 const NONE: u32 = 0xffffffffu;
 /// Stands for an infinite length, m.
 const INFINITE: f32 = 1e30;
@@ -20,6 +23,8 @@ override HAS_GEOMETRY_IN_AIR: bool = true;
 override HAS_AIR: bool = true;
 override HAS_SUN: bool = true;
 override HAS_SKY: bool = true;
+/// Whether a sample has wavelengths of its own.
+override HAS_SPECTRUM: bool = true;
 override HAS_DAYLIGHT_FIELD: bool = true;
 override HAS_DISTORTION: bool = true;
 override HAS_DISKS: bool = true;
@@ -46,37 +51,37 @@ struct Scene {
     centre_y_px: f32,
     width: u32,
     height: u32,
-    b: vec3f,
+    b: Spectrum,
     c_min: f32,
-    c: vec3f,
+    c: Spectrum,
     c_max: f32,
-    ln_b: vec3f,
+    ln_b: Spectrum,
     surface_height_m: f32,
-    lamp_sigma: vec3f,
+    lamp_sigma: Spectrum,
     refractive_index: f32,
-    lamp_ln_sigma: vec3f,
+    lamp_ln_sigma: Spectrum,
     lamp_strategies: u32,
-    ambient_sigma: vec3f,
+    ambient_sigma: Spectrum,
     ambient_strategies: u32,
-    stretch: vec3f,
+    stretch: Spectrum,
     lamp_count: u32,
     sun_towards: vec3f,
     quad_count: u32,
-    sun_irradiance: vec3f,
+    sun_irradiance: Spectrum,
     node_count: u32,
     sun_towards_in_air: vec3f,
     spot_count: u32,
-    sun_irradiance_in_air: vec3f,
+    sun_irradiance_in_air: Spectrum,
     order_ratio: f32,
-    sky: vec3f,
+    sky: Spectrum,
     largest_order: u32,
     bounds_lower: vec3f,
     spot_table: u32,
     bounds_upper: vec3f,
     texture_table: u32,
-    largest_emission: vec3f,
+    largest_emission: Spectrum,
     order_table: u32,
-    ambient_scale: vec3f,
+    ambient_scale: Spectrum,
     sobol_table: u32,
     value_ends: vec4u,
     sample_ends: vec4u,
@@ -90,12 +95,16 @@ struct Scene {
     quad_rows: u32,
     triangle_rows: u32,
     material_rows: u32,
-    padding_1: u32,
-    padding_2: u32,
+    spectrum_table: u32,
+    spectrum_rows: u32,
     grid_lower: vec3f,
     a_min: f32,
     grid_step: vec3f,
     b_mean: f32,
+    wavelength_sets: u32,
+    padding_1: u32,
+    padding_2: u32,
+    padding_3: u32,
 }
 
 struct Dispatch {
@@ -125,7 +134,7 @@ struct Lamp {
     radius: f32,
     forward: vec3f,
     cos_half_angle: f32,
-    intensity: vec3f,
+    intensity: Spectrum,
     level: f32,
     tangent_u: vec3f,
     falloff: u32,
@@ -176,10 +185,10 @@ struct Node {
 }
 
 struct Material {
-    reflectance: vec3f,
+    reflectance: Spectrum,
     texture: u32,
-    emission: vec3f,
-    padding: u32,
+    emission: Spectrum,
+    spectrum: u32,
 }
 
 struct Counters {

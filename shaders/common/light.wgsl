@@ -1,7 +1,7 @@
 // Lamps: points on them, intensity, what is seen of their disks.
 // Host: crates/render/src/prepare/lamps.rs. Checked by: tests/system/ (closed_form, validator, furnace,
 // radiative_transfer; gpu: both precisions).
-import package::common::layout::{NONE, PI};
+import package::common::layout::{NONE, PI, Spectrum};
 import package::common::math::circle;
 import package::common::tables::{lamp_cos_half_angle, lamp_falloff, lamp_forward, lamp_intensity, lamp_position, lamp_radius, lamp_tangent_u, lamp_tangent_v, table_f32};
 
@@ -10,7 +10,7 @@ const FALLOFF_ENTRIES: u32 = 2048u;
 struct Disk {
     met: bool,
     t: f32,
-    radiance: vec3f,
+    radiance: Spectrum,
 }
 
 /// A point of the lamp, uniform on its disk.
@@ -55,12 +55,12 @@ fn lamp_radiance_along(index: u32, origin: vec3f, direction: vec3f, t_max: f32) 
     let radius = lamp_radius(index);
     let cosine = -dot(lamp_forward(index), direction);
     if radius == 0.0 || cosine <= 0.0 {
-        return Disk(false, 0.0, vec3f(0.0));
+        return Disk(false, 0.0, Spectrum(0.0));
     }
     let t = dot(lamp_forward(index), origin - lamp_position(index)) / cosine;
     let offset = origin + t * direction - lamp_position(index);
     if !(t > 0.0 && t < t_max && dot(offset, offset) <= radius * radius) {
-        return Disk(false, 0.0, vec3f(0.0));
+        return Disk(false, 0.0, Spectrum(0.0));
     }
     let radiance = lamp_relative_intensity(index, -direction) / (cosine * PI * radius * radius);
     return Disk(true, t, lamp_intensity(index) * radiance);

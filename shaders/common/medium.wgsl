@@ -2,30 +2,37 @@
 // The densities of the strategies are carried as logarithms, relative to the largest.
 // Host: crates/render/src/prepare/medium.rs. Checked by: tests/system/ (closed_form, validator, furnace,
 // radiative_transfer; gpu: both precisions).
-import package::common::layout::{HAS_MEDIUM, scene};
+import package::common::math::expm1;
+import package::common::layout::{HAS_MEDIUM, Spectrum};
+import package::common::spectrum::{water_c, water_ln_b, lamp_ln_sigma, lamp_sigma};
 
 /// The logarithm of zero.
 const LN_ZERO: f32 = -1e30;
 
 struct ChannelSampling {
-    value: vec3f,
-    ln_density: vec3f,
+    value: Spectrum,
+    ln_density: Spectrum,
     count: u32,
     chosen: u32,
 }
 
-fn transmittance(range_m: f32) -> vec3f {
+fn transmittance(range_m: f32) -> Spectrum {
     if !HAS_MEDIUM {
-        return vec3f(1.0);
+        return Spectrum(1.0);
     }
-    return exp(-min(scene.c * range_m, vec3f(200.0)));
+    return exp(-min(water_c() * range_m, Spectrum(200.0)));
+}
+
+/// 1 − e^(−depth) without cancellation.
+fn one_minus_exp(depth: Spectrum) -> Spectrum {
+    return -Spectrum(expm1(-depth.x), expm1(-depth.y), expm1(-depth.z));
 }
 
 /// A path before its first event; `u` in (0, 1) chooses among `strategies`.
 fn channels_start(strategies: u32, u: f32) -> ChannelSampling {
     let count = max(strategies, 1u);
     let chosen = min(u32(u * f32(count)), count - 1u);
-    return ChannelSampling(vec3f(1.0), used(vec3f(0.0), count), count, chosen);
+    return ChannelSampling(Spectrum(1.0), used(Spectrum(0.0), count), count, chosen);
 }
 
 /// What is left of the number that `channels_start` chose a strategy by: in [0, 1) and as good as new.
@@ -34,44 +41,44 @@ fn rest_of_start(s: ChannelSampling, u: f32) -> f32 {
 }
 
 /// Logarithms of the strategies in use, that of zero for the others.
-fn used(ln: vec3f, count: u32) -> vec3f {
-    return select(vec3f(LN_ZERO), ln, vec3u(0u, 1u, 2u) < vec3u(count));
+fn used(ln: Spectrum, count: u32) -> Spectrum {
+    return select(Spectrum(LN_ZERO), ln, vec3u(0u, 1u, 2u) < vec3u(count));
 }
 
-fn largest(v: vec3f) -> f32 {
+fn largest(v: Spectrum) -> f32 {
     return max(v.x, max(v.y, v.z));
 }
 
 /// Weight per channel, value over the mean density of the strategies.
-fn channels_weight(s: ChannelSampling) -> vec3f {
-    let density = exp(max(s.ln_density, vec3f(-200.0)));
-    let in_use = select(vec3f(0.0), density, vec3u(0u, 1u, 2u) < vec3u(s.count));
+fn channels_weight(s: ChannelSampling) -> Spectrum {
+    let density = exp(max(s.ln_density, Spectrum(-200.0)));
+    let in_use = select(Spectrum(0.0), density, vec3u(0u, 1u, 2u) < vec3u(s.count));
     return s.value * (f32(s.count) / (in_use.x + in_use.y + in_use.z));
 }
 
 /// Multiplies densities and integrand by the exponentials of `ln_density` and `ln_value`.
-fn channels_step(s: ChannelSampling, ln_density: vec3f, ln_value: vec3f) -> ChannelSampling {
+fn channels_step(s: ChannelSampling, ln_density: Spectrum, ln_value: Spectrum) -> ChannelSampling {
     var next = s;
     let ln = used(s.ln_density + ln_density, s.count);
     let shift = largest(ln);
-    next.ln_density = max(ln - vec3f(shift), vec3f(LN_ZERO));
-    next.value = s.value * exp(clamp(ln_value - vec3f(shift), vec3f(-200.0), vec3f(88.0)));
+    next.ln_density = max(ln - Spectrum(shift), Spectrum(LN_ZERO));
+    next.value = s.value * exp(clamp(ln_value - Spectrum(shift), Spectrum(-200.0), Spectrum(88.0)));
     return next;
 }
 
 /// The path scattered after the flight `t`, drawn with density σ e^(−σt).
-fn channels_scatter(s: ChannelSampling, sigma: vec3f, ln_sigma: vec3f, t: f32) -> ChannelSampling {
-    return channels_step(s, ln_sigma - sigma * t, scene.ln_b - scene.c * t);
+fn channels_scatter(s: ChannelSampling, sigma: Spectrum, ln_sigma: Spectrum, t: f32) -> ChannelSampling {
+    return channels_step(s, ln_sigma - sigma * t, water_ln_b() - water_c() * t);
 }
 
 /// The path went on unscattered for `t`, with probability e^(−σt).
-fn channels_pass(s: ChannelSampling, sigma: vec3f, t: f32) -> ChannelSampling {
-    return channels_step(s, -sigma * t, -scene.c * t);
+fn channels_pass(s: ChannelSampling, sigma: Spectrum, t: f32) -> ChannelSampling {
+    return channels_step(s, -sigma * t, -water_c() * t);
 }
 
 /// A fresh path after `scatterings` with free flights of `length` in all, the last of them perhaps unfinished.
 fn channels_after(s: ChannelSampling, scatterings: u32, length: f32) -> ChannelSampling {
     let n = f32(scatterings);
-    let ln_scattered = select(vec3f(0.0), n * scene.ln_b, scatterings > 0u);
-    return channels_step(s, n * scene.lamp_ln_sigma - scene.lamp_sigma * length, ln_scattered - scene.c * length);
+    let ln_scattered = select(Spectrum(0.0), n * water_ln_b(), scatterings > 0u);
+    return channels_step(s, n * lamp_ln_sigma() - lamp_sigma() * length, ln_scattered - water_c() * length);
 }

@@ -2,12 +2,13 @@
 // heuristic (Veach and Guibas 1995).
 // Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
 import package::common::bridge::{bridge, bridge_vertex, extra_place, subpath_place};
-import package::common::layout::{HAS_SCATTERING, scene, scratch};
+import package::common::layout::{HAS_SCATTERING, Spectrum, scratch};
 import package::common::math::ln_1p;
-import package::common::medium::{LN_ZERO, ChannelSampling, largest, channels_weight, transmittance, used};
+import package::common::medium::{LN_ZERO, ChannelSampling, channels_weight, largest, transmittance, used};
 import package::common::order::{LN_POISSON_SHARE, order_ln_tail, scattered_share};
 import package::common::phase::phase_value;
 import package::common::settings::{lamp_strategies, largest_order};
+import package::common::spectrum::{lamp_ln_sigma, lamp_sigma, water_c, water_ln_b};
 
 /// The vertices of the walk that can be joined to a lamp.
 struct CameraSubpath {
@@ -31,14 +32,14 @@ struct PathToLamp {
     more: f32,
     last_length: f32,
     remaining: f32,
-    ln_walk_density: vec3f,
-    ln_root_density: vec3f,
+    ln_walk_density: Spectrum,
+    ln_root_density: Spectrum,
     shift: f32,
 }
 
 struct LnDensities {
-    poisson: vec3f,
-    tail: vec3f,
+    poisson: Spectrum,
+    tail: Spectrum,
 }
 
 var<private> path: PathToLamp;
@@ -77,24 +78,24 @@ fn ln_densities(length: f32, distance2: f32, order: u32, root: bool) -> LnDensit
     let ln_poisson = LN_POISSON_SHARE + steps * ln_ratio;
     let ln_tail = order_ln_tail(order) + ln_ratio - f32(order) * log(to_lamp);
     let ln_walk = select(path.ln_walk_density, path.ln_root_density, root);
-    let sigma = scene.lamp_sigma;
+    let sigma = lamp_sigma();
     let common_part = ln_walk - sigma * ahead;
     return LnDensities(
-        common_part + vec3f(ln_poisson) - sigma * distance + path.more * scene.lamp_ln_sigma,
-        common_part + vec3f(ln_tail) + (path.more - f32(order)) * scene.lamp_ln_sigma,
+        common_part + Spectrum(ln_poisson) - sigma * distance + path.more * lamp_ln_sigma(),
+        common_part + Spectrum(ln_tail) + (path.more - f32(order)) * lamp_ln_sigma(),
     );
 }
 
 /// Exponentials of the strategies in use, summed.
-fn sum_exp(ln: vec3f) -> f32 {
-    let e = exp(clamp(used(ln, max(lamp_strategies(), 1u)), vec3f(-200.0), vec3f(80.0)));
+fn sum_exp(ln: Spectrum) -> f32 {
+    let e = exp(clamp(used(ln, max(lamp_strategies(), 1u)), Spectrum(-200.0), Spectrum(80.0)));
     return e.x + e.y + e.z;
 }
 
 /// Sum over the strategies of the density of a technique, relative to e^shift.
 fn technique_density(length: f32, distance2: f32, order: u32, root: bool, scattering_pdf: f32) -> f32 {
     let ln = ln_densities(length, distance2, order, root);
-    let sum = sum_exp(ln.poisson - vec3f(path.shift)) + sum_exp(ln.tail - vec3f(path.shift));
+    let sum = sum_exp(ln.poisson - Spectrum(path.shift)) + sum_exp(ln.tail - Spectrum(path.shift));
     return min(sum * distance2 / max(scattering_pdf, 1e-35), 1e36);
 }
 
@@ -104,7 +105,7 @@ fn hit_density(length: f32, facing: f32) -> f32 {
         return 0.0;
     }
     let ahead = length - path.last_length;
-    return facing * sum_exp(path.ln_walk_density + path.more * scene.lamp_ln_sigma - scene.lamp_sigma * ahead - vec3f(path.shift));
+    return facing * sum_exp(path.ln_walk_density + path.more * lamp_ln_sigma() - lamp_sigma() * ahead - Spectrum(path.shift));
 }
 
 /// Sum of the densities of the bridges that could have been made from earlier vertices of the walk.
@@ -157,17 +158,17 @@ fn techniques_after(connection: Connection) -> f32 {
 }
 
 /// Density of the walk over the probability of the bridges that are made from the subpath's first vertex.
-fn root_density(ln_walk_density: vec3f, lamp: vec3f) -> vec3f {
+fn root_density(ln_walk_density: Spectrum, lamp: vec3f) -> Spectrum {
     if !subpath.scattered {
         return ln_walk_density;
     }
     let distance = length(scratch[subpath_place(0u)].xyz - lamp);
-    let depth = scene.lamp_sigma * distance;
-    return ln_walk_density - log(vec3f(scattered_share(depth.x), scattered_share(depth.y), scattered_share(depth.z)));
+    let depth = lamp_sigma() * distance;
+    return ln_walk_density - log(Spectrum(scattered_share(depth.x), scattered_share(depth.y), scattered_share(depth.z)));
 }
 
 /// Radiance per channel, for unit intensity, of the path made by the walk and by the bridge.
-fn mis_contribution(channels: ChannelSampling, connection: Connection) -> vec3f {
+fn mis_contribution(channels: ChannelSampling, connection: Connection) -> Spectrum {
     if HAS_SCATTERING {
         return mis_of_scattered(channels, connection);
     }
@@ -176,15 +177,15 @@ fn mis_contribution(channels: ChannelSampling, connection: Connection) -> vec3f 
     return channels_weight(channels) * transmittance(bridge.distance) * (reflected / density);
 }
 
-fn mis_of_scattered(channels: ChannelSampling, connection: Connection) -> vec3f {
+fn mis_of_scattered(channels: ChannelSampling, connection: Connection) -> Spectrum {
     if subpath.count == 0u {
-        return vec3f(0.0);
+        return Spectrum(0.0);
     }
     let last = subpath.count - 1u;
     let last_length = scratch[subpath_place(last)].w;
     let last_reflected = scratch[extra_place(last)].w;
     let order = bridge.order;
-    let ln_walk = max(channels.ln_density, vec3f(LN_ZERO));
+    let ln_walk = max(channels.ln_density, Spectrum(LN_ZERO));
     path = PathToLamp(f32(order), last_length, bridge.length, ln_walk, root_density(ln_walk, connection.lamp), 0.0);
     let distance2 = bridge.distance * bridge.distance;
     let root = subpath.rooted && last == 0u;
@@ -199,7 +200,7 @@ fn mis_of_scattered(channels: ChannelSampling, connection: Connection) -> vec3f 
         density += bridge.crossing * hit_density(last_length, connection.facing);
     }
     let ln_scale = log(bridge.crossing * f32(channels.count)) - log(density) - path.shift;
-    let ln_b = select(f32(order) * scene.ln_b, vec3f(0.0), order == 0u);
-    let ln_light = ln_b - scene.c * bridge.length + vec3f(ln_scale);
-    return channels.value * exp(clamp(ln_light, vec3f(-200.0), vec3f(85.0)));
+    let ln_b = select(f32(order) * water_ln_b(), Spectrum(0.0), order == 0u);
+    let ln_light = ln_b - water_c() * bridge.length + Spectrum(ln_scale);
+    return channels.value * exp(clamp(ln_light, Spectrum(-200.0), Spectrum(85.0)));
 }

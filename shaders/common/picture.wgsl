@@ -3,6 +3,7 @@
 // by their samples), then the means of ambient, direct, backscatter and each lamp at 100 %.
 // Host: crates/render/src/film.rs and crates/render/src/gpu/held.rs. Checked by:
 // crates/render/src/gpu/functions/picture.rs.
+import package::common::layout::Spectrum;
 
 /// Planes of the held film.
 const TOTAL: u32 = 0u;
@@ -12,7 +13,7 @@ const FIRST_LAYER: u32 = 2u;
 const FIXED_LAYERS: u32 = 3u;
 
 struct PictureTask {
-    mean: vec3f,
+    mean: Spectrum,
     pixels: u32,
     width: u32,
     film_layers: u32,
@@ -38,12 +39,12 @@ struct PictureTask {
 @group(0) @binding(4) var<storage, read_write> partial_sums: array<vec4f>;
 @group(0) @binding(5) var shown: texture_storage_2d<rgba8unorm, write>;
 
-fn held_at(plane: u32, pixel: u32) -> vec3f {
+fn held_at(plane: u32, pixel: u32) -> Spectrum {
     let place = 3u * (plane * picture.pixels + pixel);
-    return vec3f(held[place], held[place + 1u], held[place + 2u]);
+    return Spectrum(held[place], held[place + 1u], held[place + 2u]);
 }
 
-fn hold(plane: u32, pixel: u32, value: vec3f) {
+fn hold(plane: u32, pixel: u32, value: Spectrum) {
     let place = 3u * (plane * picture.pixels + pixel);
     held[place] = value.x;
     held[place + 1u] = value.y;
@@ -51,7 +52,7 @@ fn hold(plane: u32, pixel: u32, value: vec3f) {
 }
 
 /// Mean of layer `layer` of the newest batch at `pixel`.
-fn batch_at(pixel: u32, layer: u32) -> vec3f {
+fn batch_at(pixel: u32, layer: u32) -> Spectrum {
     let place = 3u * (pixel * picture.film_layers + layer);
-    return vec3f(batch[place], batch[place + 1u], batch[place + 2u]) / picture.batch_samples;
+    return Spectrum(batch[place], batch[place + 1u], batch[place + 2u]) / picture.batch_samples;
 }

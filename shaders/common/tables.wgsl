@@ -2,7 +2,8 @@
 // faster than storage.
 // Host: crates/render/src/kernels/{tables,records}.rs. Checked by: crates/render/src/gpu/functions/tables.rs (both
 // places), tests/system/gpu_shaders.rs (fields and their rows).
-import package::common::layout::{HAS_DISKS, HAS_FALLOFFS, Material, NEAR_IN_UNIFORM, NONE, Node, ONE_LAMP, ONE_QUAD, Quad, far_rows, near_rows, scene, uniform_rows};
+import package::common::layout::{HAS_DISKS, HAS_FALLOFFS, NEAR_IN_UNIFORM, NONE, ONE_LAMP, ONE_QUAD, Material, Node, Quad, Spectrum, far_rows, near_rows, scene, uniform_rows};
+import package::common::spectrum::lamp_spectrum;
 
 /// Row `i` of the small tables.
 fn table_row(i: u32) -> vec4u {
@@ -49,8 +50,8 @@ fn lamp_cos_half_angle(i: u32) -> f32 {
     return bitcast<vec4f>(lamp_row(i, 1u)).w;
 }
 
-fn lamp_intensity(i: u32) -> vec3f {
-    return bitcast<vec4f>(lamp_row(i, 2u)).xyz;
+fn lamp_intensity(i: u32) -> Spectrum {
+    return lamp_spectrum(i, bitcast<vec4f>(lamp_row(i, 2u)).xyz);
 }
 
 fn lamp_level(i: u32) -> f32 {
@@ -162,6 +163,6 @@ fn node_at(i: u32) -> Node {
 
 fn material_at(i: u32) -> Material {
     let reflectance = table_row(scene.material_rows + 2u * i);
-    let emission = table_row_f32(scene.material_rows + 2u * i + 1u);
-    return Material(bitcast<vec3f>(reflectance.xyz), reflectance.w, emission.xyz, 0u);
+    let emission = table_row(scene.material_rows + 2u * i + 1u);
+    return Material(bitcast<vec3f>(reflectance.xyz), reflectance.w, bitcast<vec3f>(emission.xyz), emission.w);
 }

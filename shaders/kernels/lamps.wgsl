@@ -1,16 +1,17 @@
 // Light of the lamps: one lane per pixel, some samples of a batch per dispatch.
 // Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
-import package::common::camera::{CameraRay, camera_direction, camera_ray, is_clear, choose_image_point};
+import package::common::camera::{CameraRay, camera_direction, camera_ray, choose_image_point, is_clear};
 import package::common::direct_lamps::direct_lamps;
 import package::common::film::share;
 import package::common::lamp_connect::vertex_count;
+import package::common::lamp_flight::{FREE, SCATTERED, THROUGH};
 import package::common::lamp_path::lamp_walk;
-import package::common::lamp_walk::{FREE, SCATTERED, THROUGH};
 import package::common::lane::{LaneWork, lane_end, lane_start};
 import package::common::layout::{GIVEN_RAYS, HAS_SCATTERING, MANY_PIXELS, dispatch};
 import package::common::rng::{leading, start_draws};
 import package::common::settings::max_events;
 import package::common::sight::{sight, start_sample};
+import package::common::spectrum::{choose_wavelengths, wavelength_number};
 
 /// Image points per sample at which unscattered light is seen in clear water.
 const DIRECT_POINTS: u32 = 4u;
@@ -58,6 +59,7 @@ fn is_clear_pixel(work: LaneWork) -> bool {
 /// One sample; returns the number of its walks.
 fn sample(work: LaneWork, index: u32, clear: bool) -> u32 {
     start_sample(work.pixel, index, 0u);
+    choose_wavelengths(wavelength_number());
     let seen = sight(work.pixel);
     let ray = camera_ray(seen.direction);
     share = seen.factor;
@@ -98,6 +100,7 @@ fn sample_direct(work: LaneWork, index: u32, clear: bool, of_walks: CameraRay) {
     loop {
         if clear {
             start_draws(work.pixel, index * DIRECT_POINTS + i, 2u);
+            choose_wavelengths(wavelength_number());
             let image_point = choose_image_point(work.column, work.row, leading(0u), leading(1u));
             share = image_point.factor / f32(DIRECT_POINTS);
             ray = camera_ray(camera_direction(work.column, work.row, image_point.offset));

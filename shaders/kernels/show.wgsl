@@ -1,6 +1,7 @@
 // The picture of the held film on the screen: exposure, noise, clipping, encoding, rounding to counts of 8 bits.
 // Host: crates/render/src/sensor.rs (`Sensor::expose`) and crates/viewer/src/model/display.rs (`photograph`). Checked
 // by: crates/render/src/gpu/functions/picture.rs.
+import package::common::layout::Spectrum;
 import package::common::noise::standard_normal;
 import package::common::picture::{TOTAL, held_at, picture, shown};
 
@@ -8,7 +9,7 @@ import package::common::picture::{TOTAL, held_at, picture, shown};
 fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
     for (var pixel = id.x; pixel < picture.pixels; pixel += 64u * groups.x) {
         let radiance = held_at(TOTAL, pixel);
-        var counts = vec3f(0.0);
+        var counts = Spectrum(0.0);
         for (var k = 0u; k < 3u; k++) {
             counts[k] = count(noisy(radiance[k] * picture.exposure, 3u * pixel + k));
         }

@@ -3,6 +3,7 @@
 // by its noise.
 // Host: crates/render/src/film.rs (`Film::mean`) and crates/render/src/film/error.rs. Checked by:
 // crates/render/src/gpu/functions/picture.rs.
+import package::common::layout::Spectrum;
 import package::common::picture::{DEVIATIONS, TOTAL, held_at, partial_sums, picture};
 
 const LANES: u32 = 64u;
@@ -18,10 +19,10 @@ struct Tile {
     right: u32,
     bottom: u32,
     pixels: f32,
-    mean: vec3f,
-    variance: vec3f,
+    mean: Spectrum,
+    variance: Spectrum,
     /// Sum of squared deviations from the mean.
-    deviations: vec3f,
+    deviations: Spectrum,
 }
 
 var<workgroup> lane_sums: array<vec4f, LANES>;
@@ -55,7 +56,7 @@ fn main(
 }
 
 fn tile_at(first: vec2u, end: vec2u) -> Tile {
-    var tile = Tile(first.x, first.y, end.x, end.y, 0.0, vec3f(0.0), vec3f(0.0), vec3f(0.0));
+    var tile = Tile(first.x, first.y, end.x, end.y, 0.0, Spectrum(0.0), Spectrum(0.0), Spectrum(0.0));
     let size = end - first;
     tile.pixels = f32(size.x * size.y);
     for (var y = tile.top; y < tile.bottom; y++) {
@@ -75,9 +76,9 @@ fn tile_at(first: vec2u, end: vec2u) -> Tile {
 }
 
 /// Variance of a pixel's mean; 0 before the second batch.
-fn variance_at(pixel: u32) -> vec3f {
+fn variance_at(pixel: u32) -> Spectrum {
     if picture.batches < 2.0 {
-        return vec3f(0.0);
+        return Spectrum(0.0);
     }
     return held_at(DEVIATIONS, pixel) / (picture.samples_before * (picture.batches - 1.0));
 }
@@ -102,7 +103,7 @@ fn relative_variance(tile: Tile) -> f32 {
 }
 
 /// Level of a pixel with this mean and variance of the mean.
-fn level_of(tile: Tile, mean: vec3f, variance: vec3f) -> vec3f {
+fn level_of(tile: Tile, mean: Spectrum, variance: Spectrum) -> Spectrum {
     let others = tile.pixels - 1.0;
     if others < 2.0 {
         return mean;
@@ -111,8 +112,8 @@ fn level_of(tile: Tile, mean: vec3f, variance: vec3f) -> vec3f {
     let around = tile.mean - deviation / others;
     let noise = tile.variance + (tile.variance - variance) / others;
     let deviations = tile.deviations - deviation * deviation * tile.pixels / others;
-    let spread = max(deviations / (others - 1.0) - noise, vec3f(0.0));
+    let spread = max(deviations / (others - 1.0) - noise, Spectrum(0.0));
     let all = spread + variance;
-    let own = select(vec3f(1.0), spread / all, all > vec3f(0.0));
+    let own = select(Spectrum(1.0), spread / all, all > Spectrum(0.0));
     return around + own * (mean - around);
 }

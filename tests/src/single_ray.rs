@@ -34,6 +34,7 @@ pub fn empty(camera: Camera) -> Scene {
         sun: None,
         sky_radiance: [0.0; 3],
         camera,
+        spectral: None,
         lamps: Vec::new(),
         quads: Vec::new(),
         meshes: Vec::new(),
@@ -72,6 +73,7 @@ pub fn point_lamp(position_m: DVec3, intensity: f64) -> Lamp {
         position_m,
         forward: DVec3::Z,
         intensity: [intensity; 3],
+        spectrum: None,
         level_pct: 100.0,
         half_angle_deg: 180.0,
         falloff: Falloff::Uniform,
@@ -90,6 +92,7 @@ pub fn add_plate(
     let (u, v) = normal.any_orthonormal_pair();
     scene.materials.push(Material {
         reflectance,
+        spectrum: None,
         texture: None,
         emission: [0.0; 3],
     });

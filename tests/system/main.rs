@@ -20,6 +20,7 @@ mod near_lamps;
 mod radiative_transfer;
 mod reference_scenes;
 mod scales;
+mod spectral;
 mod stress;
 mod symmetries;
 mod units;

@@ -25,6 +25,7 @@ pub mod interface;
 mod iops;
 mod jerlov;
 pub mod phase;
+pub mod spectral;
 mod tables;
 pub mod transmittance;
 

@@ -14,6 +14,15 @@ pub(crate) const MEASURED: &str =
     include_str!("../../../assets/water/williamson_hollins_2022_iop.csv");
 /// Spectral responses of three cameras.
 pub(crate) const CAMERAS: &str = include_str!("../../../assets/water/camera_responses.csv");
+/// Spectral responses of eleven more.
+pub(crate) const MORE_CAMERAS: &str =
+    include_str!("../../../assets/spectra/camera_responses_rawtoaces.csv");
+/// Relative spectra of lamps and daylight.
+pub(crate) const ILLUMINANTS: &str = include_str!("../../../assets/spectra/lamp_spectra.csv");
+/// Sun and sky by zenith angle.
+pub(crate) const CLEAR_SKY: &str = include_str!("../../../assets/water/solar_clear_sky.csv");
+/// Reflectances that linear sRGB mixes.
+pub(crate) const RGB_PRIMARIES: &str = include_str!("../../../assets/spectra/rgb_primaries.csv");
 
 /// One row of an embedded table.
 pub(crate) struct TableRow {

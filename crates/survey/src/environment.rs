@@ -250,6 +250,7 @@ pub fn scene(
             irradiance: [vehicle.sun_irradiance; 3],
         }),
         sky_radiance: [vehicle.sky_radiance; 3],
+        spectral: None,
         lamps: lamps(vehicle, &camera),
         camera,
         quads: Vec::new(),
@@ -270,6 +271,7 @@ pub fn scene(
             scene.quads.push(quad(target, centre, inwards, along));
             scene.materials.push(Material {
                 reflectance: [1.0; 3],
+                spectrum: None,
                 texture: Some(0),
                 emission: [0.0; 3],
             });
@@ -322,6 +324,7 @@ fn lamps(vehicle: &Vehicle, camera: &Camera) -> Vec<Lamp> {
             position_m: camera.position_m + side * vehicle.lamp_offset_m * camera.right,
             forward: camera.forward,
             intensity: [vehicle.lamp_intensity; 3],
+            spectrum: None,
             level_pct: 100.0,
             half_angle_deg: vehicle.lamp_half_angle_deg,
             falloff: Falloff::Cosine,

@@ -37,8 +37,9 @@ pub trait Surfaces: Sync {
         any: bool,
     ) -> Option<(f64, u32, [f64; 2])>;
 
-    /// Normal, shading normal, reflectance and emission where a ray along `direction` meets a primitive.
-    fn point(&self, primitive: u32, local: [f64; 2], direction: [f64; 3]) -> [[f64; 3]; 4];
+    /// Normal, shading normal, reflectance and emission where a ray along `direction` meets a primitive, and the row of
+    /// its reflectance spectrum.
+    fn point(&self, primitive: u32, local: [f64; 2], direction: [f64; 3]) -> ([[f64; 3]; 4], u32);
 }
 
 /// Tables of a scene.
@@ -135,7 +136,8 @@ impl<'a> Memory<'a> {
         primitive: u64,
         local: [f64; 2],
         direction: [f64; 3],
-    ) -> [[f64; 3]; 4] {
-        self.surfaces.point(primitive as u32, local, direction)
+    ) -> ([[f64; 3]; 4], u64) {
+        let (point, spectrum) = self.surfaces.point(primitive as u32, local, direction);
+        (point, u64::from(spectrum))
     }
 }

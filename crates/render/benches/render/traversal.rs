@@ -100,11 +100,13 @@ fn empty() -> Scene {
             centre_px: DVec2::splat(0.5),
             distortion: [0.0; 5],
         },
+        spectral: None,
         lamps: Vec::new(),
         quads: Vec::new(),
         meshes: Vec::new(),
         materials: vec![Material {
             reflectance: [0.5; 3],
+            spectrum: None,
             texture: None,
             emission: [0.0; 3],
         }],

@@ -2,6 +2,7 @@
 
 use super::{
     Gpu,
+    bindings::{Bindings, Bound},
     pipeline::{Maker, WORKGROUP},
 };
 use crate::{
@@ -54,7 +55,7 @@ pub(super) struct Held<'a> {
     pub(super) film: wgpu::Buffer,
     partial_sums: wgpu::Buffer,
     buffers: [wgpu::Buffer; 2],
-    layout: wgpu::BindGroupLayout,
+    bindings: Bindings,
     hold: wgpu::ComputePipeline,
     statistics: wgpu::ComputePipeline,
     show: wgpu::ComputePipeline,
@@ -82,15 +83,8 @@ impl<'a> Held<'a> {
         let partial_sums = maker.empty("partial sums", 16 * u64::from(STATISTICS_GROUPS))?;
         let floats: Vec<f32> = levels.iter().map(|&level| level as f32).collect();
         let levels_buffer = maker.filled("levels of the lamps", &floats)?;
-        let layout = group_layout(&gpu.device);
-        let pipelines = gpu
-            .device
-            .create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-                label: Some("held film"),
-                bind_group_layouts: &[Some(&layout)],
-                immediate_size: 0,
-            });
-        let kernel = |name: &str| gpu.pipeline(name, &compose(name)?, &pipelines, &[]);
+        let bindings = Bindings::new(&gpu.device, "held film", &PICTURE_BINDINGS);
+        let kernel = |name: &str| gpu.pipeline(name, &compose(name)?, &bindings.pipelines, &[]);
         Ok(Self {
             gpu,
             size_px: [width, height],
@@ -102,7 +96,7 @@ impl<'a> Held<'a> {
             hold: kernel("kernels/hold")?,
             statistics: kernel("kernels/statistics")?,
             show: kernel("kernels/show")?,
-            layout,
+            bindings,
             nowhere: gpu.texture([1, 1])?,
             samples: 0,
             batches: 0,
@@ -232,22 +226,7 @@ impl<'a> Held<'a> {
         let [batch, levels] = &self.buffers;
         let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
         let buffers = [&self.task, batch, levels, &self.film, &self.partial_sums];
-        let mut entries: Vec<_> = (0..)
-            .zip(buffers)
-            .map(|(binding, buffer)| wgpu::BindGroupEntry {
-                binding,
-                resource: buffer.as_entire_binding(),
-            })
-            .collect();
-        entries.push(wgpu::BindGroupEntry {
-            binding: entries.len() as u32,
-            resource: wgpu::BindingResource::TextureView(&view),
-        });
-        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("held film"),
-            layout: &self.layout,
-            entries: &entries,
-        });
+        let group = self.bindings.group(device, buffers, Some(&view));
         let mut encoder = device.create_command_encoder(&Default::default());
         {
             let mut pass = encoder.begin_compute_pass(&Default::default());
@@ -260,37 +239,11 @@ impl<'a> Held<'a> {
 }
 
 /// The bindings of `shaders/common/picture.wgsl`.
-fn group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
-    let read = wgpu::BufferBindingType::Storage { read_only: true };
-    let written = wgpu::BufferBindingType::Storage { read_only: false };
-    let buffers = [
-        wgpu::BufferBindingType::Uniform,
-        read,
-        read,
-        written,
-        written,
-    ];
-    let mut types: Vec<_> = buffers
-        .map(|ty| wgpu::BindingType::Buffer {
-            ty,
-            has_dynamic_offset: false,
-            min_binding_size: None,
-        })
-        .into();
-    types.push(wgpu::BindingType::StorageTexture {
-        access: wgpu::StorageTextureAccess::WriteOnly,
-        format: wgpu::TextureFormat::Rgba8Unorm,
-        view_dimension: wgpu::TextureViewDimension::D2,
-    });
-    let entry = |(binding, ty)| wgpu::BindGroupLayoutEntry {
-        binding,
-        visibility: wgpu::ShaderStages::COMPUTE,
-        ty,
-        count: None,
-    };
-    let entries: Vec<_> = (0..).zip(types).map(entry).collect();
-    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("held film"),
-        entries: &entries,
-    })
-}
+const PICTURE_BINDINGS: [Bound; 6] = [
+    Bound::Uniform,
+    Bound::Read,
+    Bound::Read,
+    Bound::Written,
+    Bound::Written,
+    Bound::Picture,
+];

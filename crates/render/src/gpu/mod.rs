@@ -3,6 +3,7 @@
 //! They run a batch in dispatches that are short enough for display drivers. A lane makes some samples of one pixel and
 //! moves their sum to the film; the host adds the batch to the same film as the processor.
 
+mod bindings;
 mod compiled;
 mod device;
 mod dispatches;

@@ -1,6 +1,9 @@
 //! Buffers, bindings and pipelines of one scene.
 
-use super::Gpu;
+use super::{
+    Gpu,
+    bindings::{Bindings, Bound},
+};
 use crate::{
     kernels::{
         GpuError, MOST_RAYS, Room, Tables,
@@ -11,9 +14,20 @@ use crate::{
 };
 
 /// Bindings: uniform buffers, then storage that kernels read, then what they write.
-const UNIFORMS: u32 = 4;
-const FIRST_WRITTEN: u32 = 7;
-const BINDINGS: u32 = 12;
+const SCENE_BINDINGS: [Bound; 12] = [
+    Bound::Uniform,
+    Bound::Uniform,
+    Bound::Uniform,
+    Bound::Uniform,
+    Bound::Read,
+    Bound::Read,
+    Bound::Read,
+    Bound::Written,
+    Bound::Written,
+    Bound::Written,
+    Bound::Written,
+    Bound::Written,
+];
 /// Rows of the uniform buffer; twin: `uniform_rows`.
 const UNIFORM_ROWS: usize = 4096;
 /// Most bytes of scratch memory.
@@ -97,7 +111,8 @@ impl<'a> Loaded<'a> {
             completed.clone(),
             counters.clone(),
         ];
-        let (bind_group, layout) = maker.bind(&buffers);
+        let bindings = Bindings::new(&gpu.device, "scene", &SCENE_BINDINGS);
+        let bind_group = bindings.group(&gpu.device, &buffers, None);
         let mut constants = switches(scene, record);
         for (name, on) in [
             ("NEAR_IN_UNIFORM", near_in_uniform),
@@ -120,7 +135,7 @@ impl<'a> Loaded<'a> {
             completed,
             counters,
             bind_group,
-            layout,
+            layout: bindings.pipelines,
             constants,
         };
         gpu.check()?;
@@ -267,48 +282,5 @@ impl Maker<'_> {
         });
         self.gpu.queue.write_buffer(&buffer, 0, contents);
         buffer
-    }
-
-    fn bind(&self, buffers: &[wgpu::Buffer]) -> (wgpu::BindGroup, wgpu::PipelineLayout) {
-        let device = &self.gpu.device;
-        let entry = |binding: u32| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::COMPUTE,
-            ty: wgpu::BindingType::Buffer {
-                ty: if binding < UNIFORMS {
-                    wgpu::BufferBindingType::Uniform
-                } else {
-                    wgpu::BufferBindingType::Storage {
-                        read_only: binding < FIRST_WRITTEN,
-                    }
-                },
-                has_dynamic_offset: false,
-                min_binding_size: None,
-            },
-            count: None,
-        };
-        let entries: Vec<_> = (0..BINDINGS).map(entry).collect();
-        let group_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("scene"),
-            entries: &entries,
-        });
-        let bound: Vec<_> = (0..)
-            .zip(buffers)
-            .map(|(binding, buffer)| wgpu::BindGroupEntry {
-                binding,
-                resource: buffer.as_entire_binding(),
-            })
-            .collect();
-        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("scene"),
-            layout: &group_layout,
-            entries: &bound,
-        });
-        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("scene"),
-            bind_group_layouts: &[Some(&group_layout)],
-            immediate_size: 0,
-        });
-        (group, layout)
     }
 }

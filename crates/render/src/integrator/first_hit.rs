@@ -11,9 +11,10 @@ pub struct FirstHit {
     pub depth_m: f64,
     /// Unit normal facing the camera, world frame.
     pub normal: [f64; 3],
-    /// Reflectance per channel.
+    /// Reflectance per channel; of a spectral scene the mean over the channel's response.
     pub reflectance: [f64; 3],
-    /// Transmittance of the water between camera and surface, per channel.
+    /// Transmittance of the water between camera and surface, per channel; of a spectral scene the mean over the channel's
+    /// response.
     pub transmittance: [f64; 3],
 }
 
@@ -45,11 +46,20 @@ fn first_hit(scene: &Prepared, column: u32, row: u32) -> FirstHit {
     FirstHit {
         depth_m: hit.t * direction.dot(camera.forward),
         normal: point.shading_normal.to_array(),
-        reflectance: point.reflectance,
-        transmittance: scene
-            .medium
-            .as_ref()
-            .map_or([1.0; 3], |m| m.transmittance(wet)),
+        reflectance: match &scene.spectrum {
+            Some(spectrum) => spectrum.reflectance(point.reflectance, point.material),
+            None => point.reflectance,
+        },
+        transmittance: transmittance(scene, wet),
+    }
+}
+
+/// Transmittance of the water over `range_m`, per channel.
+fn transmittance(scene: &Prepared, range_m: f64) -> [f64; 3] {
+    match (&scene.spectrum, &scene.medium) {
+        (Some(spectrum), _) => spectrum.transmittance(range_m),
+        (None, Some(medium)) => medium.transmittance(range_m),
+        (None, None) => [1.0; 3],
     }
 }
 

@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use crate::prepare::{Boundary, Prepared, PreparedLamp, Primitive, SunBeam};
+use crate::prepare::{AtWavelengths, Boundary, Prepared, PreparedLamp, Primitive, SunBeam};
 
 /// Light that arrives at a point from one direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,7 +16,8 @@ pub(super) struct Beam {
 
 /// The beams at `point` in the water: the sun where there is a water surface, and point lamps at their levels.
 pub(super) fn unscattered_beams(scene: &Prepared, point: DVec3) -> Vec<Beam> {
-    let lamps = scene.lamps.iter().filter(|lamp| lamp.radius == 0.0);
+    let lamps = scene.lamps.iter().enumerate();
+    let lamps = lamps.filter(|(_, lamp)| lamp.radius == 0.0);
     lamps
         .flat_map(|lamp| [false, true].map(|mirrored| lamp_beam(scene, lamp, mirrored, point)))
         .chain([sun_beam(scene, point)])
@@ -28,11 +29,16 @@ fn sun_beam(scene: &Prepared, point: DVec3) -> Option<Beam> {
     let (sun, boundary) = (scene.sun.as_ref()?, scene.boundary.as_ref()?);
     sun_reaches(scene, sun, boundary, point).then(|| {
         let way = (boundary.height - point.z).max(0.0) / sun.towards.z;
-        attenuated(scene, sun.towards, sun.irradiance, way)
+        attenuated(scene, sun.towards, sun.irradiance, way, |set| set.sun)
     })
 }
 
-fn lamp_beam(scene: &Prepared, lamp: &PreparedLamp, mirrored: bool, point: DVec3) -> Option<Beam> {
+fn lamp_beam(
+    scene: &Prepared,
+    (index, lamp): (usize, &PreparedLamp),
+    mirrored: bool,
+    point: DVec3,
+) -> Option<Beam> {
     let mirror = scene.boundary.filter(|_| mirrored);
     if mirrored && mirror.is_none() {
         return None;
@@ -55,14 +61,27 @@ fn lamp_beam(scene: &Prepared, lamp: &PreparedLamp, mirrored: bool, point: DVec3
         * reached_share(scene, point, towards, distance, mirror.as_ref())
         / (distance * distance);
     let irradiance = lamp.intensity.map(|i| i * relative);
-    Some(attenuated(scene, towards, irradiance, distance))
+    Some(attenuated(scene, towards, irradiance, distance, |set| {
+        set.lamps[index]
+    }))
 }
 
-fn attenuated(scene: &Prepared, towards: DVec3, irradiance: [f64; 3], way_m: f64) -> Beam {
-    let transmittance = scene
-        .medium
-        .as_ref()
-        .map_or([1.0; 3], |m| m.transmittance(way_m));
+/// Light after `way_m` in the water whose spectrum, relative to its channels, is `light`.
+fn attenuated(
+    scene: &Prepared,
+    towards: DVec3,
+    irradiance: [f64; 3],
+    way_m: f64,
+    light: impl Fn(&AtWavelengths) -> [f64; 3],
+) -> Beam {
+    let transmittance = match (&scene.spectrum, &scene.medium) {
+        (Some(spectrum), _) => spectrum.mean(|set| {
+            let (light, left) = (light(set), set.transmittance(way_m));
+            std::array::from_fn(|k| light[k] * left[k])
+        }),
+        (None, Some(medium)) => medium.transmittance(way_m),
+        (None, None) => [1.0; 3],
+    };
     Beam {
         towards,
         irradiance: std::array::from_fn(|k| irradiance[k] * transmittance[k]),

@@ -129,12 +129,16 @@ exact_records! {
         quad_rows: u32,
         triangle_rows: u32,
         material_rows: u32,
-        padding_1: u32,
-        padding_2: u32,
+        spectrum_table: u32,
+        spectrum_rows: u32,
         grid_lower: [f32; 3],
         a_min: f32,
         grid_step: [f32; 3],
         b_mean: f32,
+        wavelength_sets: u32,
+        padding_1: u32,
+        padding_2: u32,
+        padding_3: u32,
     }
     /// A lamp at 100 %.
     Lamp {
@@ -169,7 +173,7 @@ exact_records! {
         reflectance: [f32; 3],
         texture: u32,
         emission: [f32; 3],
-        padding: u32,
+        spectrum: u32,
     }
 }
 

@@ -9,6 +9,7 @@ mod records;
 mod room;
 mod selection;
 pub mod shaders;
+pub(crate) mod spectra;
 mod tables;
 mod tree;
 mod wide_tree;

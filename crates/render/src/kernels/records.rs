@@ -6,6 +6,7 @@ use super::{
     GpuError,
     layout::{LN_ZERO, Lamp, Material, NONE, Quad, Scene, Triangle},
     order::{MAX_ORDER, OrderLaw},
+    spectra,
     tables::{FarRows, Rows, narrow_rows},
     tree::{self, MOST_TRIANGLES, Tree},
     wide_tree,
@@ -111,7 +112,10 @@ impl Tables {
         if let Some(field) = &scene.daylight {
             record.field_table = rows.field(field, &mut far);
         }
-        record.material_rows = rows.records(&materials(scene));
+        record.material_rows = rows.records(&materials(scene, active.len()));
+        if let Some(sets) = &scene.spectrum {
+            spectra::add(sets, active, &mut record, &mut far);
+        }
         record.texture_table = rows.textures(&scene.geometry.textures, &mut texels);
         Ok(Self {
             scene: record,
@@ -194,7 +198,7 @@ fn water(medium: &Medium, record: &mut Scene, rows: &mut Rows) {
     record.sample_ends = sample.ends;
     record.sample_blocks = sample.blocks;
     record.sample_cells = sample.cells;
-    let albedo = medium.largest_albedo();
+    let albedo = medium.albedo;
     let largest = largest_order(albedo);
     record.largest_order = largest as u32;
     record.order_ratio = OrderLaw::new(albedo).ratio();
@@ -332,12 +336,14 @@ fn triangles(
     Ok((records.collect(), linked, wide))
 }
 
-fn materials(scene: &Prepared) -> Vec<Material> {
-    let materials = scene.geometry.materials.iter().map(|m| Material {
+fn materials(scene: &Prepared, lamps: usize) -> Vec<Material> {
+    let spectra = spectra::own_spectra(scene, lamps);
+    let materials = scene.geometry.materials.iter().enumerate();
+    let materials = materials.map(|(i, m)| Material {
         reflectance: m.reflectance,
         texture: m.texture.map_or(NONE, |i| i as u32),
         emission: m.emission,
-        padding: 0,
+        spectrum: spectra.get(i).copied().unwrap_or(NONE),
     });
     materials.collect()
 }

@@ -72,6 +72,7 @@ pub(crate) fn switches(scene: &Prepared, record: &Scene) -> Vec<(&'static str, f
         ),
         ("HAS_SUN", features.sun),
         ("HAS_SKY", features.sky),
+        ("HAS_SPECTRUM", features.spectrum),
         ("HAS_DAYLIGHT_FIELD", scene.daylight.is_some()),
         (
             "HAS_DISTORTION",

@@ -14,6 +14,8 @@ pub struct Features {
     pub scattering: bool,
     /// The channels differ so much that each needs its own sampling.
     pub chromatic: bool,
+    /// Samples have wavelengths.
+    pub spectrum: bool,
     /// There is a water surface.
     pub boundary: bool,
     /// The surface refracts and reflects.
@@ -60,6 +62,7 @@ impl Features {
             scattering: medium.is_some_and(Medium::scatters),
             chromatic: medium
                 .is_some_and(|m| m.by_scattering.count > 1 || m.by_attenuation.count > 1),
+            spectrum: scene.spectral.is_some(),
             boundary: boundary.is_some(),
             refraction: boundary.is_some_and(|b| b.index != 1.0),
             geometry: !geometry.is_empty(),
@@ -86,6 +89,7 @@ impl Features {
             (self.medium, "medium"),
             (self.scattering, "scattering"),
             (self.chromatic, "chromatic sampling"),
+            (self.spectrum, "spectrum"),
             (self.boundary, "surface"),
             (self.refraction, "refraction"),
             (self.geometry, "geometry"),
@@ -106,7 +110,9 @@ impl Features {
 }
 
 fn varied_reflectance(geometry: &Geometry) -> bool {
-    let differ = |pair: &[Material]| pair[0].reflectance != pair[1].reflectance;
+    let differ = |pair: &[Material]| {
+        pair[0].reflectance != pair[1].reflectance || pair[0].spectrum != pair[1].spectrum
+    };
     let materials = &geometry.materials;
     materials.iter().any(|m| m.texture.is_some()) || materials.windows(2).any(differ)
 }

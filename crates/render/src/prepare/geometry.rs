@@ -38,6 +38,8 @@ pub struct SurfacePoint {
     pub reflectance: [f64; 3],
     /// Emitted radiance per channel, W/(m² sr).
     pub emission: [f64; 3],
+    /// Index of the material; of no meaning where nothing was met.
+    pub material: usize,
 }
 
 #[derive(Clone, Debug)]
@@ -212,6 +214,7 @@ impl Geometry {
                 shading_normal: -direction,
                 reflectance: [0.0; 3],
                 emission: [0.0; 3],
+                material: 0,
             },
         }
     }
@@ -244,7 +247,8 @@ impl Geometry {
         normal: DVec3,
         shading_normal: DVec3,
     ) -> SurfacePoint {
-        let material = &self.materials[material];
+        let index = material;
+        let material = &self.materials[index];
         let mut reflectance = material.reflectance;
         if let (Some(texture), Some(uv)) = (material.texture, uv) {
             let texel = self.textures[texture].sample(uv.x, uv.y);
@@ -255,6 +259,7 @@ impl Geometry {
             shading_normal,
             reflectance,
             emission: material.emission,
+            material: index,
         }
     }
 }

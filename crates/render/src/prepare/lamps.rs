@@ -132,6 +132,7 @@ mod tests {
             position_m: DVec3::ZERO,
             forward: DVec3::X,
             intensity: [10.0, 5.0, 1.0],
+            spectrum: None,
             level_pct: 50.0,
             half_angle_deg,
             falloff,

@@ -1,7 +1,9 @@
 //! The water as the integrators read it: coefficients, phase table, and the sampling strategies.
 
+use uw_media::Iops;
 use uw_media::phase::{PhaseFunction, PhaseTable};
 
+use super::WavelengthSets;
 use crate::scene::Water;
 
 /// Channels whose coefficients differ by more than this factor are sampled by one strategy each.
@@ -20,6 +22,8 @@ pub struct Medium {
     pub c_max: f64,
     /// Smallest absorption coefficient, 1/m.
     pub a_min: f64,
+    /// Largest single scattering albedo b/c.
+    pub albedo: f64,
     /// Natural logarithm of `b`; negative infinity where b is 0.
     pub ln_b: [f64; 3],
     /// Phase function for the inner loop.
@@ -68,7 +72,55 @@ impl Strategies {
     }
 }
 
+impl Strategies {
+    /// At least `count` strategies: one for each channel where there are fewer.
+    pub(super) fn at_least(self, count: usize, sigma: [f64; 3], relevant: [bool; 3]) -> Self {
+        if self.count >= count {
+            return self;
+        }
+        let used: Vec<f64> = (0..3).filter(|&k| relevant[k]).map(|k| sigma[k]).collect();
+        let largest = used.iter().copied().fold(0.0, f64::max);
+        let at = |k: usize| match used.get(k) {
+            Some(&sigma) if sigma > 0.0 => sigma,
+            _ => largest.max(f64::MIN_POSITIVE),
+        };
+        Self {
+            count,
+            sigma: [at(0), at(1), at(2)],
+        }
+    }
+}
+
 impl Medium {
+    /// As [`Medium::build`] for water by wavelength: coefficients of the light that is left after `way_m`, smallest and
+    /// largest ones of all wavelengths.
+    pub fn by_wavelength(water: &Water, spectrum: &WavelengthSets, way_m: f64) -> Option<Self> {
+        let (a, b) = spectrum.after(way_m);
+        let first = spectrum.sets.first()?;
+        let of_light_left = Water {
+            iops: Iops { a, b },
+            ..water.clone()
+        };
+        let medium = Self::build(&of_light_left)?;
+        let all = |value: fn(f64, f64) -> f64| {
+            let sets = spectrum.sets.iter();
+            sets.flat_map(move |set| [0, 1, 2].map(|k| value(set.b[k], set.c[k])))
+        };
+        let least = |value| all(value).fold(f64::INFINITY, f64::min);
+        let most = |value| all(value).fold(0.0, f64::max);
+        let attenuation = medium.by_attenuation;
+        Some(Self {
+            c_min: least(|_, c| c),
+            c_max: most(|_, c| c),
+            a_min: least(|b, c| c - b).max(0.0),
+            albedo: most(|b, c| if c > 0.0 { b / c } else { 0.0 }),
+            by_scattering: first.by_scattering,
+            ln_sigma: first.by_scattering.sigma.map(f64::ln),
+            by_attenuation: attenuation.at_least(first.by_attenuation.count, medium.c, [true; 3]),
+            ..medium
+        })
+    }
+
     /// Prepares `water`; `None` when nothing is absorbed or scattered.
     pub fn build(water: &Water) -> Option<Self> {
         let b = water.iops.b;
@@ -87,6 +139,10 @@ impl Medium {
             ln_b: b.map(f64::ln),
             phase: PhaseTable::new(&water.phase),
             mean_cosine: water.phase.mean_cosine(),
+            albedo: (0..3)
+                .filter(|&k| c[k] > 0.0)
+                .map(|k| b[k] / c[k])
+                .fold(0.0, f64::max),
             by_scattering,
             ln_sigma: by_scattering.sigma.map(f64::ln),
             by_attenuation: Strategies::new(c, scatters),
@@ -109,14 +165,6 @@ impl Medium {
     /// Mean scattering coefficient of the channels, 1/m.
     pub fn b_mean(&self) -> f64 {
         self.b.iter().sum::<f64>() / 3.0
-    }
-
-    /// Largest single scattering albedo b/c of the channels.
-    pub fn largest_albedo(&self) -> f64 {
-        (0..3)
-            .filter(|&k| self.c[k] > 0.0)
-            .map(|k| self.b[k] / self.c[k])
-            .fold(0.0, f64::max)
     }
 
     /// Transmittance over `range_m`, per channel.

@@ -7,6 +7,7 @@ mod features;
 mod geometry;
 mod lamps;
 mod medium;
+mod spectrum;
 
 use std::sync::Arc;
 
@@ -18,6 +19,7 @@ pub use features::Features;
 pub use geometry::{Geometry, Hit, Primitive, SurfacePoint};
 pub use lamps::PreparedLamp;
 pub use medium::{Medium, Strategies};
+pub use spectrum::{AtWavelengths, WavelengthSets};
 
 use crate::scene::{Camera, Scene};
 
@@ -28,6 +30,8 @@ pub struct Prepared {
     pub camera: Camera,
     /// The water; `None` in air or in perfectly clear water.
     pub medium: Option<Medium>,
+    /// The scene by wavelength; `None` where the three channels are all there is.
+    pub spectrum: Option<WavelengthSets>,
     /// The water surface; `None` when the medium fills all space.
     pub boundary: Option<Boundary>,
     /// Surfaces, shared by all scenes that differ in other things only.
@@ -70,8 +74,13 @@ impl Prepared {
     /// As [`Prepared::build_with`], without the field of daylight, which takes longest: renders are right all the
     /// same, and noisier in daylight until [`Prepared::steer`] has brought it.
     pub fn build_unsteered(scene: &Scene, geometry: Arc<Geometry>) -> Self {
-        let medium = scene.water.as_ref().and_then(Medium::build);
         let boundary = Boundary::build(scene);
+        let spectrum = WavelengthSets::build(scene, &geometry.materials);
+        let depth_m = boundary.map_or(0.0, |b| (b.height - scene.camera.position_m.z).max(0.0));
+        let medium = scene.water.as_ref().and_then(|water| match &spectrum {
+            Some(spectrum) => Medium::by_wavelength(water, spectrum, depth_m),
+            None => Medium::build(water),
+        });
         let under_surface = |lamp: PreparedLamp| {
             lamp.under(boundary.as_ref(), medium.as_ref(), scene.camera.position_m)
         };
@@ -96,6 +105,7 @@ impl Prepared {
         Self {
             camera: scene.camera.clone(),
             medium,
+            spectrum,
             boundary,
             geometry,
             lamps,

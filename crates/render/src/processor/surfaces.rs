@@ -4,7 +4,7 @@ use glam::DVec3;
 use uw_lanes::scalar::Surfaces;
 
 use crate::{
-    kernels::layout::NONE,
+    kernels::{layout::NONE, spectra::own_spectra},
     prepare::{Geometry, Hit, Prepared, Primitive},
 };
 
@@ -15,13 +15,17 @@ const TRIANGLE: u32 = 1 << 31;
 pub(super) struct FromCamera<'a> {
     geometry: &'a Geometry,
     camera: DVec3,
+    /// Rows of the materials' own spectra.
+    spectra: Vec<u32>,
 }
 
 impl<'a> FromCamera<'a> {
-    pub(super) fn new(scene: &'a Prepared) -> Self {
+    /// Of `scene` for kernels with `lamps` lamps.
+    pub(super) fn new(scene: &'a Prepared, lamps: usize) -> Self {
         Self {
             geometry: &scene.geometry,
             camera: scene.camera.position_m,
+            spectra: own_spectra(scene, lamps),
         }
     }
 }
@@ -62,18 +66,20 @@ impl Surfaces for FromCamera<'_> {
         Some((hit.t, index(hit.primitive), hit.local))
     }
 
-    fn point(&self, met: u32, local: [f64; 2], direction: [f64; 3]) -> [[f64; 3]; 4] {
+    fn point(&self, met: u32, local: [f64; 2], direction: [f64; 3]) -> ([[f64; 3]; 4], u32) {
         let hit = Hit {
             t: 0.0,
             primitive: primitive(met),
             local,
         };
         let point = self.geometry.surface_point(&hit, direction.into());
-        [
+        let spectrum = self.spectra.get(point.material).copied().unwrap_or(NONE);
+        let numbers = [
             point.normal.to_array(),
             point.shading_normal.to_array(),
             point.reflectance,
             point.emission,
-        ]
+        ];
+        (numbers, spectrum)
     }
 }

@@ -2,16 +2,17 @@
 //! 2008) under nested uniform scrambling (Owen 1995), which keeps its evenness and makes every point uniform.
 
 /// Number of dimensions.
-pub const DIMENSIONS: usize = 7;
+pub const DIMENSIONS: usize = 8;
 
 /// Primitive polynomials and first direction numbers after the first dimension: degree, coefficients, numbers.
-const POLYNOMIALS: [(usize, u32, [u32; 4]); DIMENSIONS - 1] = [
-    (1, 0, [1, 0, 0, 0]),
-    (2, 1, [1, 3, 0, 0]),
-    (3, 1, [1, 3, 1, 0]),
-    (3, 2, [1, 1, 1, 0]),
-    (4, 1, [1, 1, 3, 3]),
-    (4, 4, [1, 3, 5, 13]),
+const POLYNOMIALS: [(usize, u32, [u32; 5]); DIMENSIONS - 1] = [
+    (1, 0, [1, 0, 0, 0, 0]),
+    (2, 1, [1, 3, 0, 0, 0]),
+    (3, 1, [1, 3, 1, 0, 0]),
+    (3, 2, [1, 1, 1, 0, 0]),
+    (4, 1, [1, 1, 3, 3, 0]),
+    (4, 4, [1, 3, 5, 13, 0]),
+    (5, 2, [1, 1, 5, 5, 17]),
 ];
 
 /// Direction numbers, by bits of the index from the lowest.

@@ -25,7 +25,7 @@ const INVERTIBLE_ERROR: f64 = 1e-9;
 /// Points per image side at which the distortion is checked when a scene is read.
 const CHECKED_POINTS: u32 = 16;
 
-const FIELDS: [&str; 11] = [
+pub(super) const FIELDS: [&str; 12] = [
     "position_m",
     "forward",
     "up",
@@ -37,6 +37,7 @@ const FIELDS: [&str; 11] = [
     "distortion",
     "width",
     "height",
+    "response",
 ];
 
 /// A size that no picture can have.

@@ -14,6 +14,7 @@ use super::reader::Table;
 use super::setting::Amended;
 use super::{
     Camera, Lamp, Scene, SceneError, Setting, WaterSurface, light, object, phase, sections,
+    spectral,
 };
 
 /// Value of the `format` field.
@@ -102,7 +103,8 @@ fn syntax_error(doc: &Document<'_>, error: &toml::de::Error) -> SceneError {
 }
 
 fn read_scene(root: &Table<'_>) -> Result<Scene, SceneError> {
-    let water = phase::read_water(root)?;
+    let spectral = spectral::read(root)?;
+    let water = phase::read_water(root, spectral.as_ref())?;
     let surface = sections::read_surface(root)?;
     let sun = light::read_sun(root)?;
     let sky_radiance = light::read_sky(root)?;
@@ -128,12 +130,16 @@ fn read_scene(root: &Table<'_>) -> Result<Scene, SceneError> {
         more_lamps = kept;
     }
     light::append_named(&mut lamps, more_lamps);
+    if let Some(spectral) = &spectral {
+        warnings.extend(spectral.dark_channels(&lamps));
+    }
     Ok(Scene {
         water,
         surface,
         sun,
         sky_radiance,
         camera,
+        spectral,
         lamps,
         quads: objects.quads,
         meshes: objects.gltf.meshes,

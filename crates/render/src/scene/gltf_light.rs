@@ -62,6 +62,7 @@ pub(super) fn read_light(
         position_m,
         forward,
         intensity,
+        spectrum: None,
         level_pct: 100.0,
         half_angle_deg,
         falloff,

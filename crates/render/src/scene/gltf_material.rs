@@ -86,6 +86,7 @@ impl<'a> MaterialReader<'a> {
         };
         let emission = self.emission(material, &place)?;
         self.materials.push(Material {
+            spectrum: None,
             reflectance: [r, g, b],
             texture,
             emission,

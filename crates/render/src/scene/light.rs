@@ -7,14 +7,16 @@ use glam::DVec3;
 use super::range::Range;
 use super::reader::Table;
 use super::value::Value;
-use super::{Falloff, Lamp, SceneError, Sun};
+use super::{Falloff, Lamp, SceneError, Sun, spectral};
 
-const SUN_FIELDS: [&str; 3] = ["zenith_deg", "azimuth_deg", "irradiance"];
-const LAMP_FIELDS: [&str; 8] = [
+pub(super) const SUN_FIELDS: [&str; 4] = ["zenith_deg", "azimuth_deg", "irradiance", "spectrum"];
+pub(super) const SKY_FIELDS: [&str; 2] = ["radiance", "spectrum"];
+pub(super) const LAMP_FIELDS: [&str; 9] = [
     "name",
     "position_m",
     "forward",
     "intensity",
+    "spectrum",
     "level_pct",
     "half_angle_deg",
     "falloff",
@@ -44,7 +46,7 @@ pub(super) fn read_sun(root: &Table<'_>) -> Result<Option<Sun>, SceneError> {
 
 /// Reads `[sky]`; its radiance, W/(m² sr), is 0 when the table is left out.
 pub(super) fn read_sky(root: &Table<'_>) -> Result<[f64; 3], SceneError> {
-    let Some(table) = root.table("sky", &["radiance"])? else {
+    let Some(table) = root.table("sky", &SKY_FIELDS)? else {
         return Ok([0.0; 3]);
     };
     table.numbers("radiance", Range::non_negative("W/(m² sr)"))
@@ -113,6 +115,10 @@ fn read_lamp(table: &Table<'_>, name: String) -> Result<Lamp, SceneError> {
         position_m: table.vector("position_m")?,
         forward,
         intensity: table.numbers("intensity", Range::non_negative("W/sr"))?,
+        spectrum: table
+            .optional("spectrum")
+            .map(|value| spectral::read_light(&value))
+            .transpose()?,
         level_pct: table.number_or("level_pct", Range::closed(0.0, 100.0, "%"), 100.0)?,
         half_angle_deg,
         falloff,

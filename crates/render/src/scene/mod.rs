@@ -25,6 +25,7 @@ mod range;
 mod reader;
 mod sections;
 mod setting;
+mod spectral;
 mod texels;
 mod texture;
 mod value;
@@ -36,7 +37,11 @@ pub use setting::Setting;
 pub use texels::Texels;
 
 use glam::{DVec2, DVec3};
-use uw_media::{Iops, phase::Phase};
+use uw_media::{
+    Iops,
+    phase::Phase,
+    spectral::{Curve, Response, WaterSpectrum},
+};
 
 /// A scene, complete and valid: every number is finite and inside its range, every file has been read.
 #[derive(Clone, Debug)]
@@ -52,6 +57,8 @@ pub struct Scene {
     pub sky_radiance: [f64; 3],
     /// The camera.
     pub camera: Camera,
+    /// What is known of the wavelengths; `None` where the three channels are all there is.
+    pub spectral: Option<Spectral>,
     /// The lamps in file order, those of glTF files last.
     pub lamps: Vec<Lamp>,
     /// Opaque parallelograms.
@@ -74,12 +81,25 @@ pub struct Scene {
 /// Homogeneous water.
 #[derive(Clone, Debug)]
 pub struct Water {
-    /// Absorption and scattering per channel, 1/m.
+    /// Absorption and scattering per channel, 1/m; of a spectral scene those near zero range.
     pub iops: Iops,
     /// Phase function, the same for all channels.
     pub phase: Phase,
     /// Refractive index against air, in [1, 2]; 1.34 by default.
     pub refractive_index: f64,
+}
+
+/// A scene by wavelength: a channel is the mean of what its wavelengths bring, weighted by the camera's response.
+#[derive(Clone, Debug)]
+pub struct Spectral {
+    /// The water; `None` without water.
+    pub water: Option<WaterSpectrum>,
+    /// The camera's response.
+    pub response: Response,
+    /// Relative spectrum of the sun; `None`: the same at every wavelength of a channel.
+    pub sun: Option<Curve>,
+    /// The same of the sky.
+    pub sky: Option<Curve>,
 }
 
 /// The horizontal plane between water (below) and air.
@@ -140,6 +160,8 @@ pub struct Lamp {
     pub half_angle_deg: f64,
     /// Relative intensity against the angle from the axis.
     pub falloff: Falloff,
+    /// Relative spectrum; `intensity` is the mean of a channel over it. `None`: the same at every wavelength of a channel.
+    pub spectrum: Option<Curve>,
     /// 0 for a point; otherwise the radius of the disk, m. The disk's own cosine multiplies the falloff.
     pub radius_m: f64,
 }
@@ -192,6 +214,8 @@ pub struct Mesh {
 pub struct Material {
     /// Reflectance per channel in [0, 1], multiplied by the texture where there is one.
     pub reflectance: [f64; 3],
+    /// Reflectance by wavelength, in the place of the other two.
+    pub spectrum: Option<Curve>,
     /// Index into [`Scene::textures`].
     pub texture: Option<usize>,
     /// Emitted radiance, W/(m² sr) per channel, both sides.

@@ -8,9 +8,11 @@ use glam::{DAffine3, DMat3, DVec2, DVec3, EulerRot};
 use super::range::Range;
 use super::reader::Table;
 use super::value::Value;
-use super::{Encoding, Material, Quad, SceneError, Texture, TextureFilter, gltf_file, texture};
+use super::{
+    Encoding, Material, Quad, SceneError, Texture, TextureFilter, gltf_file, spectral, texture,
+};
 
-const OBJECT_FIELDS: [&str; 7] = [
+pub(super) const OBJECT_FIELDS: [&str; 7] = [
     "plane",
     "gltf",
     "reflectance",
@@ -20,8 +22,10 @@ const OBJECT_FIELDS: [&str; 7] = [
     "scale",
 ];
 const PLANE_FIELDS: [&str; 4] = ["center_m", "normal", "up", "size_m"];
-const TEXTURE_FIELDS: [&str; 4] = ["texture", "encoding", "filter", "tile_m"];
-const REFLECTANCE_EXPECTED: &str = "[r, g, b] in [0, 1] or { texture = \"file.png\" }";
+pub(super) const TEXTURE_FIELDS: [&str; 5] =
+    ["texture", "encoding", "filter", "tile_m", "spectrum"];
+const REFLECTANCE_EXPECTED: &str =
+    "[r, g, b] in [0, 1], { texture = \"file.png\" } or { spectrum = \"file.csv\" }";
 /// Smallest edge of a plane and of a texture's tile, m.
 const LEAST_EDGE_M: f64 = 1e-6;
 /// Sine of the smallest angle between a plane's normal and its up direction.
@@ -71,16 +75,24 @@ impl Objects {
         })?;
         let mut material = Material {
             reflectance: [1.0; 3],
+            spectrum: None,
             texture: None,
             emission,
         };
         if reflectance.is_table() {
             let texture = reflectance.as_table(&TEXTURE_FIELDS)?;
-            if let Some(tile_m) = texture.optional("tile_m") {
-                quad.tile_m =
-                    DVec2::from_array(tile_m.as_numbers(Range::at_least(LEAST_EDGE_M, "m"))?);
+            if let Some(spectrum) = texture.optional("spectrum") {
+                for field in &TEXTURE_FIELDS[..4] {
+                    texture.refuse(field, "where the reflectance is a spectrum")?;
+                }
+                material.spectrum = Some(spectral::read_reflectance(&spectrum)?);
+            } else {
+                if let Some(tile_m) = texture.optional("tile_m") {
+                    quad.tile_m =
+                        DVec2::from_array(tile_m.as_numbers(Range::at_least(LEAST_EDGE_M, "m"))?);
+                }
+                material.texture = Some(self.add_texture(&texture)?);
             }
-            material.texture = Some(self.add_texture(&texture)?);
         } else if reflectance.is_array() {
             material.reflectance = reflectance.as_numbers(Range::closed(0.0, 1.0, ""))?;
         } else {

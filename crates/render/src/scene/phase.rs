@@ -10,9 +10,17 @@ use uw_media::{Bands, Iops, MediaError, WaterType, meant};
 use super::range::Range;
 use super::reader::Table;
 use super::value::Value;
-use super::{SceneError, Water};
+use super::{SceneError, Spectral, Water};
 
-const WATER_FIELDS: [&str; 6] = ["jerlov", "bands", "a", "b", "phase", "refractive_index"];
+pub(super) const WATER_FIELDS: [&str; 7] = [
+    "jerlov",
+    "bands",
+    "spectrum",
+    "a",
+    "b",
+    "phase",
+    "refractive_index",
+];
 const PHASE_FIELDS: [&str; 9] = [
     "model",
     "n",
@@ -71,7 +79,10 @@ impl Model {
 }
 
 /// Reads `[water]`.
-pub(super) fn read_water(root: &Table<'_>) -> Result<Option<Water>, SceneError> {
+pub(super) fn read_water(
+    root: &Table<'_>,
+    spectral: Option<&Spectral>,
+) -> Result<Option<Water>, SceneError> {
     let Some(table) = root.table("water", &WATER_FIELDS)? else {
         return Ok(None);
     };
@@ -85,7 +96,10 @@ pub(super) fn read_water(root: &Table<'_>) -> Result<Option<Water>, SceneError> 
     };
     let index_range = Range::closed(1.0, 2.0, "");
     Ok(Some(Water {
-        iops: read_iops(&table)?,
+        iops: match spectral {
+            Some(spectral) => spectral.wideband(),
+            None => read_iops(&table)?,
+        },
         phase,
         refractive_index: table.number_or(
             "refractive_index",
@@ -98,7 +112,10 @@ pub(super) fn read_water(root: &Table<'_>) -> Result<Option<Water>, SceneError> 
 fn read_iops(table: &Table<'_>) -> Result<Iops, SceneError> {
     let Some(jerlov) = table.optional("jerlov") else {
         if table.optional("a").is_none() && table.optional("b").is_none() {
-            return Err(table.missing("jerlov", "a Jerlov water type, or a and b in 1/m"));
+            return Err(table.missing(
+                "jerlov",
+                "a Jerlov water type, or a and b in 1/m, or spectrum with the path of a table",
+            ));
         }
         table.refuse(
             "bands",
@@ -205,7 +222,7 @@ fn read_parts(parts: &Value<'_>) -> Result<Vec<(f64, Phase)>, SceneError> {
 }
 
 /// An error of the media crate about one value of the file.
-fn refused(value: &Value<'_>, error: MediaError) -> SceneError {
+pub(super) fn refused(value: &Value<'_>, error: MediaError) -> SceneError {
     match error {
         MediaError::OutOfRange { expected, .. } => value.invalid(expected),
         MediaError::UnknownName { known, .. } => value.invalid_got(

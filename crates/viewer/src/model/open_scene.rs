@@ -116,13 +116,19 @@ impl OpenScene {
             Some(toml::Value::Array(objects)) => objects.clone(),
             _ => Vec::new(),
         };
+        let by_wavelength = scene.spectral.as_ref().map(|_| {
+            "the scene is known by wavelength; this window shows and saves it in three bands, with the water's coefficients \
+             near zero range"
+                .to_owned()
+        });
+        let by_wavelength: Vec<String> = by_wavelength.into_iter().collect();
         let open = Self {
             path: Some(path.to_path_buf()),
             title: title(path),
             base_dir,
             objects,
             geometry: Arc::new(Geometry::build(&scene)),
-            warnings: scene.warnings,
+            warnings: [scene.warnings, by_wavelength].concat(),
         };
         Ok((open, settings))
     }
@@ -232,6 +238,8 @@ fn settings(scene: &Scene, raw: &toml::Table) -> Settings {
 fn coefficients(water: &uw_render::scene::Water, raw: &toml::Table) -> Coefficients {
     let text = |field| raw.get("water")?.get(field)?.as_str();
     let jerlov = text("jerlov").and_then(|name| name.parse::<WaterType>().ok());
+    // Of water by wavelength the coefficients near zero range.
+    let jerlov = jerlov.filter(|_| text("bands").is_none_or(|name| name.parse::<Bands>().is_ok()));
     match jerlov {
         Some(jerlov) => {
             let place = WaterType::ALL.iter().position(|&t| t == jerlov);

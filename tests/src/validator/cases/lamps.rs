@@ -104,6 +104,7 @@ fn targets() -> Vec<Case> {
             half_angle_deg: 30.0,
             level_pct: 35.0,
             intensity: [2.0, 6.0, 12.0],
+            spectrum: None,
             ..disk(v(0.4, 0.7, 0.1), v(1.0, -0.5, 0.0), 0.3)
         },
     );

@@ -101,6 +101,7 @@ fn disk(position_m: DVec3, forward: DVec3, radius_m: f64) -> Lamp {
         position_m,
         forward: forward.normalize(),
         intensity: [10.0, 8.0, 5.0],
+        spectrum: None,
         level_pct: 100.0,
         half_angle_deg: 90.0,
         falloff: Falloff::Uniform,

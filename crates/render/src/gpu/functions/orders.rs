@@ -18,7 +18,7 @@ fn probability(k: u32, depth: f64, albedo: f64) -> f64 {
 fn drawn_orders_follow_the_stated_law() {
     let Some(gpu) = adapter() else { return };
     let scene = scene();
-    let albedo = scene.medium.as_ref().expect("water").largest_albedo();
+    let albedo = scene.medium.as_ref().expect("water").albedo;
     let n = ROWS as f64;
     for depth in [1e-3f32, 0.4, 3.0, 20.0] {
         let even = |i: usize| (i as f32 + 0.5) / ROWS as f32;

@@ -1,0 +1,231 @@
+//! The response of a camera's channels, and the wavelengths drawn from it.
+
+use crate::error::MediaError;
+use crate::tables;
+
+use super::named::embedded;
+use super::{Curve, TableError, read_columns};
+
+/// Names that [`Response::named`] knows, for messages.
+pub const RESPONSES: &str = "boxes canon5d2 nikon_d5100 imx219 arri_d21 canon_eos_5d_mark_ii canon_powershot_s90 canon_xti \
+     nikon_d200 nikon_d7000 nikon_d700 nikon_d70 sony_ilce_7rm2 sony_ilce_7sm2";
+/// Cameras of the first table, every 10 nm from 400 to 700 nm.
+const FIRST: [&str; 3] = ["canon5d2", "nikon_d5100", "imx219"];
+/// Width of a box's edge, nm.
+const EDGE_NM: f64 = 1e-6;
+/// Widest part over which a response is summed up, nm.
+const PART_NM: f64 = 0.25;
+
+/// Relative response of the channels R, G and B per unit of energy.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Response {
+    /// The name, or the file it comes from.
+    pub name: String,
+    /// R, G and B.
+    pub channels: [Curve; 3],
+}
+
+impl Response {
+    /// Three boxes, 600-700, 500-600 and 400-500 nm.
+    pub fn boxes() -> Self {
+        let channel = |from: f64, to: f64| {
+            Curve::new(vec![
+                (from, 0.0),
+                (from + EDGE_NM, 1.0),
+                (to - EDGE_NM, 1.0),
+                (to, 0.0),
+            ])
+        };
+        Self {
+            name: "boxes".to_owned(),
+            channels: [
+                channel(600.0, 700.0),
+                channel(500.0, 600.0),
+                channel(400.0, 500.0),
+            ],
+        }
+    }
+
+    /// A camera that has a name: three of `camera_responses.csv`, others of the rawtoaces collection.
+    ///
+    /// # Errors
+    /// An unknown name.
+    pub fn named(name: &str) -> Result<Self, MediaError> {
+        if name == "boxes" {
+            return Ok(Self::boxes());
+        }
+        if !RESPONSES.split_whitespace().any(|known| known == name) {
+            return Err(MediaError::UnknownName {
+                kind: "camera",
+                got: name.to_owned(),
+                known: RESPONSES.to_owned(),
+            });
+        }
+        let table = match FIRST.contains(&name) {
+            true => tables::CAMERAS,
+            false => tables::MORE_CAMERAS,
+        };
+        let channel = |c: &str| embedded(table, &format!("{name}_{c}"));
+        // The curve of the IMX219 counts photons; the energy of a photon is ~ 1/wavelength.
+        let per_energy = |curve: Curve| match name {
+            "imx219" => curve.map(|nm, value| nm * value),
+            _ => curve,
+        };
+        Ok(Self {
+            name: name.to_owned(),
+            channels: ["r", "g", "b"].map(|c| per_energy(channel(c))),
+        })
+    }
+
+    /// Reads a table with the columns wavelength_nm, r, g and b; `name` says where it comes from.
+    ///
+    /// # Errors
+    /// As [`read_columns`].
+    pub fn parse(text: &str, name: &str) -> Result<Self, TableError> {
+        Ok(Self {
+            name: name.to_owned(),
+            channels: read_columns(text, ["r", "g", "b"], None)?,
+        })
+    }
+
+    /// Channel values of a spectrum: means weighted by the responses, within `range_nm` where that is given.
+    pub fn channel_values(
+        &self,
+        range_nm: Option<(f64, f64)>,
+        of: impl Fn(f64) -> f64,
+    ) -> [f64; 3] {
+        std::array::from_fn(|k| {
+            let (mut sum, mut weights) = (0.0, 0.0);
+            for part in parts_of(&self.channels[k], range_nm) {
+                sum += part.weight * of(part.middle_nm);
+                weights += part.weight;
+            }
+            match weights > 0.0 {
+                true => sum / weights,
+                false => 0.0,
+            }
+        })
+    }
+
+    /// `count` sets of three wavelengths, nm, one for each channel, that stand for equal shares of the channel's response
+    /// within `range_nm`: the middle of each share.
+    ///
+    /// `None` where a channel responds to nothing there.
+    pub fn wavelength_sets(&self, count: usize, range_nm: (f64, f64)) -> Option<Vec<[f64; 3]>> {
+        let channels: Vec<Vec<f64>> = self
+            .channels
+            .iter()
+            .map(|curve| quantiles(&parts_of(curve, Some(range_nm)), count))
+            .collect::<Option<_>>()?;
+        Some(
+            (0..count)
+                .map(|i| std::array::from_fn(|k| channels[k][i]))
+                .collect(),
+        )
+    }
+
+    /// First and last wavelength at which a channel responds, nm.
+    pub fn range_nm(&self) -> (f64, f64) {
+        let ranges = self.channels.iter().filter_map(Curve::range_nm);
+        ranges.fold((f64::INFINITY, 0.0), |all, own| {
+            (all.0.min(own.0), all.1.max(own.1))
+        })
+    }
+}
+
+/// A small part of a response.
+struct Part {
+    middle_nm: f64,
+    width_nm: f64,
+    /// The response times the width.
+    weight: f64,
+}
+
+/// The parts of a response within a range.
+fn parts_of(curve: &Curve, range_nm: Option<(f64, f64)>) -> Vec<Part> {
+    let (low, high) = range_nm.unwrap_or((0.0, f64::INFINITY));
+    let mut parts = Vec::new();
+    for pair in curve.nodes().windows(2) {
+        let (from, to) = (pair[0].0.max(low), pair[1].0.min(high));
+        if from >= to {
+            continue;
+        }
+        let count = ((to - from) / PART_NM).ceil().max(1.0);
+        let width_nm = (to - from) / count;
+        parts.extend((0..count as usize).map(|part| {
+            let middle_nm = from + (part as f64 + 0.5) * width_nm;
+            Part {
+                middle_nm,
+                width_nm,
+                weight: curve.at(middle_nm) * width_nm,
+            }
+        }));
+    }
+    parts
+}
+
+/// Middles of `count` equal shares of what the parts weigh; within a part it is even.
+fn quantiles(parts: &[Part], count: usize) -> Option<Vec<f64>> {
+    let total: f64 = parts.iter().map(|part| part.weight).sum();
+    if !(total > 0.0) {
+        return None;
+    }
+    let (mut found, mut below, mut i) = (Vec::with_capacity(count), 0.0, 0);
+    for share in 0..count {
+        let wanted = total * (share as f64 + 0.5) / count as f64;
+        while i + 1 < parts.len() && below + parts[i].weight < wanted {
+            below += parts[i].weight;
+            i += 1;
+        }
+        let part = &parts[i];
+        let inside = ((wanted - below) / part.weight).clamp(0.0, 1.0);
+        found.push(part.middle_nm + (inside - 0.5) * part.width_nm);
+    }
+    Some(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_name_has_a_response() {
+        for name in RESPONSES.split_whitespace() {
+            let response = Response::named(name).expect(name);
+            let [red, green, blue] = response.channel_values(None, |nm| nm);
+            assert!(red > green && green > blue, "{name}: {red} {green} {blue}");
+        }
+        assert!(Response::named("canon").is_err());
+    }
+
+    #[test]
+    fn boxes_average_their_bands() {
+        let values = Response::boxes().channel_values(None, |nm| nm);
+        for (value, expected) in values.into_iter().zip([650.0, 550.0, 450.0]) {
+            assert!((value - expected).abs() < 1e-6, "{value}");
+        }
+    }
+
+    /// Sums over the sets of wavelengths are means weighted by the response, of smooth and of crooked functions.
+    #[test]
+    fn sets_of_wavelengths_stand_for_equal_shares() {
+        for name in ["boxes", "canon5d2", "imx219", "sony_ilce_7sm2"] {
+            let response = Response::named(name).expect(name);
+            let range = (400.0, 700.0);
+            let sets = response.wavelength_sets(256, range).expect(name);
+            for (of, tolerance) in [
+                ((|nm| nm) as fn(f64) -> f64, 1e-5),
+                (|nm| (-((nm - 400.0) / 60.0)).exp(), 1e-4),
+                // A jump is where one of the sets is.
+                (|nm| if nm < 630.0 { 1.0 } else { 0.2 }, 5e-3),
+            ] {
+                let expected = response.channel_values(Some(range), of);
+                for k in 0..3 {
+                    let mean = sets.iter().map(|set| of(set[k])).sum::<f64>() / 256.0;
+                    let error = (mean - expected[k]).abs() / expected[k];
+                    assert!(error < tolerance, "{name} {k}: {mean} {}", expected[k]);
+                }
+            }
+        }
+    }
+}

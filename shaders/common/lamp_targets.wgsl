@@ -1,0 +1,134 @@
+// Which lamps, and mirror images of lamps, a camera walk is joined to, and where they are.
+// Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
+import package::common::camera::CameraRay;
+import package::common::interface::mirror;
+import package::common::lamp_walk::{LONGEST, up_to_free_path};
+import package::common::layout::{HAS_SURFACE, INFINITE, scene};
+import package::common::light::{lamp_relative_intensity, lamp_sample_point};
+import package::common::medium::largest;
+import package::common::rng::uniform_number;
+import package::common::settings::lamp_count;
+import package::common::tables::{lamp_intensity, lamp_mirror_share, lamp_position, lamp_radius};
+
+const MOST_LAMPS: u32 = 4u;
+const EVEN_SHARE: f32 = 0.1;
+/// Distance of a lamp, by those that it is the difference of, below which it is of no account.
+const LEAST_DISTANCE: f32 = 1e-6;
+/// Where a number is drawn that might have been given.
+const NO_NUMBER: f32 = -1.0;
+
+/// A lamp or its mirror image, as paths are joined to it; `weight` is the reciprocal of its probability.
+struct Target {
+    lamp: u32,
+    mirrored: bool,
+    weight: f32,
+}
+
+var<private> targets: array<Target, 4>;
+var<private> target_count: u32;
+
+fn target_centre(aimed: Target) -> vec3f {
+    let position = lamp_position(aimed.lamp);
+    if HAS_SURFACE && aimed.mirrored {
+        return mirror(position);
+    }
+    return position;
+}
+
+/// A point of the lamp or of its mirror image, in unfolded space.
+fn lamp_point(aimed: Target) -> vec3f {
+    var point = lamp_position(aimed.lamp);
+    if lamp_radius(aimed.lamp) > 0.0 {
+        let u = uniform_number();
+        let v = uniform_number();
+        point = lamp_sample_point(aimed.lamp, u, v);
+    }
+    if HAS_SURFACE && aimed.mirrored {
+        return mirror(point);
+    }
+    return point;
+}
+
+/// Adds the lamp or its mirror image to the targets; the first of them by `number`, unless that is NO_NUMBER.
+fn aim(lamp: u32, weight: f32, number: f32) {
+    let share = lamp_mirror_share(lamp);
+    var mirrored = false;
+    if share > 0.0 {
+        var u = number;
+        if target_count > 0u || number == NO_NUMBER {
+            u = uniform_number();
+        }
+        mirrored = u < share;
+    }
+    let probability = select(1.0 - share, share, mirrored);
+    if target_count < MOST_LAMPS {
+        targets[target_count] = Target(lamp, mirrored, weight / probability);
+        target_count += 1u;
+    }
+}
+
+/// What a lamp can bring to a camera ray: its irradiance at the end of the ray, or one free path into the water, or, where
+/// nothing ends or dims the ray, where it is closest to the lamp.
+fn lamp_estimate(lamp: u32, ray: CameraRay) -> f32 {
+    let from_origin = ray.origin - lamp_position(lamp);
+    var reach = 0.0;
+    if ray.wet {
+        reach = up_to_free_path(ray.length);
+        if reach >= LONGEST {
+            reach = max(-dot(from_origin, ray.direction), 0.0);
+        }
+    }
+    let offset = from_origin + reach * ray.direction;
+    let radius = lamp_radius(lamp);
+    let least2 = LEAST_DISTANCE * LEAST_DISTANCE * (dot(from_origin, from_origin) + reach * reach);
+    let distance2 = max(max(dot(offset, offset), radius * radius), least2);
+    if distance2 == 0.0 {
+        return 0.0;
+    }
+    let beam = lamp_relative_intensity(lamp, offset / sqrt(max(dot(offset, offset), least2)));
+    return largest(lamp_intensity(lamp)) * (0.1 + beam) * exp(-min(scene.c_min * sqrt(distance2), 80.0)) / distance2;
+}
+
+/// Chooses, once per walk, the lamps it is joined to: all where there are few, else four by what they can bring. Whether
+/// the first is the lamp or its image is told by `number`, unless that is NO_NUMBER.
+fn choose_targets(ray: CameraRay, number: f32) {
+    target_count = 0u;
+    let count = lamp_count();
+    if count <= MOST_LAMPS {
+        for (var i = 0u; i < count; i++) {
+            aim(i, 1.0, number);
+        }
+        return;
+    }
+    var total = 0.0;
+    for (var i = 0u; i < count; i++) {
+        total += lamp_estimate(i, ray);
+    }
+    let even = EVEN_SHARE / f32(count);
+    let all_shares = select(EVEN_SHARE, 1.0, total > 0.0);
+    var next = uniform_number();
+    var sum = 0.0;
+    for (var i = 0u; i < count; i++) {
+        let guided = select(0.0, lamp_estimate(i, ray) / max(total, 1e-37), total > 0.0);
+        let expected = f32(MOST_LAMPS) * (even + (1.0 - EVEN_SHARE) * guided) / all_shares;
+        sum += expected;
+        var chosen = 0.0;
+        while next < sum {
+            chosen += 1.0;
+            next += 1.0;
+        }
+        if chosen > 0.0 {
+            aim(i, chosen / expected, number);
+        }
+    }
+}
+
+/// Square of the distance of `point` from the nearest lamp, m².
+fn nearest2_to(point: vec3f) -> f32 {
+    var nearest2 = INFINITE;
+    for (var i = 0u; i < lamp_count(); i++) {
+        let offset = lamp_position(i) - point;
+        nearest2 = min(nearest2, dot(offset, offset));
+    }
+    return nearest2;
+}

@@ -1,0 +1,352 @@
+//! Scenes by wavelength: against quadrature where nothing scatters, and against renders at single wavelengths that are added
+//! up with the camera's response.
+
+use std::path::Path;
+
+use uw_media::{Iops, spectral::Curve};
+use uw_render::scene::Scene;
+use uw_tests::{
+    file,
+    gpu::{Place, everywhere},
+    measure,
+};
+
+/// A scene of one view, whose tables lie in `assets`.
+fn parsed(text: &str) -> Scene {
+    let text = format!("format = \"uw-scene/1\"\n{text}");
+    Scene::parse(&text, &file("../assets"), "spectral.toml").unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// A column of a table in `assets`, read anew: wavelengths, nm, and values.
+fn column(path: &str, name: &str) -> Vec<(f64, f64)> {
+    let text = std::fs::read_to_string(file("../assets").join(path)).expect("readable");
+    let mut lines = text.lines().filter(|line| !line.starts_with('#'));
+    let header: Vec<&str> = lines.next().expect("a header").split(',').collect();
+    let place = |wanted: &str| header.iter().position(|n| *n == wanted).expect(wanted);
+    let (x, y) = (place("wavelength_nm"), place(name));
+    lines
+        .map(|line| {
+            let cells: Vec<&str> = line.split(',').collect();
+            (cells[x].parse().expect("nm"), cells[y].parse().expect(name))
+        })
+        .collect()
+}
+
+fn at(nodes: &[(f64, f64)], nm: f64) -> f64 {
+    let pair = nodes
+        .windows(2)
+        .find(|pair| pair[0].0 <= nm && nm <= pair[1].0);
+    pair.map_or(0.0, |p| {
+        p[0].1 + (p[1].1 - p[0].1) * (nm - p[0].0) / (p[1].0 - p[0].0)
+    })
+}
+
+/// Patches that cover the gamut, one of them grey.
+const PATCHES: [&str; 5] = ["red", "blue", "yellow", "foliage", "neutral_5_(.70_D)"];
+
+/// A chart lit by an LED lamp beside the camera, in water that absorbs: ∫ I ρ e^(−2 a d) w dλ / (π d²).
+#[test]
+fn a_chart_without_scattering_is_as_quadrature_says() {
+    everywhere(chart);
+}
+
+fn chart(place: Place) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, head: &str, rows: &[(f64, f64)]| {
+        let rows: String = rows.iter().map(|(nm, x)| format!("{nm},{x}\n")).collect();
+        std::fs::write(folder.path().join(name), format!("{head}\n{rows}")).expect("written");
+    };
+    let table = std::fs::read_to_string(file("../assets/water/jerlov_iop_10nm.csv")).expect("read");
+    let absorption: Vec<(f64, f64)> = table
+        .lines()
+        .filter(|line| line.starts_with("II,"))
+        .map(|line| {
+            let cells: Vec<f64> = line.split(',').skip(1).flat_map(str::parse).collect();
+            (cells[0], cells[1])
+        })
+        .collect();
+    let with_no_b: String = absorption
+        .iter()
+        .map(|(nm, a)| format!("{nm},{a},0\n"))
+        .collect();
+    std::fs::write(
+        folder.path().join("water.csv"),
+        format!("wavelength_nm,a_per_m,b_per_m\n{with_no_b}"),
+    )
+    .expect("written");
+    let led = column("spectra/lamp_spectra.csv", "LED-B4");
+    let response =
+        ["r", "g", "b"].map(|c| column("water/camera_responses.csv", &format!("canon5d2_{c}")));
+    for patch in PATCHES {
+        let reflectance = column("spectra/colorchecker_reflectances.csv", patch);
+        write("chart.csv", "wavelength_nm,reflectance", &reflectance);
+        for distance_m in [0.5, 2.0, 5.0] {
+            let text = format!(
+                "format = \"uw-scene/1\"\n[water]\nspectrum = \"water.csv\"\n[camera]\nposition_m = [0.0, 0.0, 0.0]\n\
+                 forward = [1.0, 0.0, 0.0]\nhfov_deg = 1e-4\nwidth = 24\nheight = 24\nresponse = \"canon5d2\"\n[[lamp]]\n\
+                 position_m = [0.0, 0.0, 0.0]\nintensity = [10.0, 20.0, 30.0]\nspectrum = \"led-5000k\"\n[[object]]\n\
+                 plane = {{ center_m = [{distance_m}, 0.0, 0.0], normal = [-1.0, 0.0, 0.0], up = [0.0, 0.0, 1.0], \
+                 size_m = [9.0, 9.0] }}\nreflectance = {{ spectrum = \"chart.csv\" }}\n"
+            );
+            let scene =
+                Scene::parse(&text, folder.path(), "chart.toml").unwrap_or_else(|e| panic!("{e}"));
+            let (mean, error) = measure(place, &scene, 1024, 1, 1);
+            for k in 0..3 {
+                let sum = |of: &dyn Fn(f64) -> f64| -> f64 {
+                    (0..6000)
+                        .map(|i| 400.025 + 0.05 * f64::from(i))
+                        .map(|nm| at(&response[k], nm) * of(nm))
+                        .sum()
+                };
+                let light = sum(&|nm| at(&led, nm));
+                let seen = sum(&|nm| {
+                    at(&led, nm)
+                        * at(&reflectance, nm)
+                        * (-2.0 * distance_m * at(&absorption, nm)).exp()
+                });
+                let expected = [10.0, 20.0, 30.0][k] * seen
+                    / light
+                    / (std::f64::consts::PI * distance_m * distance_m);
+                let (off, noise) = (mean[k] / expected - 1.0, error[k] / mean[k]);
+                println!("  {patch} at {distance_m} m, channel {k}: {off:+.1e} ± {noise:.1e}");
+                assert!(
+                    off.abs() < 3e-4 + 3.5 * noise && noise < 1.5e-3 * place.noise(),
+                    "{patch} {distance_m} {k}: {} {expected}",
+                    mean[k]
+                );
+            }
+        }
+    }
+}
+
+const VIEW: &str = "[camera]\nposition_m = [0.0, 0.0, DEPTH]\nforward = [1.0, 0.0, 0.0]\nhfov_deg = 20.0\nwidth = 12\nheight = 12\n";
+const LAMP: &str = "[[lamp]]\nposition_m = [0.0, 0.4, DEPTH]\nforward = [1.0, 0.0, 0.0]\nhalf_angle_deg = 60.0\n\
+                    intensity = [10.0, 10.0, 10.0]\n";
+
+fn plane(distance_m: f64, depth_m: f64) -> String {
+    format!(
+        "[[object]]\nplane = {{ center_m = [{distance_m}, 0.0, {}], normal = [-1.0, 0.0, 0.0], up = [0.0, 0.0, 1.0], \
+         size_m = [4.0, 4.0] }}\nreflectance = [0.4, 0.4, 0.4]\n",
+        -depth_m
+    )
+}
+
+fn at_depth(parts: &[&str], depth_m: f64) -> Scene {
+    parsed(&parts.concat().replace("DEPTH", &format!("{:?}", -depth_m)))
+}
+
+/// Scenes with their names, samples and largest numbers of events.
+fn scenes() -> Vec<(&'static str, Scene)> {
+    let water = |jerlov: &str| format!("[water]\njerlov = \"{jerlov}\"\nbands = \"spectral\"\n");
+    let canon = VIEW.to_owned() + "response = \"canon5d2\"\n";
+    let led = LAMP.to_owned() + "spectrum = \"led-5000k\"\n";
+    let day = "[surface]\n[sun]\nzenith_deg = 30.0\nirradiance = [1.0, 1.0, 1.0]\nspectrum = \"clear-sky\"\n[sky]\n\
+               radiance = [0.05, 0.05, 0.05]\nspectrum = \"clear-sky\"\n";
+    vec![
+        (
+            "lamp, II, 3 m",
+            at_depth(&[&water("II"), &canon, &led, &plane(3.0, 0.0)], 0.0),
+        ),
+        (
+            "lamp, 5C, 1.5 m",
+            at_depth(&[&water("5C"), VIEW, LAMP, &plane(1.5, 0.0)], 0.0),
+        ),
+        (
+            "lamp, 3C, no target",
+            at_depth(&[&water("3C"), &canon, &led], 0.0),
+        ),
+        (
+            "daylight, IB, 10 m deep",
+            at_depth(&[&water("IB"), day, VIEW, &plane(2.0, 10.0)], 10.0),
+        ),
+        (
+            "daylight, 3C, 4 m deep",
+            at_depth(&[&water("3C"), day, &canon, &plane(1.0, 4.0)], 4.0),
+        ),
+    ]
+}
+
+/// The scene at three wavelengths, as its channels.
+fn monochromatic(scene: &Scene, wavelengths_nm: [f64; 3]) -> Scene {
+    let spectral = scene.spectral.as_ref().expect("by wavelength");
+    let mut single = scene.clone();
+    let water = spectral.water.as_ref().expect("water");
+    let curve = |curve: &Curve| wavelengths_nm.map(|nm| curve.at(nm));
+    if let Some(medium) = &mut single.water {
+        medium.iops = Iops {
+            a: curve(&water.a),
+            b: curve(&water.b),
+        };
+    }
+    single.spectral = None;
+    single
+}
+
+/// Light of a lamp, the sun or the sky at one wavelength relative to the mean of each channel.
+fn relative(scene: &Scene, of: Option<&Curve>, nm: f64) -> [f64; 3] {
+    scene
+        .spectral
+        .as_ref()
+        .expect("by wavelength")
+        .relative_light(of)([nm; 3])
+}
+
+/// Renders at every node of the water's table, three at a time, each with light of the same strength; then added up with the
+/// response, between nodes as exponentials are.
+fn added_up(place: Place, scene: &Scene, samples: u32) -> ([f64; 3], [f64; 3]) {
+    let spectral = scene.spectral.as_ref().expect("by wavelength");
+    let nodes: Vec<f64> = spectral
+        .water
+        .as_ref()
+        .expect("water")
+        .a
+        .nodes()
+        .iter()
+        .map(|n| n.0)
+        .collect();
+    let mut radiance = Vec::new();
+    for (i, three) in nodes.chunks(3).enumerate() {
+        let wavelengths = [0, 1, 2].map(|k| three[k.min(three.len() - 1)]);
+        let single = monochromatic(scene, wavelengths);
+        let (mean, error) = measure(place, &single, samples, 0, 100 + i as u64);
+        radiance.extend((0..three.len()).map(|k| (mean[k], error[k])));
+    }
+    // The lights' channels are alike, so that light of strength 1 stands for all of them.
+    let light = scene.lamps.first().map(|lamp| lamp.spectrum.as_ref());
+    let light = light.unwrap_or(spectral.sun.as_ref());
+    let mut sums = ([0.0; 3], [0.0; 3]);
+    for k in 0..3 {
+        let (mut total, mut weights) = (0.0, vec![0.0; nodes.len()]);
+        for i in 0..nodes.len() - 1 {
+            let (from, to) = (nodes[i], nodes[i + 1]);
+            for part in 0..40 {
+                let share = (f64::from(part) + 0.5) / 40.0;
+                let nm = from + share * (to - from);
+                let w = spectral.response.channels[k].at(nm) * (to - from) / 40.0;
+                let own = relative(scene, light, nm)[k];
+                let between = radiance[i].0.powf(1.0 - share) * radiance[i + 1].0.powf(share);
+                total += w;
+                sums.0[k] += w * own * between;
+                weights[i] += w * own * (1.0 - share);
+                weights[i + 1] += w * own * share;
+            }
+        }
+        let variance: f64 = weights
+            .iter()
+            .zip(&radiance)
+            .map(|(w, r)| (w * r.1).powi(2))
+            .sum();
+        sums.0[k] /= total;
+        sums.1[k] = variance.sqrt() / total;
+    }
+    sums
+}
+
+#[test]
+fn a_spectral_render_is_the_sum_of_monochromatic_ones() {
+    everywhere(sum_of_monochromatic);
+}
+
+fn sum_of_monochromatic(place: Place) {
+    let mut scores = Vec::new();
+    for (name, scene) in scenes() {
+        let (expected, own) = added_up(place, &scene, 128);
+        let (mean, error) = measure(place, &scene, 512, 0, 1);
+        for k in 0..3 {
+            // What straight lines between the nodes' logarithms leave out.
+            let interpolation = 1e-3 * expected[k];
+            let z = (mean[k] - expected[k]) / own[k].hypot(error[k]).hypot(interpolation);
+            println!(
+                "  {name}, channel {k}: {:.5e} ± {:.1}% against {:.5e} ± {:.1}%, z {z:+.2}",
+                mean[k],
+                100.0 * error[k] / mean[k],
+                expected[k],
+                100.0 * own[k] / expected[k]
+            );
+            assert!(
+                error[k] < 0.03 * place.noise() * mean[k],
+                "{name}: too noisy to tell"
+            );
+            scores.push(z);
+        }
+    }
+    let square = scores.iter().map(|z| z * z).sum::<f64>() / scores.len() as f64;
+    let largest = scores.iter().fold(0.0f64, |most, z| most.max(z.abs()));
+    println!("  rms z {:.2}, largest {largest:.2}", square.sqrt());
+    assert!(
+        largest < 4.0 && square.sqrt() < 1.8,
+        "rms {square}, largest {largest}"
+    );
+}
+
+/// Water whose coefficients are the same at every wavelength renders as the same three numbers do, but for noise.
+#[test]
+fn water_without_colour_is_as_three_numbers_say() {
+    everywhere(|place| {
+        let folder = tempfile::tempdir().expect("a folder");
+        let table = "wavelength_nm,a_per_m,b_per_m\n400,0.2,0.6\n450,0.2,0.6\n500,0.2,0.6\n550,0.2,0.6\n600,0.2,0.6\n\
+                     650,0.2,0.6\n700,0.2,0.6\n";
+        std::fs::write(folder.path().join("grey.csv"), table).expect("written");
+        let rest = (VIEW.to_owned() + LAMP + &plane(1.5, 0.0)).replace("DEPTH", "0.0");
+        let of = |water: &str| {
+            let text = format!("format = \"uw-scene/1\"\n[water]\n{water}\n{rest}");
+            Scene::parse(&text, folder.path(), "grey.toml").unwrap_or_else(|e| panic!("{e}"))
+        };
+        let by_wavelength = of("spectrum = \"grey.csv\"");
+        assert!(by_wavelength.spectral.is_some());
+        let (mean, error) = measure(place, &by_wavelength, 256, 0, 1);
+        let (expected, own) = measure(
+            place,
+            &of("a = [0.2, 0.2, 0.2]\nb = [0.6, 0.6, 0.6]"),
+            256,
+            0,
+            2,
+        );
+        for k in 0..3 {
+            let z = (mean[k] - expected[k]) / error[k].hypot(own[k]);
+            println!("  channel {k}: {} {}, z {z:+.2}", mean[k], expected[k]);
+            assert!(
+                z.abs() < 4.0 && error[k] < 0.02 * place.noise() * mean[k],
+                "{z}"
+            );
+        }
+    });
+}
+
+#[test]
+fn what_does_not_go_together_is_refused() {
+    let view = VIEW.replace("DEPTH", "0.0");
+    let cases = [
+        (
+            "[water]\njerlov = \"II\"\nspectrum = \"x.csv\"\n",
+            "water.jerlov must be left out where water.spectrum is given",
+        ),
+        (
+            "[water]\nspectrum = \"x.csv\"\nbands = \"mean\"\n",
+            "water.bands must be \"spectral\"",
+        ),
+        ("[water]\nspectrum = \"x.csv\"\n", "x.csv"),
+        (
+            "[water]\njerlov = \"I\"\nbands = \"spectral-measured\"\n",
+            "IB II III 1C 3C 5C",
+        ),
+        (
+            "[water]\na = [1.0, 1.0, 1.0]\nb = [1.0, 1.0, 1.0]\n[[lamp]]\nposition_m = [0.0, 0.0, 0.0]\n\
+             intensity = [1.0, 1.0, 1.0]\nspectrum = \"led-5000k\"\n",
+            "lamp 1 spectrum must be left out where the water is known in three bands",
+        ),
+        (
+            "[water]\njerlov = \"II\"\nbands = \"spectral\"\n[[lamp]]\nposition_m = [0.0, 0.0, 0.0]\n\
+             intensity = [1.0, 1.0, 1.0]\nspectrum = \"led-5000\"\n",
+            "led-5000k",
+        ),
+    ];
+    for (text, expected) in cases {
+        let text = format!("format = \"uw-scene/1\"\n{text}{view}");
+        let error = Scene::parse(&text, Path::new("."), "wrong.toml")
+            .expect_err(&text)
+            .to_string();
+        assert!(error.contains(expected), "{text}: {error}");
+        assert!(error.starts_with("wrong.toml:"), "{error}");
+    }
+}
