@@ -24,8 +24,7 @@ pub(super) const OBJECT_FIELDS: [&str; 7] = [
 const PLANE_FIELDS: [&str; 4] = ["center_m", "normal", "up", "size_m"];
 pub(super) const TEXTURE_FIELDS: [&str; 5] =
     ["texture", "encoding", "filter", "tile_m", "spectrum"];
-const REFLECTANCE_EXPECTED: &str =
-    "[r, g, b] in [0, 1], { texture = \"file.png\" } or { spectrum = \"file.csv\" }";
+const REFLECTANCE_EXPECTED: &str = "[r, g, b] in [0, 1] or { texture = \"file.png\" }";
 /// Smallest edge of a plane and of a texture's tile, m.
 const LEAST_EDGE_M: f64 = 1e-6;
 /// Sine of the smallest angle between a plane's normal and its up direction.

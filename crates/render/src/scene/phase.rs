@@ -112,10 +112,7 @@ pub(super) fn read_water(
 fn read_iops(table: &Table<'_>) -> Result<Iops, SceneError> {
     let Some(jerlov) = table.optional("jerlov") else {
         if table.optional("a").is_none() && table.optional("b").is_none() {
-            return Err(table.missing(
-                "jerlov",
-                "a Jerlov water type, or a and b in 1/m, or spectrum with the path of a table",
-            ));
+            return Err(table.missing("jerlov", "a Jerlov water type, or a and b in 1/m"));
         }
         table.refuse(
             "bands",

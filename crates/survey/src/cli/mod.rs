@@ -25,6 +25,7 @@ mod sensor;
 mod stats;
 pub(crate) mod values;
 mod water;
+mod water_spectrum;
 
 use std::process::ExitCode;
 

@@ -1,14 +1,16 @@
-//! `uw water`: Jerlov's water types in three colour channels.
+//! `uw water`: Jerlov's water types in three colour channels, or by wavelength.
 
 use std::io::{self, Write};
 
 use clap::{ArgGroup, Args};
 use serde_json::json;
+use uw_media::spectral::WaterSpectrum;
 use uw_media::{Bands, Iops, WaterType, channel_iops};
 
 use super::error::CliError;
 use super::numbers::significant;
 use super::output;
+use super::water_spectrum::{SpectrumArguments, read};
 
 /// Significant digits of the coefficients: more than any measurement has.
 const DIGITS: usize = 9;
@@ -23,19 +25,40 @@ pub(super) struct WaterArguments {
     /// List the water types.
     #[arg(long, group = "task")]
     list: bool,
+    /// A table with the columns wavelength_nm, a_per_m and b_per_m in the place of a water type.
+    #[arg(long, group = "task", value_name = "FILE")]
+    spectrum: Option<String>,
     /// How wavelengths become channels: mean, paper-printed, measured, camera:NAME, or three intervals in nm
-    /// such as 600-700,500-600,400-500. Default: mean.
-    #[arg(long, conflicts_with = "list")]
+    /// such as 600-700,500-600,400-500; or spectral, spectral-measured for the spectrum itself. Default: mean.
+    #[arg(long, conflicts_with_all = ["list", "spectrum"])]
     bands: Option<String>,
+    #[command(flatten)]
+    of_spectrum: SpectrumArguments,
 }
 
 impl WaterArguments {
     /// Prints the table or the list, as JSON where `json`.
     pub(super) fn run(&self, json: bool) -> Result<(), CliError> {
+        if let Some(path) = &self.spectrum {
+            let spectrum = WaterSpectrum::parse(&read(path)?)
+                .map_err(|error| CliError::input(format!("{path}: {error}")))?;
+            return self.of_spectrum.run(&spectrum, path, json);
+        }
         let Some(name) = &self.jerlov else {
             return list(json);
         };
         let water_type: WaterType = name.parse().map_err(CliError::input)?;
+        match self.bands.as_deref() {
+            Some("spectral") => {
+                let spectrum = WaterSpectrum::jerlov(water_type);
+                return self.of_spectrum.run(&spectrum, name, json);
+            }
+            Some("spectral-measured") => {
+                let spectrum = WaterSpectrum::measured(water_type).map_err(CliError::input)?;
+                return self.of_spectrum.run(&spectrum, name, json);
+            }
+            _ => self.of_spectrum.refuse()?,
+        }
         let bands: Bands = match &self.bands {
             Some(bands) => bands.parse().map_err(CliError::input)?,
             None => Bands::default(),

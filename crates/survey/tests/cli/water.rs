@@ -231,3 +231,67 @@ fn red_absorption_rises_along_the_coastal_types() {
             .is_sorted_by(|one, next| one < next)
     );
 }
+
+/// The table of `docs`: what three bands make wrong where lamp and camera are 4 m from the target.
+#[test]
+fn a_spectrum_tells_what_three_bands_make_wrong() {
+    let folder = Folder::new();
+    let run = folder.good(
+        "water --jerlov I --bands spectral --response canon5d2 --light led-5000k --range-m 8 --plot I.png --json",
+    );
+    let found: serde_json::Value = serde_json::from_str(&run.stdout).expect("JSON");
+    assert_eq!(found["wavelength_nm"].as_array().map(Vec::len), Some(31));
+    let ratio = |k: usize| {
+        let of = |name: &str| found["range"][name][k].as_f64().expect("a number");
+        of("light_left") / of("light_left_wideband")
+    };
+    // Red, green, blue of type I by another program, on another grid and with half of the scattered light lost.
+    for (k, expected) in [(0, 1.32), (1, 1.06), (2, 1.01)] {
+        assert!(
+            (ratio(k) / expected - 1.0).abs() < 0.03,
+            "{k}: {}",
+            ratio(k)
+        );
+    }
+    assert!(folder.path("I.png").exists());
+    let table = folder.good("water --jerlov I --bands spectral");
+    assert!(
+        table
+            .stdout
+            .starts_with("wavelength_nm,a_per_m,b_per_m,c_per_m\n400,")
+    );
+}
+
+#[test]
+fn spectra_that_cannot_be_used_are_refused() {
+    let folder = Folder::new();
+    folder.write(
+        "um.csv",
+        "wavelength_nm,a_per_m,b_per_m\n0.4,0.1,0.1\n0.5,0.1,0.1\n",
+    );
+    for (command, expected) in [
+        (
+            "water --spectrum um.csv",
+            "um.csv: line 2: the wavelength must be in nm",
+        ),
+        ("water --spectrum none.csv", "none.csv"),
+        (
+            "water --jerlov I --range-m 3",
+            "--range-m goes with --bands spectral",
+        ),
+        (
+            "water --jerlov I --bands spectral --range-m=-1",
+            "--range-m",
+        ),
+        (
+            "water --jerlov I --bands spectral --response canon",
+            "canon5d2",
+        ),
+        (
+            "water --jerlov 7C --bands spectral-measured",
+            "IB II III 1C 3C 5C",
+        ),
+    ] {
+        folder.refused(command, &[expected]);
+    }
+}
