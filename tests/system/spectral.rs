@@ -293,7 +293,9 @@ fn water_without_colour_is_as_three_numbers_say() {
             Scene::parse(&text, folder.path(), "grey.toml").unwrap_or_else(|e| panic!("{e}"))
         };
         let by_wavelength = of("spectrum = \"grey.csv\"");
-        assert!(by_wavelength.spectral.is_some());
+        let spectral = by_wavelength.spectral.as_ref().expect("by wavelength");
+        assert_eq!(spectral.response.name, "boxes");
+        assert_eq!(spectral.lights, Vec::<String>::new());
         let (mean, error) = measure(place, &by_wavelength, 256, 0, 1);
         let (expected, own) = measure(
             place,

@@ -5,21 +5,22 @@ use std::f64::consts::TAU;
 use rayon::prelude::*;
 
 use crate::image::{Counts, Frame, Picture, linear_to_srgb};
-use crate::scene::{Encoding, Exposure, Noise, Sensor};
+use crate::scene::{Encoding, Exposure, Noise, Sensor, WhiteBalance};
 
 impl Sensor {
-    /// Exposes a picture: exposure, noise, clipping to [0, 1], encoding, rounding to the nearest count.
+    /// Exposes a picture: exposure, noise, white balance, clipping to [0, 1], encoding, rounding to the nearest count.
     ///
     /// The noise depends on `seed`, the pixel's place and the channel alone, not on the number of threads.
     /// Radiance that is not a number counts as 0.
     pub fn expose(&self, picture: &Picture, seed: u64) -> Frame {
         let factor = self.exposure_factor(picture);
+        let gains = self.white_gains(picture);
         let counts = if self.bits == 16 {
-            Counts::Bits16(self.counts(picture, factor, seed, |encoded| {
+            Counts::Bits16(self.counts(picture, (factor, gains), seed, |encoded| {
                 quantise(encoded, u16::MAX.into()) as u16
             }))
         } else {
-            Counts::Bits8(self.counts(picture, factor, seed, |encoded| {
+            Counts::Bits8(self.counts(picture, (factor, gains), seed, |encoded| {
                 quantise(encoded, u8::MAX.into()) as u8
             }))
         };
@@ -33,18 +34,33 @@ impl Sensor {
     /// Factor from radiance, W/(m² sr), to the linear signal. For a picture that is black all over,
     /// which no factor brings to a mean, it is 1.
     pub fn exposure_factor(&self, picture: &Picture) -> f64 {
-        let finite = picture
-            .data
-            .iter()
-            .flatten()
-            .filter(|value| value.is_finite());
         let mean = || {
-            let (sum, count) = finite.fold((0.0, 0.0), |(sum, count), value| {
-                (sum + f64::from(*value), count + 1.0)
-            });
+            let gains = self.white_gains(picture);
+            let channels = channel_sums(picture);
+            let (mut sum, mut count) = (0.0, 0.0);
+            for (k, (own, finite)) in channels.into_iter().enumerate() {
+                sum += gains[k] * own;
+                count += finite;
+            }
             sum / count
         };
         self.exposure_factor_of(mean)
+    }
+
+    /// Factor of each channel's signal by the white balance. Grey: those that make the channels' means equal, of which green
+    /// keeps its own; 1 for a channel that is black all over.
+    pub fn white_gains(&self, picture: &Picture) -> [f64; 3] {
+        match self.white_balance {
+            WhiteBalance::None => [1.0; 3],
+            WhiteBalance::Gains(gains) => gains,
+            WhiteBalance::Gray => {
+                let means = channel_sums(picture).map(|(sum, count)| sum / count.max(1.0));
+                means.map(|mean| match mean > 0.0 && means[1] > 0.0 {
+                    true => means[1] / mean,
+                    false => 1.0,
+                })
+            }
+        }
     }
 
     /// The same of a picture whose radiances have this mean over pixels and channels; it is asked for where it counts.
@@ -61,12 +77,13 @@ impl Sensor {
     fn counts<T: Send>(
         &self,
         picture: &Picture,
-        factor: f64,
+        (factor, gains): (f64, [f64; 3]),
         seed: u64,
         quantise: impl Fn(f64) -> T + Sync,
     ) -> Vec<T> {
         let count = |(index, radiance): (usize, &f32)| {
-            let signal = clip(self.noisy(f64::from(*radiance) * factor, seed, index as u64));
+            let signal = self.noisy(f64::from(*radiance) * factor, seed, index as u64);
+            let signal = clip(gains[index % 3] * signal);
             quantise(match self.encoding {
                 Encoding::Linear => signal,
                 Encoding::Srgb => linear_to_srgb(signal),
@@ -95,6 +112,20 @@ impl Noise {
     pub fn standard_deviation(&self, signal: f64) -> f64 {
         (self.a * signal.max(0.0) + self.b).sqrt()
     }
+}
+
+/// Sum and number of the finite values of each channel.
+fn channel_sums(picture: &Picture) -> [(f64, f64); 3] {
+    let mut sums = [(0.0, 0.0); 3];
+    for pixel in &picture.data {
+        for k in 0..3 {
+            if pixel[k].is_finite() {
+                sums[k].0 += f64::from(pixel[k]);
+                sums[k].1 += 1.0;
+            }
+        }
+    }
+    sums
 }
 
 /// To [0, 1]; what is not a number becomes 0.
@@ -152,6 +183,7 @@ mod tests {
             encoding: Encoding::Linear,
             bits: 16,
             noise: Some(noise),
+            white_balance: crate::scene::WhiteBalance::None,
         }
     }
 
@@ -289,6 +321,7 @@ mod tests {
             encoding: Encoding::Srgb,
             bits: 8,
             noise: None,
+            white_balance: crate::scene::WhiteBalance::None,
         };
         // sRGB: 0.25 is 136.96, 0.5 is 187.52, 0.001 is 3.29 of 255.
         assert_eq!(
@@ -318,6 +351,7 @@ mod tests {
             encoding: Encoding::Linear,
             bits: 16,
             noise: None,
+            white_balance: crate::scene::WhiteBalance::None,
         };
         let mut picture = uniform(0.0, 2, 1);
         picture.data = vec![[0.01, 0.02, 0.03], [0.02, 0.03, 0.01]];
@@ -326,5 +360,39 @@ mod tests {
         let mean = counts.iter().map(|count| f64::from(*count)).sum::<f64>() / 6.0 / 65535.0;
         assert!((mean - 0.4).abs() < 1e-5);
         assert_eq!(auto.exposure_factor(&Picture::black(4, 4)), 1.0);
+    }
+
+    #[test]
+    fn white_balance_makes_a_grey_world_grey_after_the_noise() {
+        let picture = Picture {
+            width: 2,
+            height: 1,
+            data: vec![[0.05, 0.2, 0.1], [0.15, 0.4, 0.3]],
+        };
+        let of = |white_balance, exposure| Sensor {
+            white_balance,
+            exposure,
+            encoding: Encoding::Linear,
+            bits: 16,
+            noise: None,
+        };
+        let stored = |sensor: Sensor| match sensor.expose(&picture, 1).counts {
+            Counts::Bits16(counts) => counts
+                .iter()
+                .map(|&count| f64::from(count) / 65_535.0)
+                .collect::<Vec<f64>>(),
+            Counts::Bits8(_) => unreachable!("16 bits"),
+        };
+        let gray = stored(of(WhiteBalance::Gray, Exposure::Fixed(1.0)));
+        for k in [0, 2] {
+            assert!((gray[k] + gray[k + 3] - gray[1] - gray[4]).abs() < 1e-4);
+        }
+        let auto = stored(of(WhiteBalance::Gray, Exposure::AutoMean(0.4)));
+        assert!((auto.iter().sum::<f64>() / 6.0 - 0.4).abs() < 1e-4);
+        let gains = stored(of(
+            WhiteBalance::Gains([2.0, 1.0, 0.5]),
+            Exposure::Fixed(1.0),
+        ));
+        assert!((gains[0] - 0.1).abs() < 1e-4 && (gains[5] - 0.15).abs() < 1e-4);
     }
 }

@@ -298,6 +298,7 @@ pub fn sensor(vehicle: &Vehicle, exposure: f64) -> Sensor {
             a: vehicle.noise_a,
             b: vehicle.noise_b,
         }),
+        white_balance: uw_render::scene::WhiteBalance::None,
     }
 }
 

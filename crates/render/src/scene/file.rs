@@ -111,7 +111,7 @@ fn read_scene(root: &Table<'_>) -> Result<Scene, SceneError> {
     let camera = camera::read(root)?;
     let mut lamps = light::read_lamps(root)?;
     let objects = object::read_objects(root)?;
-    let sensor = sections::read_sensor(root)?;
+    let sensor = sections::read_sensor(root, spectral.as_ref())?;
     let render = sections::read_render(root)?;
     let camera = choose_camera(root, camera, objects.gltf.camera)?;
     let mut warnings = objects.gltf.warnings;

@@ -100,6 +100,8 @@ pub struct Spectral {
     pub sun: Option<Curve>,
     /// The same of the sky.
     pub sky: Option<Curve>,
+    /// Where the file gives a light's spectrum, and which, such as `sun spectrum "clear-sky"`.
+    pub lights: Vec<String>,
 }
 
 /// The horizontal plane between water (below) and air.
@@ -255,6 +257,20 @@ pub struct Sensor {
     pub bits: u32,
     /// Noise of the linear signal; `None` for none.
     pub noise: Option<Noise>,
+    /// What the channels are multiplied by after the noise.
+    pub white_balance: WhiteBalance,
+}
+
+/// White balance.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum WhiteBalance {
+    /// Channels as they are.
+    #[default]
+    None,
+    /// Factors that make the means of a picture's channels equal.
+    Gray,
+    /// Factors of R, G and B.
+    Gains([f64; 3]),
 }
 
 /// Exposure.

@@ -2,8 +2,12 @@
 
 use super::range::Range;
 use super::reader::Table;
-use super::{Encoding, Exposure, Noise, RenderSettings, SceneError, Sensor, WaterSurface};
+use super::{
+    Encoding, Exposure, Noise, RenderSettings, SceneError, Sensor, Spectral, WaterSurface,
+    WhiteBalance,
+};
 
+const SENSOR_FIELDS: [&str; 5] = ["exposure", "encoding", "bits", "noise", "white_balance"];
 /// Most samples per pixel.
 const MAX_SAMPLES: u32 = 1 << 30;
 
@@ -25,6 +29,7 @@ impl Default for Sensor {
             encoding: Encoding::Srgb,
             bits: 8,
             noise: None,
+            white_balance: WhiteBalance::None,
         }
     }
 }
@@ -43,8 +48,11 @@ pub(super) fn read_surface(root: &Table<'_>) -> Result<Option<WaterSurface>, Sce
 }
 
 /// Reads `[sensor]`.
-pub(super) fn read_sensor(root: &Table<'_>) -> Result<Option<Sensor>, SceneError> {
-    let Some(table) = root.table("sensor", &["exposure", "encoding", "bits", "noise"])? else {
+pub(super) fn read_sensor(
+    root: &Table<'_>,
+    spectral: Option<&Spectral>,
+) -> Result<Option<Sensor>, SceneError> {
+    let Some(table) = root.table("sensor", &SENSOR_FIELDS)? else {
         return Ok(None);
     };
     let default = Sensor::default();
@@ -63,7 +71,31 @@ pub(super) fn read_sensor(root: &Table<'_>) -> Result<Option<Sensor>, SceneError
             .map_or(Ok(default.encoding), |word| word.as_choice(&encodings))?,
         bits,
         noise: read_noise(&table)?,
+        white_balance: read_white_balance(&table, spectral)?,
     }))
+}
+
+/// `white_balance`: "none", "gray", "d65" (what white is under daylight without water), or three factors.
+fn read_white_balance(
+    sensor: &Table<'_>,
+    spectral: Option<&Spectral>,
+) -> Result<WhiteBalance, SceneError> {
+    let Some(value) = sensor.optional("white_balance") else {
+        return Ok(WhiteBalance::None);
+    };
+    if value.is_array() {
+        return Ok(WhiteBalance::Gains(value.as_numbers(Range::positive(""))?));
+    }
+    if !value.is_text() {
+        return Err(value.invalid("\"none\", \"d65\", \"gray\" or [r, g, b]"));
+    }
+    let d65 = spectral.and_then(Spectral::daylight_gains);
+    let d65 = d65.map_or(WhiteBalance::None, WhiteBalance::Gains);
+    value.as_choice(&[
+        ("none", WhiteBalance::None),
+        ("d65", d65),
+        ("gray", WhiteBalance::Gray),
+    ])
 }
 
 fn read_exposure(sensor: &Table<'_>) -> Result<Option<Exposure>, SceneError> {

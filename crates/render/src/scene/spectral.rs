@@ -111,6 +111,15 @@ pub(super) fn read(root: &Table<'_>) -> Result<Option<Spectral>, SceneError> {
         sky: of("sky", &super::light::SKY_FIELDS, spectral::sky_light)?,
         water,
         response: camera_response,
+        lights: spectra(root)?
+            .iter()
+            .filter(|value| {
+                ["sun", "sky", "lamp"]
+                    .iter()
+                    .any(|of| value.path.starts_with(of))
+            })
+            .map(|value| format!("{} {}", value.path, value.written()))
+            .collect(),
     }))
 }
 
@@ -255,6 +264,16 @@ impl Spectral {
             Some(water) => water.range_nm(),
             None => self.response.range_nm(),
         }
+    }
+
+    /// Factors that make white white under daylight (D65), green keeping its own.
+    pub(super) fn daylight_gains(&self) -> Option<[f64; 3]> {
+        let daylight = spectral::illuminant("d65").ok()?;
+        let values = self.response.channel_values(None, |nm| daylight.at(nm));
+        values
+            .iter()
+            .all(|value| *value > 0.0)
+            .then(|| values.map(|value| values[1] / value))
     }
 
     /// Coefficients of the channels near zero range.

@@ -108,6 +108,7 @@ impl SensorSettings {
             encoding: self.encoding,
             bits: self.bits,
             noise: self.noise,
+            white_balance: uw_render::scene::WhiteBalance::None,
         }
     }
 }

@@ -60,6 +60,7 @@ fn expected(picture: &Picture, look: &Look) -> Vec<[u8; 3]> {
         encoding: look.encoding,
         bits: look.bits,
         noise: look.noise,
+        white_balance: crate::scene::WhiteBalance::None,
     };
     let bytes: Vec<u8> = match sensor.expose(picture, look.noise_seed).counts {
         Counts::Bits8(counts) => counts,

@@ -33,7 +33,7 @@ impl RenderArguments {
         let written = match format {
             ImageFormat::Exr => {
                 let mut image = exr_image(result.prepared, result.film, layers);
-                image.attributes = self.attributes(result.stats);
+                image.attributes = self.attributes(result);
                 image.write(&self.output)
             }
             ImageFormat::Png | ImageFormat::Tiff => {
@@ -68,7 +68,8 @@ impl RenderArguments {
     }
 
     /// What an EXR file says about its making.
-    fn attributes(&self, stats: &RenderStats) -> Vec<(String, String)> {
+    fn attributes(&self, result: &Rendered<'_>) -> Vec<(String, String)> {
+        let stats = result.stats;
         let scene = self.scene.file_name().unwrap_or_default();
         let mut attributes = vec![
             ("uw.version", env!("CARGO_PKG_VERSION").to_owned()),
@@ -80,6 +81,10 @@ impl RenderArguments {
         let changes = self.changes();
         if !changes.is_empty() {
             attributes.push(("uw.changes", changes.join(" ")));
+        }
+        if let Some(spectral) = &result.scene.spectral {
+            attributes.push(("uw.response", spectral.response.name.clone()));
+            attributes.push(("uw.lights", spectral.lights.join("; ")));
         }
         if stats.filled_pixels > 0 {
             attributes.push(("uw.filled_pixels", stats.filled_pixels.to_string()));
