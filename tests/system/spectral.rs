@@ -315,6 +315,26 @@ fn water_without_colour_is_as_three_numbers_say() {
     });
 }
 
+/// A camera one of whose channels sees nothing, with water and without.
+#[test]
+fn a_channel_that_sees_nothing_is_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let rows = "wavelength_nm,r,g,b\n400,0,1,1\n450,0,1,1\n500,0,1,1\n550,0,1,1\n600,0,1,1\n650,0,1,1\n700,0,1,1\n";
+    std::fs::write(folder.path().join("dark.csv"), rows).expect("written");
+    for water in ["", "[water]\njerlov = \"II\"\nbands = \"spectral\"\n"] {
+        let view = VIEW.replace("DEPTH", "0.0");
+        let text =
+            format!("format = \"uw-scene/1\"\n{water}{view}response = {{ file = \"dark.csv\" }}\n");
+        let error = Scene::parse(&text, folder.path(), "dark.toml")
+            .expect_err("dark")
+            .to_string();
+        assert!(
+            error.contains("camera.response") && error.contains("none in r"),
+            "{error}"
+        );
+    }
+}
+
 #[test]
 fn what_does_not_go_together_is_refused() {
     let view = VIEW.replace("DEPTH", "0.0");

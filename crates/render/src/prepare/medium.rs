@@ -116,7 +116,10 @@ impl Medium {
             albedo: most(|b, c| if c > 0.0 { b / c } else { 0.0 }),
             by_scattering: first.by_scattering,
             ln_sigma: first.by_scattering.sigma.map(f64::ln),
-            by_attenuation: attenuation.at_least(first.by_attenuation.count, medium.c, [true; 3]),
+            by_attenuation: Strategies {
+                count: first.by_attenuation.count,
+                ..attenuation.at_least(first.by_attenuation.count, medium.c, [true; 3])
+            },
             ..medium
         })
     }

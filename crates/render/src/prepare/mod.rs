@@ -89,14 +89,17 @@ impl Prepared {
         // Without a surface the sun would be infinitely far away through the water.
         let lit = boundary.is_some() || medium.is_none();
         let sun = SunBeam::build(scene, boundary.as_ref()).filter(|_| lit);
-        let features = Features::analyse(
-            medium.as_ref(),
-            boundary.as_ref(),
-            &geometry,
-            &lamps,
-            sun.as_ref(),
-            scene,
-        );
+        let features = Features {
+            spectrum: spectrum.is_some(),
+            ..Features::analyse(
+                medium.as_ref(),
+                boundary.as_ref(),
+                &geometry,
+                &lamps,
+                sun.as_ref(),
+                scene,
+            )
+        };
         let largest_emission = geometry.largest_emission();
         let ambient_scale = std::array::from_fn(|k| {
             let sun = sun.as_ref().map_or(0.0, |s| s.irradiance_in_air[k]);

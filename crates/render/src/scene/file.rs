@@ -110,7 +110,10 @@ fn read_scene(root: &Table<'_>) -> Result<Scene, SceneError> {
     let sky_radiance = light::read_sky(root)?;
     let camera = camera::read(root)?;
     let mut lamps = light::read_lamps(root)?;
-    let objects = object::read_objects(root)?;
+    let mut objects = object::read_objects(root)?;
+    if let Some(spectral) = &spectral {
+        spectral.mean_reflectances(&mut objects.materials);
+    }
     let sensor = sections::read_sensor(root, spectral.as_ref())?;
     let render = sections::read_render(root)?;
     let camera = choose_camera(root, camera, objects.gltf.camera)?;

@@ -9,7 +9,7 @@ use uw_media::{Iops, WaterType};
 use super::phase::refused;
 use super::reader::Table;
 use super::value::Value;
-use super::{Lamp, SceneError, Spectral};
+use super::{Lamp, Material, SceneError, Spectral};
 
 /// The bands of scenes by wavelength.
 pub(super) const SPECTRAL: &str = "spectral";
@@ -81,6 +81,7 @@ pub(super) fn read(root: &Table<'_>) -> Result<Option<Spectral>, SceneError> {
         Some(value) => read_response(value)?,
         None => Response::boxes(),
     };
+    check_seen(response.as_ref(), &camera_response)?;
     if let Some(water) = &water {
         let place = response.or_else(|| root.optional("water"));
         check_covered(place.as_ref(), water, &camera_response)?;
@@ -231,6 +232,19 @@ pub(super) fn read_reflectance(value: &Value<'_>) -> Result<Curve, SceneError> {
     }
 }
 
+/// Every channel must see something.
+fn check_seen(place: Option<&Value<'_>>, response: &Response) -> Result<(), SceneError> {
+    let seen = response.channel_values(None, |_| 1.0);
+    let dark = (0..3).find(|&k| seen[k] == 0.0);
+    match (place, dark) {
+        (Some(place), Some(k)) => Err(place.invalid_got(
+            "a response above 0 somewhere in each of r, g and b",
+            format!("none in {}", ["r", "g", "b"][k]),
+        )),
+        _ => Ok(()),
+    }
+}
+
 /// The water must be known where the camera sees.
 fn check_covered(
     place: Option<&Value<'_>>,
@@ -304,6 +318,16 @@ impl Spectral {
                 false => 0.0,
             }),
             _ => [1.0; 3],
+        }
+    }
+
+    /// Gives materials with a spectrum its mean over each channel, for whoever sees three bands.
+    pub(super) fn mean_reflectances(&self, materials: &mut [Material]) {
+        for material in materials {
+            if let Some(curve) = &material.spectrum {
+                let range_nm = Some(self.range_nm());
+                material.reflectance = self.response.channel_values(range_nm, |nm| curve.at(nm));
+            }
         }
     }
 
