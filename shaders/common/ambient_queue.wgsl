@@ -26,23 +26,23 @@ fn first_numbers() -> First {
     return First(leading(6u), leading(2u), leading_bits(3u), leading(4u), wavelength_number());
 }
 
-fn queue_place(place: u32, row: u32) -> u32 {
-    return (3u * dispatch.slots + QUEUED_ROWS * place + row) * dispatch.lanes + lane;
+fn queue_row(slot: u32, row: u32) -> u32 {
+    return (3u * dispatch.slots + QUEUED_ROWS * slot + row) * dispatch.lanes + lane;
 }
 
-/// Keeps a sample that looks along `direction`, whose light counts `factor` times, at a place below `dispatch.queued`.
-fn enqueue(place: u32, direction: vec3f, factor: f32, first: First) {
-    scratch[queue_place(place, 0u)] = vec4f(direction, factor);
+/// Keeps a sample that looks along `direction`, whose light counts `factor` times, at a slot below `dispatch.queued`.
+fn enqueue(slot: u32, direction: vec3f, factor: f32, first: First) {
+    scratch[queue_row(slot, 0u)] = vec4f(direction, factor);
     // Halves of the bits as floats: bit patterns that are no number might not survive.
-    scratch[queue_place(place, 1u)] = vec4f(first.chooser, first.flight, f32(first.bits & 0xffffu), f32(first.bits >> 16u));
-    scratch[queue_place(place, 2u)] = vec4f(first.v, first.wavelengths, 0.0, 0.0);
+    scratch[queue_row(slot, 1u)] = vec4f(first.chooser, first.flight, f32(first.bits & 0xffffu), f32(first.bits >> 16u));
+    scratch[queue_row(slot, 2u)] = vec4f(first.v, first.wavelengths, 0.0, 0.0);
 }
 
 /// Direction and factor of a sample, whose numbers become those of the sample at work.
-fn dequeue(place: u32) -> vec4f {
-    let a = scratch[queue_place(place, 1u)];
-    let b = scratch[queue_place(place, 2u)];
+fn dequeue(slot: u32) -> vec4f {
+    let a = scratch[queue_row(slot, 1u)];
+    let b = scratch[queue_row(slot, 2u)];
     numbers = First(a.x, a.y, u32(a.z) | (u32(a.w) << 16u), b.x, b.y);
     choose_wavelengths(b.y);
-    return scratch[queue_place(place, 0u)];
+    return scratch[queue_row(slot, 0u)];
 }

@@ -56,7 +56,7 @@ fn stack_size() -> u32 {
     return 3u * dispatch.slots / WALK_VECTORS;
 }
 
-fn stack_place(walk: u32, i: u32) -> u32 {
+fn stack_row(walk: u32, i: u32) -> u32 {
     return (WALK_VECTORS * walk + i) * dispatch.lanes + lane;
 }
 
@@ -73,14 +73,14 @@ fn push_walk(w: AmbientWalk) {
     pending += 1u;
 }
 
-fn store_walk(place: u32, w: AmbientWalk) {
+fn store_walk(slot: u32, w: AmbientWalk) {
     let packed = (w.channels.chosen << 8u) | (w.flags << 2u) | w.channels.count;
     // Whole numbers below 2^24 as floats: bit patterns that are no number might not survive.
-    scratch[stack_place(place, 0u)] = vec4f(w.origin, f32(w.start_primitive & 0xffffu));
-    scratch[stack_place(place, 1u)] = vec4f(w.direction, f32(w.start_primitive >> 16u));
-    scratch[stack_place(place, 2u)] = vec4f(w.channels.value, f32(min(w.events, 0xffffffu)));
-    scratch[stack_place(place, 3u)] = vec4f(w.channels.ln_density, f32(packed));
-    scratch[stack_place(place, 4u)] = vec4f(w.from_sun, 0.0);
+    scratch[stack_row(slot, 0u)] = vec4f(w.origin, f32(w.start_primitive & 0xffffu));
+    scratch[stack_row(slot, 1u)] = vec4f(w.direction, f32(w.start_primitive >> 16u));
+    scratch[stack_row(slot, 2u)] = vec4f(w.channels.value, f32(min(w.events, 0xffffffu)));
+    scratch[stack_row(slot, 3u)] = vec4f(w.channels.ln_density, f32(packed));
+    scratch[stack_row(slot, 4u)] = vec4f(w.from_sun, 0.0);
 }
 
 fn pop_walk() -> AmbientWalk {
@@ -89,15 +89,15 @@ fn pop_walk() -> AmbientWalk {
         has_top = false;
         return top;
     }
-    let a = scratch[stack_place(pending, 0u)];
-    let b = scratch[stack_place(pending, 1u)];
-    let c = scratch[stack_place(pending, 2u)];
-    let d = scratch[stack_place(pending, 3u)];
+    let a = scratch[stack_row(pending, 0u)];
+    let b = scratch[stack_row(pending, 1u)];
+    let c = scratch[stack_row(pending, 2u)];
+    let d = scratch[stack_row(pending, 3u)];
     let packed = u32(d.w);
     return AmbientWalk(
         a.xyz,
         b.xyz,
-        scratch[stack_place(pending, 4u)].xyz,
+        scratch[stack_row(pending, 4u)].xyz,
         u32(a.w) | (u32(b.w) << 16u),
         (packed >> 2u) & 0x3fu,
         u32(c.w),

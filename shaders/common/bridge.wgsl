@@ -33,11 +33,11 @@ fn bridge_place(i: u32) -> u32 {
     return i * dispatch.lanes + lane;
 }
 
-fn subpath_place(i: u32) -> u32 {
+fn subpath_row(i: u32) -> u32 {
     return (dispatch.slots + i) * dispatch.lanes + lane;
 }
 
-fn extra_place(i: u32) -> u32 {
+fn extra_row(i: u32) -> u32 {
     return (2u * dispatch.slots + i) * dispatch.lanes + lane;
 }
 
@@ -71,7 +71,7 @@ fn bridge_draw(start: vec3f, end: vec3f, order: u32) -> bool {
         if i < order {
             scratch[bridge_place(i)] = vec4f(position, step);
             let x = phase_sample_x(next_bits());
-            scratch[extra_place(i)].x = x;
+            scratch[extra_row(i)].x = x;
             // The first azimuth is given by the roll about the axis when the walk is fitted.
             var azimuth = 0.0;
             if i > 0u {

@@ -180,18 +180,18 @@ fn occluded(origin: vec3f, direction: vec3f, t_max: f32, start_primitive: u32) -
     return trace(origin, direction, t_max, start_primitive, true).primitive != NONE;
 }
 
-/// Texel `place` of a texture whose first word is `first`: a word of three codes, whose 256 values are before them, or
+/// Texel `index` of a texture whose first word is `first`: a word of three codes, whose 256 values are before them, or
 /// three values. Host: crates/render/src/kernels/tables.rs.
-fn texel(first: u32, coded: bool, place: u32) -> Spectrum {
+fn texel(first: u32, coded: bool, index: u32) -> Spectrum {
     if coded {
-        let codes = texels[first + place];
+        let codes = texels[first + index];
         let values = first - 256u;
         let r = texels[values + (codes & 255u)];
         let g = texels[values + ((codes >> 8u) & 255u)];
         let b = texels[values + ((codes >> 16u) & 255u)];
         return vec3f(bitcast<f32>(r), bitcast<f32>(g), bitcast<f32>(b));
     }
-    let word = first + 3u * place;
+    let word = first + 3u * index;
     return vec3f(bitcast<f32>(texels[word]), bitcast<f32>(texels[word + 1u]), bitcast<f32>(texels[word + 2u]));
 }
 
@@ -208,14 +208,14 @@ fn sample_texture(index: u32, uv: vec2f) -> Spectrum {
     let first = record.x;
     let width = record.y;
     let height = record.z;
-    let place = (uv - floor(uv)) * vec2f(f32(width), f32(height));
+    let texel_uv = (uv - floor(uv)) * vec2f(f32(width), f32(height));
     let coded = (record.w & 2u) != 0u;
     if (record.w & 1u) == 0u {
-        let column = min(u32(place.x), width - 1u);
-        let row = min(u32(place.y), height - 1u);
+        let column = min(u32(texel_uv.x), width - 1u);
+        let row = min(u32(texel_uv.y), height - 1u);
         return texel(first, coded, row * width + column);
     }
-    let at = place - 0.5;
+    let at = texel_uv - 0.5;
     let columns = neighbours(at.x, width);
     let rows = neighbours(at.y, height) * width;
     let s = at - floor(at);

@@ -20,29 +20,29 @@ const MAX_NARROW: f32 = 30.0;
 const DECAYS: u32 = 0u;
 const NARROW_RATES: u32 = 1u;
 const SUN_AZIMUTH: u32 = 2u;
-const PLACES: u32 = 3u;
-/// Tables, in the order of their places.
+const TABLES: u32 = 3u;
+/// Tables, in their order in the record.
 const SCATTERED: u32 = 0u;
 const DOWN: u32 = 1u;
 const UP: u32 = 2u;
 const SUN_SHARES: u32 = 3u;
 
 /// Node above a depth, fraction of the way to the next one, and how far it is beyond the last, m.
-struct Place {
+struct FieldDepth {
     node: u32,
     fraction: f32,
     beyond_m: f32,
 }
 
-fn place_of(depth_m: f32) -> Place {
+fn field_depth(depth_m: f32) -> FieldDepth {
     let depth = max(depth_m, 0.0);
     let greatest = field_row(DECAYS).w;
     if depth >= greatest {
-        return Place(DEPTHS - 2u, 1.0, depth - greatest);
+        return FieldDepth(DEPTHS - 2u, 1.0, depth - greatest);
     }
-    let place = sqrt(depth / greatest) * f32(DEPTHS - 1u);
-    let node = min(u32(place), DEPTHS - 2u);
-    return Place(node, place - f32(node), 0.0);
+    let steps = sqrt(depth / greatest) * f32(DEPTHS - 1u);
+    let node = min(u32(steps), DEPTHS - 2u);
+    return FieldDepth(node, steps - f32(node), 0.0);
 }
 
 /// Row `i` of the record.
@@ -52,11 +52,11 @@ fn field_row(i: u32) -> vec4f {
 
 /// Entry `i` of a table.
 fn entry(table: u32, i: u32) -> Spectrum {
-    return bitcast<vec4f>(far_rows[table_row(scene.field_table + PLACES)[table] + i]).xyz;
+    return bitcast<vec4f>(far_rows[table_row(scene.field_table + TABLES)[table] + i]).xyz;
 }
 
-fn exponential(place: Place, ln: Spectrum) -> Spectrum {
-    return exp(clamp(ln - place.beyond_m * field_row(DECAYS).xyz, vec3f(-87.0), vec3f(87.0)));
+fn exponential(at: FieldDepth, ln: Spectrum) -> Spectrum {
+    return exp(clamp(ln - at.beyond_m * field_row(DECAYS).xyz, vec3f(-87.0), vec3f(87.0)));
 }
 
 /// Bin of the cosine below a direction and the weight of the next one; the same for azimuths.
@@ -69,18 +69,18 @@ struct FieldDirection {
 }
 
 fn field_direction(view: vec3f) -> FieldDirection {
-    let place = clamp(0.5 * (view.z + 1.0) * f32(COSINES) - 0.5, 0.0, f32(COSINES - 1u));
-    let bin = min(u32(place), COSINES - 2u);
+    let steps = clamp(0.5 * (view.z + 1.0) * f32(COSINES) - 0.5, 0.0, f32(COSINES - 1u));
+    let bin = min(u32(steps), COSINES - 2u);
     let sun = table_row(scene.field_table + SUN_AZIMUTH);
     let azimuths = sun.z;
     if azimuths == 1u {
-        return FieldDirection(bin, place - f32(bin), 0u, 0.0, 1u);
+        return FieldDirection(bin, steps - f32(bin), 0u, 0.0, 1u);
     }
     let across = max(length(view.xy), 1e-30);
     let cosine = dot(view.xy, bitcast<vec2f>(sun.xy)) / across;
     let turn = sqrt(clamp(0.5 * (1.0 - cosine), 0.0, 1.0)) * f32(azimuths - 1u);
     let low = min(u32(turn), azimuths - 2u);
-    return FieldDirection(bin, place - f32(bin), low, turn - f32(low), azimuths);
+    return FieldDirection(bin, steps - f32(bin), low, turn - f32(low), azimuths);
 }
 
 /// Logarithm of the radiance at a node and a bin.
@@ -94,11 +94,11 @@ fn ln_scattered(d: FieldDirection, node: u32, bin: u32) -> Spectrum {
 
 /// Radiance at `depth_m` in direction `view` that scattered more than once, or that came from the sky and scattered.
 fn field_scattered(depth_m: f32, view: vec3f, line: Spectrum) -> Spectrum {
-    let place = place_of(depth_m);
+    let at = field_depth(depth_m);
     let d = field_direction(view);
-    let upper = mix(ln_scattered(d, place.node, d.bin), ln_scattered(d, place.node, d.bin + 1u), d.weight);
-    let lower = mix(ln_scattered(d, place.node + 1u, d.bin), ln_scattered(d, place.node + 1u, d.bin + 1u), d.weight);
-    let broad = exponential(place, mix(upper, lower, place.fraction));
+    let upper = mix(ln_scattered(d, at.node, d.bin), ln_scattered(d, at.node, d.bin + 1u), d.weight);
+    let lower = mix(ln_scattered(d, at.node + 1u, d.bin), ln_scattered(d, at.node + 1u, d.bin + 1u), d.weight);
+    let broad = exponential(at, mix(upper, lower, at.fraction));
     if view.z <= 0.0 {
         return broad;
     }
@@ -108,9 +108,9 @@ fn field_scattered(depth_m: f32, view: vec3f, line: Spectrum) -> Spectrum {
 
 /// Share of directions to draw around the sun at `depth_m` when going along `view`, per strategy, from the nearest node.
 fn field_sun_share(depth_m: f32, view: vec3f) -> Spectrum {
-    let place = place_of(depth_m);
+    let at = field_depth(depth_m);
     let d = field_direction(view);
-    let node = place.node + select(0u, 1u, place.fraction > 0.5);
+    let node = at.node + select(0u, 1u, at.fraction > 0.5);
     let bin = d.bin + select(0u, 1u, d.weight > 0.5);
     let azimuth = d.azimuth + select(0u, 1u, d.azimuth_weight > 0.5);
     return entry(SUN_SHARES, (node * COSINES + bin) * d.azimuths + azimuth);
@@ -118,10 +118,10 @@ fn field_sun_share(depth_m: f32, view: vec3f) -> Spectrum {
 
 /// Plane irradiance at `depth_m` on a surface whose normal has the vertical component `up`, without the sun's beam.
 fn field_irradiance(depth_m: f32, up: f32) -> Spectrum {
-    let place = place_of(depth_m);
-    let down = mix(entry(DOWN, place.node), entry(DOWN, place.node + 1u), place.fraction);
-    let upward = mix(entry(UP, place.node), entry(UP, place.node + 1u), place.fraction);
-    return mix(exponential(place, upward), exponential(place, down), 0.5 * (1.0 + up));
+    let at = field_depth(depth_m);
+    let down = mix(entry(DOWN, at.node), entry(DOWN, at.node + 1u), at.fraction);
+    let upward = mix(entry(UP, at.node), entry(UP, at.node + 1u), at.fraction);
+    return mix(exponential(at, upward), exponential(at, down), 0.5 * (1.0 + up));
 }
 
 /// Integral over a segment of e^(−start − rate·t), m; per channel, from the denser end, so that no exponent is above 0.

@@ -16,7 +16,7 @@ var<private> ambient: Spectrum;
 var<private> direct: Spectrum;
 var<private> backscatter: Spectrum;
 
-fn sum_place(layer: u32) -> u32 {
+fn sum_row(layer: u32) -> u32 {
     return layer * dispatch.lanes + lane;
 }
 
@@ -27,17 +27,17 @@ fn load_sums(pixel: u32) {
     direct = film_at(pixel, DIRECT);
     backscatter = film_at(pixel, BACKSCATTER);
     for (var layer = 0u; layer < film_layers(); layer++) {
-        sums[sum_place(layer)] = vec4f(film_at(pixel, layer), 0.0);
+        sums[sum_row(layer)] = vec4f(film_at(pixel, layer), 0.0);
     }
 }
 
-fn film_place(pixel: u32, layer: u32) -> u32 {
+fn film_word(pixel: u32, layer: u32) -> u32 {
     return 3u * (pixel * scene.film_layers + layer);
 }
 
 fn film_at(pixel: u32, layer: u32) -> Spectrum {
-    let place = film_place(pixel, layer);
-    return Spectrum(film[place], film[place + 1u], film[place + 2u]);
+    let word = film_word(pixel, layer);
+    return Spectrum(film[word], film[word + 1u], film[word + 2u]);
 }
 
 /// Whether sums in single precision can hold a contribution. In double precision: crates/lanes/build/scalar.rs.
@@ -56,7 +56,7 @@ fn add_light(layer: u32, level: f32, met_surface: bool, scattered: bool, radianc
     if layer == AMBIENT {
         ambient += light;
     } else {
-        sums[sum_place(layer)] += vec4f(light, 0.0);
+        sums[sum_row(layer)] += vec4f(light, 0.0);
     }
     direct += select(level * light, Spectrum(0.0), scattered);
     backscatter += select(Spectrum(0.0), level * light, scattered && !met_surface);
@@ -65,7 +65,7 @@ fn add_light(layer: u32, level: f32, met_surface: bool, scattered: bool, radianc
 /// Moves the sums to the film of `pixel`.
 fn commit_sums(pixel: u32) {
     for (var layer = 0u; layer < film_layers(); layer++) {
-        var sum = sums[sum_place(layer)].xyz;
+        var sum = sums[sum_row(layer)].xyz;
         if layer == AMBIENT {
             sum = ambient;
         } else if layer == DIRECT {
@@ -73,9 +73,9 @@ fn commit_sums(pixel: u32) {
         } else if layer == BACKSCATTER {
             sum = backscatter;
         }
-        let place = film_place(pixel, layer);
-        film[place] = sum.x;
-        film[place + 1u] = sum.y;
-        film[place + 2u] = sum.z;
+        let word = film_word(pixel, layer);
+        film[word] = sum.x;
+        film[word + 1u] = sum.y;
+        film[word + 2u] = sum.z;
     }
 }

@@ -1,6 +1,6 @@
 // Joining the last vertex of a walk to the lamps, by bridges and by what lies straight ahead.
 // Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
-import package::common::bridge::{bridge, bridge_draw, bridge_straight, bridge_turn, bridge_vertex, extra_place, quarters_about};
+import package::common::bridge::{bridge, bridge_draw, bridge_straight, bridge_turn, bridge_vertex, extra_row, quarters_about};
 import package::common::bvh::SurfacePoint;
 import package::common::film::add_light;
 import package::common::interface::{distance_to_surface, flip, is_above};
@@ -66,7 +66,7 @@ fn cross_bridge(start: vec3f, end: vec3f) -> bool {
             next = bridge_vertex(i).xyz;
         }
         let factor = segment_factor(previous, next, start_primitive);
-        scratch[extra_place(i)].y = factor;
+        scratch[extra_row(i)].y = factor;
         bridge.crossing *= factor;
         previous = next;
         start_primitive = NONE;

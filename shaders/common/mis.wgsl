@@ -1,7 +1,7 @@
 // Multiple importance sampling: the techniques by which one path to a lamp can be made, combined by the balance
 // heuristic (Veach and Guibas 1995).
 // Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
-import package::common::bridge::{bridge, bridge_vertex, extra_place, subpath_place};
+import package::common::bridge::{bridge, bridge_vertex, extra_row, subpath_row};
 import package::common::layout::{HAS_SCATTERING, Spectrum, scratch};
 import package::common::math::ln_1p;
 import package::common::medium::{LN_ZERO, ChannelSampling, channels_weight, largest, transmittance, used};
@@ -55,16 +55,16 @@ fn subpath_root(position: vec3f, length: f32, reflected: f32, companions: bool, 
 
 /// Adds a vertex; there has to be room.
 fn subpath_push(position: vec3f, length: f32, reflected: f32) {
-    scratch[subpath_place(subpath.count)] = vec4f(position, length);
-    let place = extra_place(subpath.count);
-    scratch[place].z = 0.0;
-    scratch[place].w = reflected;
+    scratch[subpath_row(subpath.count)] = vec4f(position, length);
+    let extra = extra_row(subpath.count);
+    scratch[extra].z = 0.0;
+    scratch[extra].w = reflected;
     subpath.count += 1u;
 }
 
 /// The walk went on from its last vertex with density `scattering_pdf` of its direction.
 fn subpath_leave(scattering_pdf: f32) {
-    scratch[extra_place(subpath.count - 1u)].z = scattering_pdf;
+    scratch[extra_row(subpath.count - 1u)].z = scattering_pdf;
 }
 
 /// The two parts of a technique's density under each strategy, in logarithms, without the factor D²/f.
@@ -118,9 +118,9 @@ fn techniques_before(total_order: u32, lamp: vec3f) -> f32 {
     var i = 0u;
     loop {
         let order = total_order - (i + first);
-        let extra = scratch[extra_place(i)];
+        let extra = scratch[extra_row(i)];
         if order <= largest_order() && extra.w > 0.0 {
-            let vertex = scratch[subpath_place(i)];
+            let vertex = scratch[subpath_row(i)];
             let offset = vertex.xyz - lamp;
             density += extra.w * technique_density(vertex.w, dot(offset, offset), order, subpath.rooted && i == 0u, extra.z);
         }
@@ -143,7 +143,7 @@ fn techniques_after(connection: Connection) -> f32 {
     var i = 0u;
     loop {
         let vertex = bridge_vertex(i);
-        let extra = scratch[extra_place(i)];
+        let extra = scratch[extra_row(i)];
         length += vertex.w;
         reflected *= extra.y;
         let offset = vertex.xyz - connection.lamp;
@@ -162,7 +162,7 @@ fn root_density(ln_walk_density: Spectrum, lamp: vec3f) -> Spectrum {
     if !subpath.scattered {
         return ln_walk_density;
     }
-    let distance = length(scratch[subpath_place(0u)].xyz - lamp);
+    let distance = length(scratch[subpath_row(0u)].xyz - lamp);
     let depth = lamp_sigma() * distance;
     return ln_walk_density - log(Spectrum(scattered_share(depth.x), scattered_share(depth.y), scattered_share(depth.z)));
 }
@@ -182,8 +182,8 @@ fn mis_of_scattered(channels: ChannelSampling, connection: Connection) -> Spectr
         return Spectrum(0.0);
     }
     let last = subpath.count - 1u;
-    let last_length = scratch[subpath_place(last)].w;
-    let last_reflected = scratch[extra_place(last)].w;
+    let last_length = scratch[subpath_row(last)].w;
+    let last_reflected = scratch[extra_row(last)].w;
     let order = bridge.order;
     let ln_walk = max(channels.ln_density, Spectrum(LN_ZERO));
     path = PathToLamp(f32(order), last_length, bridge.length, ln_walk, root_density(ln_walk, connection.lamp), 0.0);

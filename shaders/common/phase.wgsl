@@ -19,8 +19,8 @@ fn table_at(ends: vec4u, blocks: u32, cells: u32, key: f32, high: bool) -> f32 {
     let split = block & 15u;
     let inner = bits & INNER_MASK;
     let cell = table_row_f32(cells + (block >> 4u) + (inner >> (INNER_BITS - split)));
-    let place = (inner << split) & INNER_MASK;
-    let t = bitcast<f32>(0x3f800000u | (place << 3u)) - 1.0;
+    let inside = (inner << split) & INNER_MASK;
+    let t = bitcast<f32>(0x3f800000u | (inside << 3u)) - 1.0;
     return (cell.x + t * cell.y) + t * t * (cell.z + t * cell.w);
 }
 

@@ -40,19 +40,19 @@ struct PictureTask {
 @group(0) @binding(5) var shown: texture_storage_2d<rgba8unorm, write>;
 
 fn held_at(plane: u32, pixel: u32) -> Spectrum {
-    let place = 3u * (plane * picture.pixels + pixel);
-    return Spectrum(held[place], held[place + 1u], held[place + 2u]);
+    let word = 3u * (plane * picture.pixels + pixel);
+    return Spectrum(held[word], held[word + 1u], held[word + 2u]);
 }
 
 fn hold(plane: u32, pixel: u32, value: Spectrum) {
-    let place = 3u * (plane * picture.pixels + pixel);
-    held[place] = value.x;
-    held[place + 1u] = value.y;
-    held[place + 2u] = value.z;
+    let word = 3u * (plane * picture.pixels + pixel);
+    held[word] = value.x;
+    held[word + 1u] = value.y;
+    held[word + 2u] = value.z;
 }
 
 /// Mean of layer `layer` of the newest batch at `pixel`.
 fn batch_at(pixel: u32, layer: u32) -> Spectrum {
-    let place = 3u * (pixel * picture.film_layers + layer);
-    return Spectrum(batch[place], batch[place + 1u], batch[place + 2u]) / picture.batch_samples;
+    let word = 3u * (pixel * picture.film_layers + layer);
+    return Spectrum(batch[word], batch[word + 1u], batch[word + 2u]) / picture.batch_samples;
 }

@@ -80,11 +80,11 @@ fn lamp_mirror_share(i: u32) -> f32 {
 
 fn quad_at(i: u32) -> Quad {
     let first = scene.quad_rows + select(4u * i, 0u, ONE_QUAD);
-    let place = table_row(first);
+    let corner = table_row(first);
     let normal = table_row_f32(first + 1u);
     let u = table_row_f32(first + 2u);
     let v = table_row_f32(first + 3u);
-    return Quad(bitcast<vec3f>(place.xyz), place.w, normal.xyz, normal.w, u.xyz, u.w, v.xyz, 0u);
+    return Quad(bitcast<vec3f>(corner.xyz), corner.w, normal.xyz, normal.w, u.xyz, u.w, v.xyz, 0u);
 }
 
 fn quad_normal(i: u32) -> vec3f {

@@ -13,8 +13,8 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         for (var k = 0u; k < 3u; k++) {
             counts[k] = count(noisy(radiance[k] * picture.exposure, 3u * pixel + k));
         }
-        let place = vec2u(pixel % picture.width, pixel / picture.width);
-        textureStore(shown, place, vec4f(counts / 255.0, 1.0));
+        let pixel_xy = vec2u(pixel % picture.width, pixel / picture.width);
+        textureStore(shown, pixel_xy, vec4f(counts / 255.0, 1.0));
     }
 }
 

@@ -32,7 +32,7 @@ const ROUNDING_F32: f64 = 1e-5;
 
 /// Where a test renders.
 #[derive(Clone, Copy)]
-pub enum Place {
+pub enum Backend {
     /// The kernels in double precision on the processor.
     Double,
     /// The kernels on the processor's vector units.
@@ -42,21 +42,24 @@ pub enum Place {
 }
 
 /// Both ways of the processor, of which `uw render` takes one where there is no hardware GPU.
-pub const PROCESSOR: [Place; 2] = [Place::Double, Place::VectorUnits];
+pub const PROCESSOR: [Backend; 2] = [Backend::Double, Backend::VectorUnits];
 
-/// Calls `check` for every place that this machine has: the kernels in double precision, on the vector units and, where there
+/// Calls `check` for every backend that this machine has: the kernels in double precision, on the vector units and, where there
 /// is one, on the adapter. One that fails keeps no other from being checked; without an adapter the test is counted as
 /// skipped, once.
 ///
 /// # Panics
-/// With the names of the places where `check` panicked, and as in [`device`].
-#[allow(clippy::print_stdout, reason = "what a test prints belongs to a place")]
-pub fn everywhere(check: impl Fn(Place)) {
+/// With the names of the backends where `check` panicked, and as in [`device`].
+#[allow(
+    clippy::print_stdout,
+    reason = "what a test prints belongs to a backend"
+)]
+pub fn everywhere(check: impl Fn(Backend)) {
     let mut failed = Vec::new();
-    for place in places() {
-        println!("on {}:", place.name());
-        if catch_unwind(AssertUnwindSafe(|| check(place))).is_err() {
-            failed.push(place.name());
+    for backend in backends() {
+        println!("on {}:", backend.name());
+        if catch_unwind(AssertUnwindSafe(|| check(backend))).is_err() {
+            failed.push(backend.name());
         }
     }
     assert!(failed.is_empty(), "fails on {}", failed.join(" and on "));
@@ -66,22 +69,24 @@ pub fn everywhere(check: impl Fn(Place)) {
 ///
 /// # Panics
 /// As in [`device`].
-pub fn places() -> Vec<Place> {
-    let adapter = device().map(Place::Adapter);
-    let processor = [Place::Double, Place::VectorUnits];
+pub fn backends() -> Vec<Backend> {
+    let adapter = device().map(Backend::Adapter);
+    let processor = [Backend::Double, Backend::VectorUnits];
     processor.into_iter().chain(adapter).collect()
 }
 
-/// The places in single precision, which are compared with the others.
+/// The backends in single precision, which are compared with the others.
 ///
 /// # Panics
 /// As in [`device`].
-pub fn in_single_precision() -> Vec<Place> {
-    let adapter = device().map(Place::Adapter);
-    std::iter::once(Place::VectorUnits).chain(adapter).collect()
+pub fn in_single_precision() -> Vec<Backend> {
+    let adapter = device().map(Backend::Adapter);
+    std::iter::once(Backend::VectorUnits)
+        .chain(adapter)
+        .collect()
 }
 
-impl Place {
+impl Backend {
     /// For messages.
     pub fn name(self) -> &'static str {
         match self {

@@ -16,7 +16,7 @@ use uw_render::{
     scene::Scene,
 };
 
-use gpu::Place;
+use gpu::Backend;
 
 /// The path of a file of this package.
 pub fn file(relative: &str) -> PathBuf {
@@ -45,28 +45,28 @@ pub fn plan(samples_per_pixel: u32, seed: u64) -> Plan {
 /// # Panics
 /// When rendering fails.
 pub fn render(scene: &Scene, plan: &Plan) -> (Film, RenderStats) {
-    Place::Double.render(scene, plan)
+    Backend::Double.render(scene, plan)
 }
 
-/// Mean and standard error of the pixels of a picture whose pixels all see the same, rendered at `place` with its share of
+/// Mean and standard error of the pixels of a picture whose pixels all see the same, rendered by `backend` with its share of
 /// `samples`; the error includes that of its arithmetic.
 pub fn measure(
-    place: Place,
+    backend: Backend,
     scene: &Scene,
     samples: u32,
     max_bounces: u32,
     seed: u64,
 ) -> ([f64; 3], [f64; 3]) {
-    let mut plan = plan(place.samples(samples), seed);
+    let mut plan = plan(backend.samples(samples), seed);
     plan.max_bounces = max_bounces;
-    let pixels = place.render(scene, &plan).0.layer(FilmLayer::Total);
+    let pixels = backend.render(scene, &plan).0.layer(FilmLayer::Total);
     let n = pixels.len() as f64;
     let mean: [f64; 3] = std::array::from_fn(|k| pixels.iter().map(|p| p[k]).sum::<f64>() / n);
     let error = std::array::from_fn(|k| {
         let square = pixels.iter().map(|p| (p[k] - mean[k]).powi(2)).sum::<f64>();
         (square / (n * (n - 1.0)))
             .sqrt()
-            .hypot(place.rounding() * mean[k])
+            .hypot(backend.rounding() * mean[k])
     });
     (mean, error)
 }

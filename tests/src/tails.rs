@@ -2,7 +2,7 @@
 
 use uw_render::{film::FilmLayer, integrator::stepper::Stepper, prepare::Prepared, scene::Scene};
 
-use crate::{divided, gpu::Place, plan};
+use crate::{divided, gpu::Backend, plan};
 
 /// Share of the largest value in the sum of squares: falls as 1/N where the variance is finite, and stays of the order
 /// of one where it is not.
@@ -14,20 +14,20 @@ pub fn largest_share(values: &[f64]) -> f64 {
 /// Largest share, of the `root`² samples of each of some pixels (column, row), that one sample holds in the sum of
 /// squares of its pixel.
 pub fn largest_share_of(
-    place: Place,
+    backend: Backend,
     scene: &Scene,
     pixels: impl Iterator<Item = (u32, u32)>,
     root: u32,
 ) -> f64 {
     pixels
-        .map(|pixel| largest_share(&one_sample_each(place, &only(scene, pixel), root)))
+        .map(|pixel| largest_share(&one_sample_each(backend, &only(scene, pixel), root)))
         .fold(0.0, f64::max)
 }
 
 /// Samples of a picture of one pixel: renders show no samples, but pictures of one sample a pixel, and `root` × `root` pixels
 /// in the place of the one.
-fn one_sample_each(place: Place, pixel: &Scene, root: u32) -> Vec<f64> {
-    let film = place.render(&divided(pixel, root), &plan(1, 9)).0;
+fn one_sample_each(backend: Backend, pixel: &Scene, root: u32) -> Vec<f64> {
+    let film = backend.render(&divided(pixel, root), &plan(1, 9)).0;
     let pixels = film.layer(FilmLayer::Total);
     pixels.iter().map(|t| t[0] + t[1] + t[2]).collect()
 }
@@ -36,13 +36,13 @@ fn one_sample_each(place: Place, pixel: &Scene, root: u32) -> Vec<f64> {
 ///
 /// # Panics
 /// On an adapter.
-pub fn largest_share_in_steps(place: Place, scene: &Scene, samples: u32) -> f64 {
+pub fn largest_share_in_steps(backend: Backend, scene: &Scene, samples: u32) -> f64 {
     let prepared = Prepared::build(scene);
     let plan = plan(samples, 9);
-    let stepper = match place {
-        Place::Double => Stepper::new(&prepared, &plan),
-        Place::VectorUnits => Stepper::on_lanes(&prepared, &plan),
-        Place::Adapter(_) => panic!("an adapter takes too long for single samples"),
+    let stepper = match backend {
+        Backend::Double => Stepper::new(&prepared, &plan),
+        Backend::VectorUnits => Stepper::on_lanes(&prepared, &plan),
+        Backend::Adapter(_) => panic!("an adapter takes too long for single samples"),
     };
     let mut stepper = stepper.expect("few triangles");
     let mut film = stepper.film();

@@ -9,7 +9,7 @@ use uw_render::scene::{Falloff, Sun};
 use uw_tests::single_ray::{add_plate, camera, empty, point_lamp, surface, water};
 use uw_tests::{
     file,
-    gpu::{Place, everywhere},
+    gpu::{Backend, everywhere},
     measure,
 };
 
@@ -62,7 +62,7 @@ fn lambertian_plane_under_a_point_lamp_in_absorbing_water() {
     everywhere(lambertian_plane);
 }
 
-fn lambertian_plane(place: Place) {
+fn lambertian_plane(backend: Backend) {
     for case in forms("a_lambert_plane_point_source_absorbing") {
         for pixel in case["pixels"].as_array().expect("a list") {
             let mut scene = empty(camera(DVec3::ZERO, vector(&pixel["ray_dir"]), 1));
@@ -78,13 +78,13 @@ fn lambertian_plane(place: Place) {
                 triple(&case["albedo"]),
             );
             // One event, so no interreflection; without scattering nothing is random.
-            let (mean, _) = measure(place, &scene, 1, 1, 1);
+            let (mean, _) = measure(backend, &scene, 1, 1, 1);
             let expected = triple(&pixel["centre"]);
             for k in 0..3 {
                 println!("  off by {:+.1e}", mean[k] / expected[k] - 1.0);
                 // Eight digits are printed; the camera's pixel covers 1e-9 rad.
                 assert!(
-                    (mean[k] / expected[k] - 1.0).abs() < 3e-8 + place.rounding(),
+                    (mean[k] / expected[k] - 1.0).abs() < 3e-8 + backend.rounding(),
                     "{}: {} {}",
                     case["id"],
                     mean[k],
@@ -100,7 +100,7 @@ fn single_scattering_from_point_and_spot_lamps() {
     everywhere(single_scattering_from_lamps);
 }
 
-fn single_scattering_from_lamps(place: Place) {
+fn single_scattering_from_lamps(backend: Backend) {
     let mut z = Vec::new();
     for case in forms("b_single_scatter_point_spot") {
         for (i, pixel) in case["pixels"]
@@ -132,7 +132,7 @@ fn single_scattering_from_lamps(place: Place) {
                     [0.0; 3],
                 );
             }
-            let (mean, error) = measure(place, &scene, 512, 1, 100 + i as u64);
+            let (mean, error) = measure(backend, &scene, 512, 1, 100 + i as u64);
             let expected = triple(&pixel["centre"]);
             for k in 0..3 {
                 if expected[k] == 0.0 {
@@ -144,7 +144,7 @@ fn single_scattering_from_lamps(place: Place) {
                     continue;
                 }
                 assert!(
-                    error[k] < 0.02 * place.noise() * expected[k],
+                    error[k] < 0.02 * backend.noise() * expected[k],
                     "{} pixel {i}: error {} of {}",
                     case["id"],
                     error[k],
@@ -181,7 +181,7 @@ fn single_scattering_of_sunlight_in_a_half_space() {
     everywhere(single_scattering_of_sunlight);
 }
 
-fn single_scattering_of_sunlight(place: Place) {
+fn single_scattering_of_sunlight(backend: Backend) {
     let mut z = Vec::new();
     for case in forms("c_single_scatter_directional_half_space") {
         let refractive = case["n_water"].is_number();
@@ -199,20 +199,20 @@ fn single_scattering_of_sunlight(place: Place) {
                 travel_direction: DVec3::new(zenith.sin(), 0.0, -zenith.cos()),
                 irradiance: [number(&case["E_perp"]); 3],
             });
-            let (mean, error) = measure(place, &scene, 64, 1, i as u64);
+            let (mean, error) = measure(backend, &scene, 64, 1, i as u64);
             let mut expected = number(&ray["L"]);
             if refractive && direction.z > 0.0 {
                 // The reference leaves out light that scatters on the ray's reflection at the surface.
                 expected += reflected_part(&case, direction, depth, a + b, b, &law);
             }
             // Rays of one picture differ by up to 4e-7 rad.
-            if error[0] > 2.0 * place.rounding().max(0.5e-5) * expected {
+            if error[0] > 2.0 * backend.rounding().max(0.5e-5) * expected {
                 z.push((mean[0] - expected) / error[0]);
             } else {
                 let deviation = mean[0] / expected - 1.0;
                 // The phase function's table is within 1e-5.
                 assert!(
-                    deviation.abs() < 2e-5 + 4.0 * place.rounding(),
+                    deviation.abs() < 2e-5 + 4.0 * backend.rounding(),
                     "{} ray {i}: {} {expected}",
                     case["id"],
                     mean[0]
@@ -247,7 +247,7 @@ fn white_furnace_under_matched_and_refracting_surfaces() {
     everywhere(white_furnace);
 }
 
-fn white_furnace(place: Place) {
+fn white_furnace(backend: Backend) {
     let laws = [
         Phase::FournierForand(FournierForand::new(1.10, 0.0183).expect("valid")),
         Phase::HenyeyGreenstein(HenyeyGreenstein::new(0.9).expect("valid")),
@@ -274,13 +274,17 @@ fn white_furnace(place: Place) {
                     1e5,
                     [1.0; 3],
                 );
-                let (mean, error) = measure(place, &scene, 128, 0, (10 * i + j) as u64);
+                let (mean, error) = measure(backend, &scene, 128, 0, (10 * i + j) as u64);
                 let expected = if refractive { 1.34 * 1.34 } else { 1.0 };
                 for k in 0..2 {
                     // With nothing lost every path brings the sky's radiance: often there is no noise at all.
                     let floor = error[k].max(1e-9);
                     // Roulette on what remains after scoring costs most where nothing is lost: up to 4 %.
-                    assert!(error[k] < 0.05 * place.noise(), "b {b}: error {}", error[k]);
+                    assert!(
+                        error[k] < 0.05 * backend.noise(),
+                        "b {b}: error {}",
+                        error[k]
+                    );
                     z.push((mean[k] - expected) / floor);
                 }
             }

@@ -10,7 +10,7 @@ use uw_render::{
 };
 use uw_tests::{
     corpus_scene,
-    gpu::{Place, everywhere},
+    gpu::{Backend, everywhere},
     plan, reference,
     tails::{largest_share, largest_share_of},
     tiles::TILE,
@@ -55,7 +55,7 @@ fn squared_error(film: &Film, name: &str) -> f64 {
 }
 
 /// ln of the numbers of samples on the first rungs of the ladder, from their mean.
-fn places(rungs: usize) -> Vec<f64> {
+fn abscissae(rungs: usize) -> Vec<f64> {
     let x = LADDER[..rungs].iter().map(|&n| f64::from(n).ln());
     let centre = x.clone().sum::<f64>() / rungs as f64;
     x.map(|x| x - centre).collect()
@@ -67,14 +67,14 @@ fn square(x: &[f64]) -> f64 {
 
 /// Slope of ln error over ln samples by least squares.
 fn slope(errors: &[f64]) -> f64 {
-    let x = places(errors.len());
+    let x = abscissae(errors.len());
     let above: f64 = x.iter().zip(errors).map(|(x, e)| x * e.ln()).sum();
     above / square(&x)
 }
 
 /// How far a slope may be from −1/2: 0.05 on the whole ladder, and on its first rungs as much more as slopes scatter more.
 fn slope_within(rungs: usize) -> f64 {
-    0.05 * (square(&places(LADDER.len())) / square(&places(rungs))).sqrt()
+    0.05 * (square(&abscissae(LADDER.len())) / square(&abscissae(rungs))).sqrt()
 }
 
 #[test]
@@ -82,16 +82,16 @@ fn errors_fall_as_the_root_of_the_samples_and_are_estimated_rightly() {
     everywhere(errors_fall);
 }
 
-fn errors_fall(place: Place) {
+fn errors_fall(backend: Backend) {
     for (scene_name, reference_name) in SCENES {
         let scene = by_tiles(scene_name);
         let mut errors = Vec::new();
-        let rungs = match place {
-            Place::Adapter(_) => 4,
+        let rungs = match backend {
+            Backend::Adapter(_) => 4,
             _ => LADDER.len(),
         };
         for (i, samples) in LADDER.into_iter().take(rungs).enumerate() {
-            let (film, stats) = place.render(&scene, &plan(samples, 100 + i as u64));
+            let (film, stats) = backend.render(&scene, &plan(samples, 100 + i as u64));
             let error = squared_error(&film, reference_name).max(0.0).sqrt();
             let estimated = stats.relative_error.expect("several batches");
             println!("{scene_name} {samples}: error {error:.5}, estimated {estimated:.5}");
@@ -118,14 +118,14 @@ fn no_single_sample_holds_the_variance() {
     everywhere(no_sample_holds_the_variance);
 }
 
-fn no_sample_holds_the_variance(place: Place) {
+fn no_sample_holds_the_variance(backend: Backend) {
     for (scene_name, _) in SCENES {
         let scene = by_tiles(scene_name);
         let rows = (1..scene.camera.height).step_by(3);
         let columns = || (1..scene.camera.width).step_by(3);
         let pixels = rows.flat_map(|row| columns().map(move |column| (column, row)));
-        let pixels = pixels.take(place.samples(18) as usize);
-        let share = largest_share_of(place, &scene, pixels, SAMPLES_ROOT);
+        let pixels = pixels.take(backend.samples(18) as usize);
+        let share = largest_share_of(backend, &scene, pixels, SAMPLES_ROOT);
         println!("{scene_name}: largest share of one in 65536 samples {share:.4}");
         assert!(share < 0.1, "{scene_name}: {share}");
     }

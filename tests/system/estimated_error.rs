@@ -8,7 +8,7 @@ use uw_render::{
 };
 use uw_tests::{
     corpus_scene,
-    gpu::{PROCESSOR, Place, places},
+    gpu::{Backend, PROCESSOR, backends},
     plan,
 };
 
@@ -44,7 +44,7 @@ struct Reference {
 
 impl Reference {
     fn of(scene: &Scene) -> Self {
-        let film = Place::VectorUnits
+        let film = Backend::VectorUnits
             .render(scene, &plan(REFERENCE_SAMPLES, 1))
             .0;
         Self {
@@ -73,14 +73,14 @@ impl Reference {
 
 /// Estimated over true error of the renders of `plans`, each as a root of the mean square.
 fn ratio(
-    place: Place,
+    backend: Backend,
     scene: &Scene,
     reference: &Reference,
     plans: impl Iterator<Item = Plan>,
 ) -> (f64, f64) {
     let (mut estimated, mut true_square, mut count) = (0.0, 0.0, 0.0);
     for plan in plans {
-        let (film, stats) = place.render(scene, &plan);
+        let (film, stats) = backend.render(scene, &plan);
         estimated += stats.relative_error.expect("two batches").powi(2);
         true_square += reference.squared_error(&film);
         count += 1.0;
@@ -93,11 +93,11 @@ fn ratio(
 
 fn compare(name: &str, scene: &Scene, within: f64) {
     let reference = Reference::of(scene);
-    for place in places() {
+    for backend in backends() {
         for (samples, repeats) in LADDER {
             let plans = (0..repeats).map(|seed| plan(samples, 100 + seed));
-            let (ratio, error) = ratio(place, scene, &reference, plans);
-            let what = format!("{name}, {samples} samples, {}", place.name());
+            let (ratio, error) = ratio(backend, scene, &reference, plans);
+            let what = format!("{name}, {samples} samples, {}", backend.name());
             println!("{what}: error {error:.4}, estimated {ratio:.3} of it");
             assert!((ratio - 1.0).abs() < within, "{what}: {ratio}");
         }
@@ -131,14 +131,14 @@ fn a_render_stops_no_sooner_than_it_has_the_error() {
     const TARGET: f64 = 0.5;
     let scene = narrow_beam();
     let reference = Reference::of(&scene);
-    for place in PROCESSOR {
+    for backend in PROCESSOR {
         let plans = (0..3).map(|seed| Plan {
             samples_per_pixel: None,
             target_error: Some(TARGET),
             ..plan(1, seed)
         });
-        let (ratio, error) = ratio(place, &scene, &reference, plans);
-        println!("{}: error {error:.3}, {ratio:.3}", place.name());
-        assert!(error < 1.2 * TARGET, "{}: {error}", place.name());
+        let (ratio, error) = ratio(backend, &scene, &reference, plans);
+        println!("{}: error {error:.3}, {ratio:.3}", backend.name());
+        assert!(error < 1.2 * TARGET, "{}: {error}", backend.name());
     }
 }

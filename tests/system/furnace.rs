@@ -6,7 +6,7 @@ use uw_media::phase::{FournierForand, Phase};
 use uw_render::scene::Scene;
 use uw_tests::single_ray::{add_plate, camera, empty, surface, water};
 use uw_tests::{
-    gpu::{Place, everywhere},
+    gpu::{Backend, everywhere},
     measure,
 };
 
@@ -24,14 +24,14 @@ const MOST_ROUNDS: u64 = 80;
 const PIXELS: u32 = 256;
 
 /// Renders `scene` until every channel is known to `STANDARD_ERROR` and compares it with the furnace's `radiance`.
-fn assert_furnace(place: Place, what: &str, scene: &Scene, radiance: f64) {
-    let allowed = match place {
-        Place::Adapter(_) => ON_ADAPTER,
+fn assert_furnace(backend: Backend, what: &str, scene: &Scene, radiance: f64) {
+    let allowed = match backend {
+        Backend::Adapter(_) => ON_ADAPTER,
         _ => 1.0,
     };
     let (mut mean, mut variance) = ([0.0; 3], [0.0; 3]);
     for round in 1..=MOST_ROUNDS {
-        let (value, error) = measure(place, scene, SAMPLES_PER_ROUND, 0, round);
+        let (value, error) = measure(backend, scene, SAMPLES_PER_ROUND, 0, round);
         for k in 0..3 {
             mean[k] += value[k] / radiance;
             variance[k] += (error[k] / radiance).powi(2);
@@ -99,9 +99,9 @@ fn glowing_box(law: Phase) -> Scene {
 
 #[test]
 fn glowing_walls_around_lossless_water_are_seen_as_white() {
-    everywhere(|place| {
+    everywhere(|backend| {
         for (name, law) in laws() {
-            assert_furnace(place, &format!("box, {name}"), &glowing_box(law), 1.0);
+            assert_furnace(backend, &format!("box, {name}"), &glowing_box(law), 1.0);
         }
     });
 }
@@ -111,7 +111,7 @@ fn lossless_water_over_a_white_bottom_holds_the_squared_index_of_the_sky() {
     everywhere(half_space_under_a_sky);
 }
 
-fn half_space_under_a_sky(place: Place) {
+fn half_space_under_a_sky(backend: Backend) {
     // The isotropic water is clearer, because at b = 1 1/m it takes five times as long to measure.
     for ((name, law), b) in laws().into_iter().zip([1.0, 0.3]) {
         let camera = camera(
@@ -126,6 +126,11 @@ fn half_space_under_a_sky(place: Place) {
         let bottom = DVec3::new(0.0, 0.0, -0.5);
         add_plate(&mut scene, bottom, DVec3::Z, 1e5, [1.0; 3]);
         let index = scene.water.as_ref().expect("water").refractive_index;
-        assert_furnace(place, &format!("half space, {name}"), &scene, index * index);
+        assert_furnace(
+            backend,
+            &format!("half space, {name}"),
+            &scene,
+            index * index,
+        );
     }
 }

@@ -7,7 +7,7 @@ use uw_render::{
 };
 use uw_tests::{
     corpus_scene,
-    gpu::{Place, in_single_precision, places},
+    gpu::{Backend, backends, in_single_precision},
     plan, render,
     tiles::{TILE, Tiles, spread},
 };
@@ -89,13 +89,13 @@ fn assert_same_samples(test: &str, scene: &Scene, (ours, theirs): (&Film, &Film)
 }
 
 /// Renders on all sides and compares; the completed samples are counted and no path may have been cut.
-pub(crate) fn compare(places: &[Place], test: &str, scene: &Scene, samples: u32) {
+pub(crate) fn compare(backends: &[Backend], test: &str, scene: &Scene, samples: u32) {
     let (theirs, cpu) = render(scene, &plan(samples, 77));
     let same = plan(SAME_SAMPLES, 11);
     let theirs_with_one_seed = render(scene, &same).0;
-    for place in places {
-        let test = format!("{test}, {}", place.name());
-        let (film, stats) = place.render(scene, &plan(samples, 5));
+    for backend in backends {
+        let test = format!("{test}, {}", backend.name());
+        let (film, stats) = backend.render(scene, &plan(samples, 5));
         println!(
             "{test}: {:.0} paths/s on {:?}, {:?}; double precision {:?}",
             stats.paths as f64 / stats.render_s,
@@ -113,7 +113,7 @@ pub(crate) fn compare(places: &[Place], test: &str, scene: &Scene, samples: u32)
             "{test}: error {ratio} times that in double precision"
         );
         assert_same_picture(&test, &film, &theirs);
-        let ours = place.render(scene, &same).0;
+        let ours = backend.render(scene, &same).0;
         let both = (&ours, &theirs_with_one_seed);
         assert_same_samples(&test, scene, both);
     }
@@ -152,12 +152,12 @@ fn daylight_over_a_plate() {
 #[test]
 fn the_same_seed_gives_the_same_bits() {
     let scene = resized(corpus_scene("s2_turbid"), 2 * TILE as u32, TILE as u32);
-    for place in places() {
+    for backend in backends() {
         let pictures = [1, 2].map(|threads| {
             let mut plan = plan(4, 9);
             plan.threads = Some(threads);
-            Tiles::of(&place.render(&scene, &plan).0)
+            Tiles::of(&backend.render(&scene, &plan).0)
         });
-        assert_eq!(pictures[0], pictures[1], "{}", place.name());
+        assert_eq!(pictures[0], pictures[1], "{}", backend.name());
     }
 }

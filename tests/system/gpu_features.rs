@@ -33,7 +33,7 @@ fn scene(camera: &str, water: &str, phase: &str, rest: &str) -> Scene {
 
 #[test]
 fn every_phase_function() {
-    let places = in_single_precision();
+    let backends = in_single_precision();
     let phases = [
         (
             "fournier-forand",
@@ -50,15 +50,15 @@ fn every_phase_function() {
     ];
     for (name, phase) in phases {
         let lamp = scene(CAMERA, TURBID, phase, &format!("{LAMP}{PLATE}"));
-        compare(&places, &format!("{name}, lamp"), &lamp, 32);
+        compare(&backends, &format!("{name}, lamp"), &lamp, 32);
         let sun = scene(CAMERA, CLEAR, phase, &format!("{SURFACE}{SUN}{PLATE}"));
-        compare(&places, &format!("{name}, sun"), &sun, 32);
+        compare(&backends, &format!("{name}, sun"), &sun, 32);
     }
 }
 
 #[test]
 fn lamps_and_surfaces() {
-    let places = in_single_precision();
+    let backends = in_single_precision();
     let disk = LAMP.replace(
         "half_angle_deg = 50.0",
         "radius_m = 0.05\nfalloff = \"cosine\"",
@@ -81,13 +81,13 @@ fn lamps_and_surfaces() {
         ("disk under the surface", format!("{SURFACE}{disk}{PLATE}")),
         ("no object", LAMP.to_owned()),
     ] {
-        compare(&places, name, &scene(CAMERA, TURBID, FORWARD, &rest), 32);
+        compare(&backends, name, &scene(CAMERA, TURBID, FORWARD, &rest), 32);
     }
 }
 
 #[test]
 fn cameras_and_daylight() {
-    let places = in_single_precision();
+    let backends = in_single_precision();
     let above = "position_m = [0.0, 0.0, 1.5]\nforward = [1.0, 0.0, -1.0]";
     let up = "position_m = [0.0, 0.0, -3.0]\nforward = [1.0, 0.0, 1.0]";
     let lens = format!("{CAMERA}\ndistortion = [-0.2, 0.05, 0.001, -0.002, 0.0]");
@@ -117,24 +117,24 @@ fn cameras_and_daylight() {
             format!("{SURFACE}{SUN}{PLATE}emission = [0.3, 0.2, 0.1]\n"),
         ),
     ] {
-        compare(&places, name, &scene(camera, CLEAR, FORWARD, &rest), 32);
+        compare(&backends, name, &scene(camera, CLEAR, FORWARD, &rest), 32);
     }
 }
 
 #[test]
 fn media_without_scattering_and_without_water() {
-    let places = in_single_precision();
+    let backends = in_single_precision();
     let absorbing = "a = [0.35, 0.06, 0.025]\nb = [0.0, 0.0, 0.0]";
     let red_only = "a = [0.35, 0.06, 0.025]\nb = [0.5, 0.0, 0.02]";
     for (name, water) in [("absorbing", absorbing), ("one channel clear", red_only)] {
         let rest = format!("{SURFACE}{SUN}{LAMP}{PLATE}");
-        compare(&places, name, &scene(CAMERA, water, FORWARD, &rest), 32);
+        compare(&backends, name, &scene(CAMERA, water, FORWARD, &rest), 32);
     }
     let text = format!(
         "format = \"uw-scene/1\"\n[camera]\n{CAMERA}\nhfov_deg = 60.0\nwidth = 80\nheight = 40\n{SUN}{LAMP}{PLATE}"
     );
     let dry = Scene::parse(&text, Path::new("."), "dry").unwrap_or_else(|e| panic!("{e}"));
-    compare(&places, "no water", &dry, 32);
+    compare(&backends, "no water", &dry, 32);
 }
 
 /// A bumpy mesh of 2 × 24 × 24 triangles with smooth normals and a texture in front of the camera.
@@ -170,23 +170,23 @@ fn add_mesh(scene: &mut Scene) {
 
 #[test]
 fn meshes_with_normals_and_textures() {
-    let places = in_single_precision();
+    let backends = in_single_precision();
     let textured = PLATE.replace(
         "reflectance = [0.2, 0.5, 0.7]",
         "reflectance = { texture = \"target_tex.png\", encoding = \"linear\" }",
     );
     let mut lamp = scene(CAMERA, CLEAR, FORWARD, &format!("{LAMP}{textured}"));
     add_mesh(&mut lamp);
-    compare(&places, "mesh, lamp", &lamp, 32);
+    compare(&backends, "mesh, lamp", &lamp, 32);
     let mut sun = scene(CAMERA, CLEAR, FORWARD, &format!("{SURFACE}{SUN}{textured}"));
     add_mesh(&mut sun);
-    compare(&places, "mesh, sun", &sun, 32);
+    compare(&backends, "mesh, sun", &sun, 32);
 }
 
 /// Each layer's picture mean within four standard errors of two renders; a lamp at level 0 has a layer too.
 #[test]
 fn layers_and_limits_on_bounces() {
-    let places = in_single_precision();
+    let backends = in_single_precision();
     let off = LAMP
         .replace("\"l\"", "\"off\"")
         .replace("half_angle_deg = 50.0", "level_pct = 0.0");
@@ -204,12 +204,12 @@ fn layers_and_limits_on_bounces() {
             plan
         };
         let theirs: Vec<_> = (10..14).map(|s| render(&scene, &plan_of(s)).0).collect();
-        for place in &places {
+        for backend in &backends {
             let ours: Vec<_> = (0..4)
-                .map(|s| place.render(&scene, &plan_of(s)).0)
+                .map(|s| backend.render(&scene, &plan_of(s)).0)
                 .collect();
             assert_layers(
-                &format!("{} at {max_bounces}", place.name()),
+                &format!("{} at {max_bounces}", backend.name()),
                 &ours,
                 &theirs,
             );

@@ -10,7 +10,7 @@ use uw_render::{
 use uw_tests::{
     corpus_scene,
     discrete_ordinates::{Irradiances, Problem, irradiances},
-    gpu::{Place, everywhere},
+    gpu::{Backend, everywhere},
     plan,
 };
 
@@ -64,14 +64,14 @@ fn weights(camera: &Camera, column: u32, row: u32) -> [f64; 4] {
 }
 
 /// Sums over all directions at a depth, per channel, without the sun's beam, which no camera sees.
-fn seen_around(place: Place, scene: &Scene, depth_m: f64, seed: u64) -> [Sums; 3] {
+fn seen_around(backend: Backend, scene: &Scene, depth_m: f64, seed: u64) -> [Sums; 3] {
     let mut sums = [[(0.0, 0.0); 4]; 3];
     let axes = [DVec3::X, DVec3::Y, DVec3::Z];
     for (forward, seed) in axes.into_iter().flat_map(|axis| [axis, -axis]).zip(seed..) {
         let mut scene = scene.clone();
         scene.camera = face(depth_m, forward);
-        let film = place
-            .render(&scene, &plan(place.samples(SAMPLES_PER_PIXEL), seed))
+        let film = backend
+            .render(&scene, &plan(backend.samples(SAMPLES_PER_PIXEL), seed))
             .0;
         let pixels = film.layer(FilmLayer::Total).into_iter();
         let variances = film.layer(FilmLayer::Variance);
@@ -105,10 +105,10 @@ fn irradiances_in_molecular_water_are_the_sums_of_what_cameras_see_all_around() 
         .iter()
         .map(|&albedo| irradiances(&Problem::benchmark(phase, albedo), &DEPTHS_M, 32))
         .collect();
-    everywhere(|place| {
+    everywhere(|backend| {
         let mut comparisons = Vec::new();
         for (level, depth_m) in DEPTHS_M.into_iter().enumerate() {
-            let sums = seen_around(place, &scene, depth_m, 100 * level as u64);
+            let sums = seen_around(backend, &scene, depth_m, 100 * level as u64);
             let [plane, scalar] = beam(depth_m);
             for (channel, sums) in sums.into_iter().enumerate() {
                 let beams = [plane, 0.0, scalar, 0.0];
@@ -116,7 +116,7 @@ fn irradiances_in_molecular_water_are_the_sums_of_what_cameras_see_all_around() 
                     comparisons.push(Comparison {
                         what: format!("{name} at {depth_m} m, albedo {}", B[channel]),
                         value: sum + beam,
-                        standard_error: variance.sqrt().hypot(place.rounding() * sum),
+                        standard_error: variance.sqrt().hypot(backend.rounding() * sum),
                         reference: solved[channel][level].quantity(name),
                         margin: IRRADIANCE_MARGIN,
                     });

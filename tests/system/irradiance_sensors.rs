@@ -12,7 +12,7 @@ use uw_render::irradiance::{Estimate, IrradianceError, IrradiancePlan, measure};
 use uw_render::prepare::Prepared;
 use uw_render::scene::{Scene, Sun};
 use uw_tests::discrete_ordinates::{Problem, irradiances};
-use uw_tests::gpu::{Place, everywhere};
+use uw_tests::gpu::{Backend, everywhere};
 use uw_tests::single_ray::{add_plate, camera, empty, point_lamp, surface, water};
 
 const INDEX: f64 = 1.34;
@@ -44,7 +44,7 @@ fn sun(zenith_deg: f64) -> Sun {
     }
 }
 
-fn assert_near(place: Place, estimate: &Estimate, expected: [f64; 3], what: &str) {
+fn assert_near(backend: Backend, estimate: &Estimate, expected: [f64; 3], what: &str) {
     for k in 0..3 {
         let (value, error) = (estimate.value[k], estimate.standard_error[k]);
         assert!(
@@ -54,7 +54,7 @@ fn assert_near(place: Place, estimate: &Estimate, expected: [f64; 3], what: &str
         );
         assert!(
             (value - expected[k]).abs()
-                <= 4.0 * error + (4.0 * place.rounding() + 1e-9) * expected[k],
+                <= 4.0 * error + (4.0 * backend.rounding() + 1e-9) * expected[k],
             "{what}, channel {k}: {value} ± {error}, {}",
             expected[k]
         );
@@ -63,12 +63,14 @@ fn assert_near(place: Place, estimate: &Estimate, expected: [f64; 3], what: &str
 
 #[test]
 fn a_uniform_sky_through_absorbing_water_follows_exponential_integrals() {
-    everywhere(|place| {
+    everywhere(|backend| {
         let a = [0.1, 0.3, 0.0];
         let depth_m = 1.5;
         let mut scene = under_surface(a, [0.0; 3], false);
         scene.sky_radiance = [1.0, 2.0, 0.5];
-        let row = place.irradiances(&scene, &plan(&[depth_m])).expect("valid")[0];
+        let row = backend
+            .irradiances(&scene, &plan(&[depth_m]))
+            .expect("valid")[0];
         // 2π L ∫ μ^p exp(-a z/μ) dμ by midpoints.
         let integral = |k: usize, power: i32| {
             const N: usize = 100_000;
@@ -76,8 +78,13 @@ fn a_uniform_sky_through_absorbing_water_follows_exponential_integrals() {
             let term = |mu: f64| mu.powi(power) * (-a[k] * depth_m / mu).exp();
             2.0 * PI * scene.sky_radiance[k] * (0..N).map(|i| term(mu(i))).sum::<f64>() / N as f64
         };
-        assert_near(place, &row.e_d, [0, 1, 2].map(|k| integral(k, 1)), "E_d");
-        assert_near(place, &row.e_od, [0, 1, 2].map(|k| integral(k, 0)), "E_od");
+        assert_near(backend, &row.e_d, [0, 1, 2].map(|k| integral(k, 1)), "E_d");
+        assert_near(
+            backend,
+            &row.e_od,
+            [0, 1, 2].map(|k| integral(k, 0)),
+            "E_od",
+        );
         for dark in [row.e_u, row.e_ou, row.l_u] {
             assert_eq!(dark, Estimate::default());
         }
@@ -86,13 +93,13 @@ fn a_uniform_sky_through_absorbing_water_follows_exponential_integrals() {
 
 #[test]
 fn a_lamp_and_its_reflection_add_their_unscattered_light_exactly() {
-    everywhere(|place| {
+    everywhere(|backend| {
         let a = [0.1, 0.2, 0.4];
         let mut scene = under_surface(a, [0.0; 3], true);
         let lamp = DVec3::new(0.6, -0.3, -2.0);
         scene.lamps.push(point_lamp(lamp, 4.0));
         scene.lamps[0].level_pct = 50.0;
-        let row = place.irradiances(&scene, &plan(&[1.2])).expect("valid")[0];
+        let row = backend.irradiances(&scene, &plan(&[1.2])).expect("valid")[0];
         let point = DVec3::new(0.0, 0.0, -1.2);
         let image = DVec3::new(lamp.x, lamp.y, -lamp.z);
         let light = |source: DVec3| {
@@ -105,27 +112,27 @@ fn a_lamp_and_its_reflection_add_their_unscattered_light_exactly() {
         };
         // The lamp lies below the sensor, its image above it.
         let (cosine, direct) = light(lamp);
-        assert_near(place, &row.e_u, direct.map(|e| e * cosine), "E_u");
-        assert_near(place, &row.e_ou, direct, "E_ou");
+        assert_near(backend, &row.e_u, direct.map(|e| e * cosine), "E_u");
+        assert_near(backend, &row.e_ou, direct, "E_ou");
         let (cosine, reflected) = light(image);
         let reflected = reflected.map(|e| e * fresnel_reflectance(cosine, INDEX, 1.0));
-        assert_near(place, &row.e_d, reflected.map(|e| e * cosine), "E_d");
-        assert_near(place, &row.e_od, reflected, "E_od");
+        assert_near(backend, &row.e_d, reflected.map(|e| e * cosine), "E_d");
+        assert_near(backend, &row.e_od, reflected, "E_od");
     });
 }
 
 #[test]
 fn a_plate_shadows_the_sun_and_reflects_it() {
-    everywhere(|place| {
+    everywhere(|backend| {
         let mut scene = under_surface([0.2; 3], [0.0; 3], true);
         scene.sun = Some(sun(60.0));
-        let lit = place.irradiances(&scene, &plan(&[1.0])).expect("valid")[0];
+        let lit = backend.irradiances(&scene, &plan(&[1.0])).expect("valid")[0];
         let mu = (1.0 - (60f64.to_radians().sin() / INDEX).powi(2)).sqrt();
         let entering = 0.5 * (1.0 - fresnel_reflectance(0.5, 1.0, INDEX));
         let below = |e: f64| e * entering * (-0.2 / mu).exp();
-        assert_near(place, &lit.e_d, [1.0, 2.0, 3.0].map(below), "E_d");
+        assert_near(backend, &lit.e_d, [1.0, 2.0, 3.0].map(below), "E_d");
         assert_near(
-            place,
+            backend,
             &lit.e_od,
             [1.0, 2.0, 3.0].map(|e| below(e) / mu),
             "E_od",
@@ -138,12 +145,12 @@ fn a_plate_shadows_the_sun_and_reflects_it() {
             400.0,
             [reflectance; 3],
         );
-        let around = place
+        let around = backend
             .irradiances(&scene, &plan(&[0.4, 1.0]))
             .expect("valid");
         assert_eq!(around[1].e_d.value, [0.0; 3], "below the plate");
         // What goes up from a Lambertian plate, attenuated on the way straight up, without what comes back to it
-        // from the surface: less than 3 % of it inside Snell's window, all of it outside, seen at other places.
+        // from the surface: less than 3 % of it inside Snell's window, all of it outside, seen at other backends.
         let at_plate = |e: f64| e * entering * (-0.2 * 0.5 / mu).exp();
         let least = [1.0, 2.0, 3.0].map(|e| reflectance / PI * at_plate(e) * (-0.2f64 * 0.1).exp());
         for k in 0..3 {
@@ -160,7 +167,7 @@ fn a_plate_shadows_the_sun_and_reflects_it() {
 /// Sky, sun, a Lambertian bottom and a scattering water body at once, against discrete ordinates.
 #[test]
 fn a_lambertian_bottom_under_sun_and_sky_is_that_of_discrete_ordinates() {
-    everywhere(|place| {
+    everywhere(|backend| {
         let (a, b) = ([0.2, 0.5, 0.8], [0.8, 0.5, 0.2]);
         let reflectance = [0.3, 0.6, 0.9];
         let depths_m = [0.0, 1.0, 1.9];
@@ -175,8 +182,8 @@ fn a_lambertian_bottom_under_sun_and_sky_is_that_of_discrete_ordinates() {
             reflectance,
         );
         let mut plan = plan(&depths_m);
-        plan.samples = place.samples(1 << 16);
-        let measured = place.irradiances(&scene, &plan).expect("valid");
+        plan.samples = backend.samples(1 << 16);
+        let measured = backend.irradiances(&scene, &plan).expect("valid");
         let phase = &scene.water.as_ref().expect("water").phase;
         let mut z = Vec::new();
         for k in 0..3 {
@@ -196,7 +203,7 @@ fn a_lambertian_bottom_under_sun_and_sky_is_that_of_discrete_ordinates() {
                         row.depth_m
                     );
                     assert!(
-                        error < 0.02 * place.noise() * expected,
+                        error < 0.02 * backend.noise() * expected,
                         "{name}: error {error} of {expected}"
                     );
                     // Discrete ordinates are good to 1e-4 here, but for the one direction of L_u.
@@ -213,7 +220,7 @@ fn a_lambertian_bottom_under_sun_and_sky_is_that_of_discrete_ordinates() {
 
 #[test]
 fn the_number_of_threads_changes_nothing() {
-    everywhere(|place| {
+    everywhere(|backend| {
         let mut scene = under_surface([0.1; 3], [0.4, 0.9, 0.2], true);
         scene.sun = Some(sun(40.0));
         scene
@@ -223,11 +230,11 @@ fn the_number_of_threads_changes_nothing() {
         plan.samples = 512;
         let [one, many] = [1, 5].map(|threads| {
             plan.threads = Some(threads);
-            place.irradiances(&scene, &plan).expect("valid")
+            backend.irradiances(&scene, &plan).expect("valid")
         });
         assert_eq!(one, many);
         plan.seed += 1;
-        assert_ne!(one, place.irradiances(&scene, &plan).expect("valid"));
+        assert_ne!(one, backend.irradiances(&scene, &plan).expect("valid"));
     });
 }
 
@@ -235,7 +242,7 @@ fn the_number_of_threads_changes_nothing() {
 fn what_cannot_be_measured_is_refused() {
     let scene = under_surface([0.1; 3], [0.0; 3], true);
     let refusal = |plan: &IrradiancePlan, scene: &Scene| {
-        let refused = Place::Double.irradiances(scene, plan);
+        let refused = Backend::Double.irradiances(scene, plan);
         refused.expect_err("refused").to_string()
     };
     for depth in [-0.1, f64::NAN, f64::INFINITY] {

@@ -44,8 +44,8 @@ fn largest_difference(film: &Film, sum: impl Fn(usize) -> [f64; 3]) -> f64 {
 
 #[test]
 fn ambient_and_lamps_at_their_levels_are_the_picture() {
-    everywhere(|place| {
-        let film = place.render(&scene(0.8), &plan(64, 1)).0;
+    everywhere(|backend| {
+        let film = backend.render(&scene(0.8), &plan(64, 1)).0;
         let ambient = film.layer(FilmLayer::Ambient);
         let lamps = [0, 1].map(|i| film.layer(FilmLayer::Lamp(i)));
         let difference = largest_difference(&film, |i| {
@@ -59,17 +59,17 @@ fn ambient_and_lamps_at_their_levels_are_the_picture() {
 fn without_scattering_the_picture_is_direct_and_without_surfaces_it_is_backscatter() {
     let mut open = scene(0.8);
     open.quads.clear();
-    everywhere(|place| {
+    everywhere(|backend| {
         // Sums of some 64 terms in one order and in another.
-        let within = 1e-12 + place.rounding();
-        let film = place.render(&scene(0.0), &plan(64, 1)).0;
+        let within = 1e-12 + backend.rounding();
+        let film = backend.render(&scene(0.0), &plan(64, 1)).0;
         let direct = film.layer(FilmLayer::Direct);
         let difference = largest_difference(&film, |i| direct[i]);
         assert!(difference < within, "direct: {difference}");
         let backscatter = film.layer(FilmLayer::Backscatter);
         assert!(backscatter.iter().all(|&p| p == [0.0; 3]));
 
-        let film = place.render(&open, &plan(64, 1)).0;
+        let film = backend.render(&open, &plan(64, 1)).0;
         let backscatter = film.layer(FilmLayer::Backscatter);
         let difference = largest_difference(&film, |i| backscatter[i]);
         assert!(difference < within, "backscatter: {difference}");
@@ -78,8 +78,8 @@ fn without_scattering_the_picture_is_direct_and_without_surfaces_it_is_backscatt
 
 #[test]
 fn direct_light_and_backscatter_leave_room_for_the_blurred_light() {
-    everywhere(|place| {
-        let film = place.render(&scene(0.8), &plan(256, 1)).0;
+    everywhere(|backend| {
+        let film = backend.render(&scene(0.8), &plan(256, 1)).0;
         let total = film.layer(FilmLayer::Total);
         let direct = film.layer(FilmLayer::Direct);
         let backscatter = film.layer(FilmLayer::Backscatter);
@@ -95,11 +95,11 @@ fn direct_light_and_backscatter_leave_room_for_the_blurred_light() {
 
 #[test]
 fn the_number_of_threads_changes_no_bit() {
-    everywhere(|place| {
+    everywhere(|backend| {
         let film = |threads: usize| {
             let mut plan = plan(16, 5);
             plan.threads = Some(threads);
-            place.render(&scene(0.8), &plan).0.layer(FilmLayer::Total)
+            backend.render(&scene(0.8), &plan).0.layer(FilmLayer::Total)
         };
         assert_eq!(film(1), film(3));
     });

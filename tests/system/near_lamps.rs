@@ -9,7 +9,7 @@ use uw_render::{
     scene::{Camera, Scene},
 };
 use uw_tests::{
-    gpu::{PROCESSOR, Place, everywhere},
+    gpu::{Backend, PROCESSOR, everywhere},
     measure, plan,
     single_ray::{add_plate, camera, empty, point_lamp, water},
     tails::{largest_share_in_steps, largest_share_of, only},
@@ -113,8 +113,8 @@ fn the_veil_of_clear_water_before_nothing_needs_few_samples() {
         .push(point_lamp(DVec3::new(0.0, -0.3, 0.0), 1.0));
     let mut once = plan(1024, 7);
     once.max_bounces = 1;
-    everywhere(|place| {
-        let (film, _) = place.render(&scene, &once);
+    everywhere(|backend| {
+        let (film, _) = backend.render(&scene, &once);
         let (total, variance) = (
             film.layer(FilmLayer::Total),
             film.layer(FilmLayer::Variance),
@@ -129,14 +129,14 @@ fn the_veil_of_clear_water_before_nothing_needs_few_samples() {
                 assert!(
                     error < 0.08 * total[k],
                     "{}, {x} {y}: {} ± {error}",
-                    place.name(),
+                    backend.name(),
                     total[k]
                 );
                 let off = (total[k] - expected[k]).abs();
                 assert!(
                     off < 5.0 * error + 0.01 * expected[k],
                     "{}, {x} {y}, channel {k}: {} ± {error}, expected {}",
-                    place.name(),
+                    backend.name(),
                     total[k],
                     expected[k]
                 );
@@ -150,22 +150,22 @@ fn light_scattered_once_around_a_lamp_in_view_is_its_integral() {
     let mut scene = lamp_in_view(Phase::Isotropic);
     let expected = pixel_mean(&scene);
     scene = only(&scene, LAMP_PIXEL);
-    everywhere(|place| {
+    everywhere(|backend| {
         // An adapter makes the samples of a pixel one after the other.
-        let (samples, most) = match place {
-            Place::Adapter(_) => (1 << 12, 0.03),
+        let (samples, most) = match backend {
+            Backend::Adapter(_) => (1 << 12, 0.03),
             _ => (1 << 20, 0.002),
         };
         let mut once = plan(samples, 5);
         once.max_bounces = 1;
-        let (film, _) = place.render(&scene, &once);
+        let (film, _) = backend.render(&scene, &once);
         let total = film.layer(FilmLayer::Total)[0];
         let error = film.layer(FilmLayer::Variance)[0].map(f64::sqrt);
         for k in 0..3 {
             let z = (total[k] - expected[k]) / error[k];
             println!(
                 "{}, channel {k}: {} ± {}, {}",
-                place.name(),
+                backend.name(),
                 total[k],
                 error[k],
                 expected[k]
@@ -184,10 +184,10 @@ fn a_point_lamp_in_view_has_no_heavy_tail() {
         let scene = lamp_in_view(phase);
         let mut around = only(&scene, (LAMP_PIXEL.0 - 1, LAMP_PIXEL.1 - 1));
         (around.camera.width, around.camera.height) = (2, 2);
-        for place in PROCESSOR {
-            let share = largest_share_in_steps(place, &around, SAMPLES_ROOT * SAMPLES_ROOT);
-            println!("lamp in view, {}: largest share {share:.4}", place.name());
-            assert!(share < 0.05, "{}: {share}", place.name());
+        for backend in PROCESSOR {
+            let share = largest_share_in_steps(backend, &around, SAMPLES_ROOT * SAMPLES_ROOT);
+            println!("lamp in view, {}: largest share {share:.4}", backend.name());
+            assert!(share < 0.05, "{}: {share}", backend.name());
         }
     }
 }
@@ -218,11 +218,11 @@ fn touching(gap_m: f64, radius_m: f64) -> Scene {
 /// Without the ways through the water close to the plate the share is 0.8 and more.
 #[test]
 fn a_disk_that_touches_a_surface_has_no_heavy_tail() {
-    everywhere(|place| {
+    everywhere(|backend| {
         let scene = touching(1e-4, 0.1);
         let pixels = (0..8).map(|i| (2 + i % 4, 2 + i / 4));
-        let pixels = pixels.take(place.samples(8) as usize);
-        let share = largest_share_of(place, &scene, pixels, SAMPLES_ROOT);
+        let pixels = pixels.take(backend.samples(8) as usize);
+        let share = largest_share_of(backend, &scene, pixels, SAMPLES_ROOT);
         println!("touching: largest share {share:.4}");
         assert!(share < 0.1, "{share}");
     });
@@ -249,17 +249,17 @@ fn many_lamps_add_up() {
         lamp.radius_m = if i % 2 == 0 { 0.05 } else { 0.0 };
         scene.lamps.push(lamp);
     }
-    everywhere(|place| assert_adds_up(place, &scene));
+    everywhere(|backend| assert_adds_up(backend, &scene));
 }
 
 /// The picture of all lamps is the sum of those of one.
-fn assert_adds_up(place: Place, scene: &Scene) {
-    let (together, error) = measure(place, scene, 256, 0, 1);
+fn assert_adds_up(backend: Backend, scene: &Scene) {
+    let (together, error) = measure(backend, scene, 256, 0, 1);
     let (mut sum, mut variance) = ([0.0; 3], [0.0; 3]);
     for (i, lamp) in scene.lamps.iter().enumerate() {
         let mut one = scene.clone();
         one.lamps = vec![lamp.clone()];
-        let (mean, error) = measure(place, &one, 256, 0, 2 + i as u64);
+        let (mean, error) = measure(backend, &one, 256, 0, 2 + i as u64);
         for k in 0..3 {
             sum[k] += mean[k];
             variance[k] += error[k] * error[k];
@@ -272,7 +272,7 @@ fn assert_adds_up(place: Place, scene: &Scene) {
             together[k], error[k], sum[k]
         );
         assert!(
-            error[k] < 0.005 * place.noise() * sum[k] && z.abs() < 4.0,
+            error[k] < 0.005 * backend.noise() * sum[k] && z.abs() < 4.0,
             "z {z}"
         );
     }

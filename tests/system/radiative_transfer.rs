@@ -12,7 +12,7 @@ use uw_tests::single_ray::{camera, empty, surface, water};
 use uw_tests::tiles::spread;
 use uw_tests::{
     corpus_scene,
-    gpu::{Place, everywhere},
+    gpu::{Backend, everywhere},
     measure,
 };
 
@@ -92,15 +92,15 @@ pub(crate) fn assert_agreement(comparisons: &[Comparison], independent: usize) {
     );
 }
 
-fn sensors(place: Place, scene: &Scene, samples: u32, seed: u64) -> Vec<DepthIrradiance> {
+fn sensors(backend: Backend, scene: &Scene, samples: u32, seed: u64) -> Vec<DepthIrradiance> {
     let plan = IrradiancePlan {
         depths_m: DEPTHS_M.to_vec(),
-        samples: place.samples(samples),
+        samples: backend.samples(samples),
         seed,
         threads: None,
         max_bounces: 0,
     };
-    place.irradiances(scene, &plan).expect("valid")
+    backend.irradiances(scene, &plan).expect("valid")
 }
 
 /// Measured quantities of one channel beside references by depth and name.
@@ -137,8 +137,8 @@ fn against_discrete_ordinates(name: &str, samples: u32, seed: u64) {
     let phase = &scene.water.as_ref().expect("water").phase;
     let solved: [Vec<Irradiances>; 3] =
         B.map(|albedo| irradiances(&Problem::benchmark(phase, albedo), &DEPTHS_M, NODES));
-    everywhere(|place| {
-        let measured = sensors(place, &scene, samples, seed);
+    everywhere(|backend| {
+        let measured = sensors(backend, &scene, samples, seed);
         let mut comparisons = Vec::new();
         for (channel, solved) in solved.iter().enumerate() {
             comparisons.extend(compare(&measured, channel, |level, name| {
@@ -152,8 +152,8 @@ fn against_discrete_ordinates(name: &str, samples: u32, seed: u64) {
 
 #[test]
 fn irradiances_in_molecular_water_are_the_reference_rows() {
-    everywhere(|place| {
-        let measured = sensors(place, &corpus_scene("rt_rayleigh"), SAMPLES, 1);
+    everywhere(|backend| {
+        let measured = sensors(backend, &corpus_scene("rt_rayleigh"), SAMPLES, 1);
         let rows = rayleigh_irradiances();
         let mut comparisons = Vec::new();
         for channel in [0, 2] {
@@ -199,7 +199,7 @@ fn looking(phase: Phase, depth_m: f64, travel: Travel) -> Scene {
 
 /// What a row of pixels sees in the channel of the largest albedo.
 fn compare_radiance(
-    place: Place,
+    backend: Backend,
     phase: Phase,
     depth_m: f64,
     travel: Travel,
@@ -207,7 +207,7 @@ fn compare_radiance(
     seed: u64,
 ) -> Comparison {
     let scene = looking(phase, depth_m, travel);
-    let (value, standard_error) = measure(place, &scene, SAMPLES_PER_PIXEL, 0, seed);
+    let (value, standard_error) = measure(backend, &scene, SAMPLES_PER_PIXEL, 0, seed);
     Comparison {
         what: format!(
             "{depth_m} m, light travelling {:.2} down at {}°",
@@ -224,13 +224,13 @@ fn compare_radiance(
 fn radiances_in_molecular_water_are_the_reference_rows() {
     let phase = || Phase::Rayleigh(Rayleigh::new(0.0).expect("valid"));
     let rows = rayleigh_radiances();
-    everywhere(|place| {
+    everywhere(|backend| {
         let comparisons: Vec<Comparison> = rows
             .iter()
             .zip(10..)
             .map(|(row, seed)| {
                 let (depth_m, travel) = (row.optical_depth, row.travel());
-                compare_radiance(place, phase(), depth_m, travel, row.reference, seed)
+                compare_radiance(backend, phase(), depth_m, travel, row.reference, seed)
             })
             .collect();
         assert_agreement(&comparisons, comparisons.len());
@@ -257,12 +257,12 @@ fn radiances_in_fournier_forand_water_are_those_of_discrete_ordinates() {
     let problem_phase = phase();
     let problem = Problem::benchmark(&problem_phase, B[2]);
     let solved = radiances(&problem, &depths_m, &directions, 24);
-    everywhere(|place| {
+    everywhere(|backend| {
         let mut comparisons = Vec::new();
         for (&depth_m, level) in depths_m.iter().zip(&solved) {
             for (&travel, &reference) in directions.iter().zip(level) {
                 let seed = 40 + comparisons.len() as u64;
-                let compared = compare_radiance(place, phase(), depth_m, travel, reference, seed);
+                let compared = compare_radiance(backend, phase(), depth_m, travel, reference, seed);
                 comparisons.push(compared);
             }
         }

@@ -24,22 +24,22 @@ fn compare(
 ) {
     let scene = corpus_scene(scene);
     let theirs = reference::tiles(reference_name).with_error(reference_error);
-    everywhere(|place| {
-        let mut plan = plan(place.samples(samples), 11);
+    everywhere(|backend| {
+        let mut plan = plan(backend.samples(samples), 11);
         plan.max_bounces = max_bounces;
-        let (film, stats) = place.render(&scene, &plan);
+        let (film, stats) = backend.render(&scene, &plan);
         println!(
             "{reference_name}, {}: {:.2} CPU s, relative error {:?}",
-            place.name(),
+            backend.name(),
             stats.cpu_s,
             stats.relative_error
         );
-        let what = format!("{reference_name}, {}", place.name());
+        let what = format!("{reference_name}, {}", backend.name());
         compare_tiles(
             &what,
             &Tiles::of(&film),
             &theirs,
-            mean_tolerance * place.noise(),
+            mean_tolerance * backend.noise(),
         );
     });
 }
@@ -115,9 +115,9 @@ fn direct_light_of_the_textured_plate() {
     }
     let size = (scene.camera.width as usize, scene.camera.height as usize);
     let expected = sums_of_tiles(size, |x, y| plate_radiance(&scene, x, y));
-    everywhere(|place| {
-        let direct = place
-            .render(&scene, &plan(place.samples(512), 5))
+    everywhere(|backend| {
+        let direct = backend
+            .render(&scene, &plan(backend.samples(512), 5))
             .0
             .layer(FilmLayer::Direct);
         let rendered = sums_of_tiles(size, |x, y| direct[y * size.0 + x][1]);
@@ -127,7 +127,10 @@ fn direct_light_of_the_textured_plate() {
         println!("direct light: deviations of tiles, rms {rms:.5}, largest {largest:.5}");
         assert!(largest < 0.01, "a tile is off by {largest}");
         // Measured 0.0003, against 0.0011 that the deviations from the one-event reference have in common.
-        assert!(rms < 0.0006 * place.noise(), "rms deviation of tiles {rms}");
+        assert!(
+            rms < 0.0006 * backend.noise(),
+            "rms deviation of tiles {rms}"
+        );
     });
 }
 

@@ -10,7 +10,7 @@ use uw_render::{
 };
 use uw_tests::single_ray::{add_plate, camera as ray_camera, empty};
 use uw_tests::{
-    gpu::{Place, everywhere},
+    gpu::{Backend, everywhere},
     plan,
 };
 
@@ -32,8 +32,8 @@ const COSINES_F32: f64 = 2e-7;
 
 /// Whether lengths are in single precision. Then the least distance of a surface is everywhere a millionth of the
 /// coordinates, as in double precision at the greatest offset.
-fn is_single(place: Place) -> bool {
-    matches!(place, Place::VectorUnits | Place::Adapter(_))
+fn is_single(backend: Backend) -> bool {
+    matches!(backend, Backend::VectorUnits | Backend::Adapter(_))
 }
 
 /// Where a scene stands, and how large it is.
@@ -56,15 +56,15 @@ impl Site {
 }
 
 /// Calls `check` everywhere for every size and offset, along the axes and turned.
-fn at_every_site(check: impl Fn(Place, &Site)) {
-    everywhere(|place| {
+fn at_every_site(check: impl Fn(Backend, &Site)) {
+    everywhere(|backend| {
         // Small pictures are slow on an adapter.
-        let step = match place {
-            Place::Adapter(_) => 2,
+        let step = match backend {
+            Backend::Adapter(_) => 2,
             _ => 1,
         };
         at_sites(&mut SIZES_M.into_iter().step_by(step), &|site| {
-            check(place, site)
+            check(backend, site)
         });
     });
 }
@@ -141,7 +141,7 @@ fn cube(site: &Site) -> Mesh {
 
 #[test]
 fn no_light_leaks_into_a_closed_cube() {
-    at_every_site(|place, site| {
+    at_every_site(|backend, site| {
         let forward = DVec3::new(0.8, 0.36, 0.48);
         let right = forward.any_orthonormal_vector();
         let mut scene = empty(camera(site.point(0.1, 0.2, -0.05), forward, right, 8.0));
@@ -149,12 +149,12 @@ fn no_light_leaks_into_a_closed_cube() {
         scene.materials.push(material(0.9));
         scene.meshes.push(cube(site));
         let far = site.centre_m.length() > 1e5 * site.size_m;
-        let allowed = if far || is_single(place) {
+        let allowed = if far || is_single(backend) {
             LEAK_FAR_AWAY
         } else {
             0.0
         };
-        let radiance = place.render(&scene, &plan(64, 4)).0.mean()[0];
+        let radiance = backend.render(&scene, &plan(64, 4)).0.mean()[0];
         assert!(radiance <= allowed, "cube of {}: {radiance}", site.name);
     });
 }
@@ -180,11 +180,11 @@ fn add_top(scene: &mut Scene, site: &Site) {
 }
 
 /// Every pixel shows the top without a shadow.
-fn assert_lit(place: Place, scene: &Scene, elevation_deg: f64, what: &str) {
+fn assert_lit(backend: Backend, scene: &Scene, elevation_deg: f64, what: &str) {
     let sine = elevation_deg.to_radians().sin();
     let expected = REFLECTANCE / PI * sine;
-    let cosines = if is_single(place) { COSINES_F32 } else { 0.0 };
-    let (film, _) = place.render(scene, &plan(4, 4));
+    let cosines = if is_single(backend) { COSINES_F32 } else { 0.0 };
+    let (film, _) = backend.render(scene, &plan(4, 4));
     for pixel in film.layer(FilmLayer::Total) {
         assert!(
             (pixel[0] / expected - 1.0).abs() < LIT_TOLERANCE + cosines / sine,
@@ -199,16 +199,16 @@ fn assert_lit(place: Place, scene: &Scene, elevation_deg: f64, what: &str) {
 /// rays do not slip between them: the sun has to lift a ray by more than that before it meets the side of the cube.
 #[test]
 fn no_plate_or_triangle_shadows_itself_under_a_grazing_sun() {
-    at_every_site(|place, site| {
-        let elevation_deg = if is_single(place) { 1e-3 } else { 1e-4 };
+    at_every_site(|backend, site| {
+        let elevation_deg = if is_single(backend) { 1e-3 } else { 1e-4 };
         let mut plate = seen_from_above(site, 1.0, elevation_deg);
         add_top(&mut plate, site);
         let what = format!("plate of {}", site.name);
-        assert_lit(place, &plate, elevation_deg, &what);
+        assert_lit(backend, &plate, elevation_deg, &what);
         let mut mesh = seen_from_above(site, 1.0, elevation_deg);
         mesh.meshes.push(cube(site));
         let what = format!("cube of {}", site.name);
-        assert_lit(place, &mesh, elevation_deg, &what);
+        assert_lit(backend, &mesh, elevation_deg, &what);
     });
 }
 
@@ -216,7 +216,7 @@ fn no_plate_or_triangle_shadows_itself_under_a_grazing_sun() {
 #[test]
 fn surfaces_in_one_place_do_not_shadow_each_other() {
     let elevation_deg = 0.1;
-    at_every_site(|place, site| {
+    at_every_site(|backend, site| {
         for height in [1.0, 1e3] {
             let mut scene = seen_from_above(site, height, elevation_deg);
             for _ in 0..2 {
@@ -224,7 +224,7 @@ fn surfaces_in_one_place_do_not_shadow_each_other() {
                 scene.meshes.push(cube(site));
             }
             let what = format!("two of {}, {height} sizes away", site.name);
-            assert_lit(place, &scene, elevation_deg, &what);
+            assert_lit(backend, &scene, elevation_deg, &what);
         }
     });
 }
@@ -295,7 +295,7 @@ fn adjoining_radiances(
 #[test]
 fn corners_and_edges_of_a_ball_are_neither_shadowed_nor_open() {
     let towards_sun = DVec3::new(0.3, -0.5, 0.81).normalize();
-    at_every_site(|place, site| {
+    at_every_site(|backend, site| {
         let faces = ball(site);
         assert_eq!(faces.len(), 80);
         let targets = faces.iter().flat_map(|&[a, b, c]| {
@@ -303,8 +303,8 @@ fn corners_and_edges_of_a_ball_are_neither_shadowed_nor_open() {
             [a, b, c, middle(a, b), middle(b, c), middle(c, a)]
         });
         let mut compared = 0;
-        let (step, least) = match place {
-            Place::Adapter(_) => (120, 1),
+        let (step, least) = match backend {
+            Backend::Adapter(_) => (120, 1),
             _ => (1, 100),
         };
         for target in targets.step_by(step) {
@@ -321,10 +321,10 @@ fn corners_and_edges_of_a_ball_are_neither_shadowed_nor_open() {
             scene.materials.push(material(REFLECTANCE));
             scene.sun = sun(towards_sun);
             scene.meshes.push(mesh(&faces));
-            let radiance = place.render(&scene, &plan(1, 1)).0.mean()[0];
+            let radiance = backend.render(&scene, &plan(1, 1)).0.mean()[0];
             assert!(
                 lit.iter()
-                    .any(|&l| (radiance / l - 1.0).abs() < 1e-6 + place.rounding()),
+                    .any(|&l| (radiance / l - 1.0).abs() < 1e-6 + backend.rounding()),
                 "ball of {}, {target}: {radiance} is none of {lit:?}",
                 site.name
             );

@@ -7,7 +7,7 @@ use uw_media::{Iops, spectral::Curve};
 use uw_render::scene::Scene;
 use uw_tests::{
     file,
-    gpu::{Place, everywhere},
+    gpu::{Backend, everywhere},
     measure,
 };
 
@@ -22,8 +22,8 @@ fn column(path: &str, name: &str) -> Vec<(f64, f64)> {
     let text = std::fs::read_to_string(file("../assets").join(path)).expect("readable");
     let mut lines = text.lines().filter(|line| !line.starts_with('#'));
     let header: Vec<&str> = lines.next().expect("a header").split(',').collect();
-    let place = |wanted: &str| header.iter().position(|n| *n == wanted).expect(wanted);
-    let (x, y) = (place("wavelength_nm"), place(name));
+    let column_of = |wanted: &str| header.iter().position(|n| *n == wanted).expect(wanted);
+    let (x, y) = (column_of("wavelength_nm"), column_of(name));
     lines
         .map(|line| {
             let cells: Vec<&str> = line.split(',').collect();
@@ -50,7 +50,7 @@ fn a_chart_without_scattering_is_as_quadrature_says() {
     everywhere(chart);
 }
 
-fn chart(place: Place) {
+fn chart(backend: Backend) {
     let folder = tempfile::tempdir().expect("a folder");
     let write = |name: &str, head: &str, rows: &[(f64, f64)]| {
         let rows: String = rows.iter().map(|(nm, x)| format!("{nm},{x}\n")).collect();
@@ -90,7 +90,7 @@ fn chart(place: Place) {
             );
             let scene =
                 Scene::parse(&text, folder.path(), "chart.toml").unwrap_or_else(|e| panic!("{e}"));
-            let (mean, error) = measure(place, &scene, 1024, 1, 1);
+            let (mean, error) = measure(backend, &scene, 1024, 1, 1);
             for k in 0..3 {
                 let sum = |of: &dyn Fn(f64) -> f64| -> f64 {
                     (0..6000)
@@ -110,7 +110,7 @@ fn chart(place: Place) {
                 let (off, noise) = (mean[k] / expected - 1.0, error[k] / mean[k]);
                 println!("  {patch} at {distance_m} m, channel {k}: {off:+.1e} ± {noise:.1e}");
                 assert!(
-                    off.abs() < 3e-4 + 3.5 * noise && noise < 1.5e-3 * place.noise(),
+                    off.abs() < 3e-4 + 3.5 * noise && noise < 1.5e-3 * backend.noise(),
                     "{patch} {distance_m} {k}: {} {expected}",
                     mean[k]
                 );
@@ -193,7 +193,7 @@ fn relative(scene: &Scene, of: Option<&Curve>, nm: f64) -> [f64; 3] {
 
 /// Renders at every node of the water's table, three at a time, each with light of the same strength; then added up with the
 /// response, between nodes as exponentials are.
-fn added_up(place: Place, scene: &Scene, samples: u32) -> ([f64; 3], [f64; 3]) {
+fn added_up(backend: Backend, scene: &Scene, samples: u32) -> ([f64; 3], [f64; 3]) {
     let spectral = scene.spectral.as_ref().expect("by wavelength");
     let nodes: Vec<f64> = spectral
         .water
@@ -208,7 +208,7 @@ fn added_up(place: Place, scene: &Scene, samples: u32) -> ([f64; 3], [f64; 3]) {
     for (i, three) in nodes.chunks(3).enumerate() {
         let wavelengths = [0, 1, 2].map(|k| three[k.min(three.len() - 1)]);
         let single = monochromatic(scene, wavelengths);
-        let (mean, error) = measure(place, &single, samples, 0, 100 + i as u64);
+        let (mean, error) = measure(backend, &single, samples, 0, 100 + i as u64);
         radiance.extend((0..three.len()).map(|k| (mean[k], error[k])));
     }
     // The lights' channels are alike, so that light of strength 1 stands for all of them.
@@ -247,11 +247,11 @@ fn a_spectral_render_is_the_sum_of_monochromatic_ones() {
     everywhere(sum_of_monochromatic);
 }
 
-fn sum_of_monochromatic(place: Place) {
+fn sum_of_monochromatic(backend: Backend) {
     let mut scores = Vec::new();
     for (name, scene) in scenes() {
-        let (expected, own) = added_up(place, &scene, 128);
-        let (mean, error) = measure(place, &scene, 512, 0, 1);
+        let (expected, own) = added_up(backend, &scene, 128);
+        let (mean, error) = measure(backend, &scene, 512, 0, 1);
         for k in 0..3 {
             // What straight lines between the nodes' logarithms leave out.
             let interpolation = 1e-3 * expected[k];
@@ -264,7 +264,7 @@ fn sum_of_monochromatic(place: Place) {
                 100.0 * own[k] / expected[k]
             );
             assert!(
-                error[k] < 0.03 * place.noise() * mean[k],
+                error[k] < 0.03 * backend.noise() * mean[k],
                 "{name}: too noisy to tell"
             );
             scores.push(z);
@@ -282,7 +282,7 @@ fn sum_of_monochromatic(place: Place) {
 /// Water whose coefficients are the same at every wavelength renders as the same three numbers do, but for noise.
 #[test]
 fn water_without_colour_is_as_three_numbers_say() {
-    everywhere(|place| {
+    everywhere(|backend| {
         let folder = tempfile::tempdir().expect("a folder");
         let table = "wavelength_nm,a_per_m,b_per_m\n400,0.2,0.6\n450,0.2,0.6\n500,0.2,0.6\n550,0.2,0.6\n600,0.2,0.6\n\
                      650,0.2,0.6\n700,0.2,0.6\n";
@@ -296,9 +296,9 @@ fn water_without_colour_is_as_three_numbers_say() {
         let spectral = by_wavelength.spectral.as_ref().expect("by wavelength");
         assert_eq!(spectral.response.name, "boxes");
         assert_eq!(spectral.lights, Vec::<String>::new());
-        let (mean, error) = measure(place, &by_wavelength, 256, 0, 1);
+        let (mean, error) = measure(backend, &by_wavelength, 256, 0, 1);
         let (expected, own) = measure(
-            place,
+            backend,
             &of("a = [0.2, 0.2, 0.2]\nb = [0.6, 0.6, 0.6]"),
             256,
             0,
@@ -308,7 +308,7 @@ fn water_without_colour_is_as_three_numbers_say() {
             let z = (mean[k] - expected[k]) / error[k].hypot(own[k]);
             println!("  channel {k}: {} {}, z {z:+.2}", mean[k], expected[k]);
             assert!(
-                z.abs() < 4.0 && error[k] < 0.02 * place.noise() * mean[k],
+                z.abs() < 4.0 && error[k] < 0.02 * backend.noise() * mean[k],
                 "{z}"
             );
         }

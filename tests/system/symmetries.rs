@@ -7,7 +7,7 @@ use uw_render::{
     scene::{Scene, Sun},
 };
 use uw_tests::{
-    gpu::{Place, everywhere},
+    gpu::{Backend, everywhere},
     measure, plan,
     single_ray::{add_plate, camera, empty, point_lamp, surface, water},
 };
@@ -100,9 +100,9 @@ fn brightened(scene: &Scene, factor: f64) -> Scene {
 }
 
 /// Means agree within their errors, whatever random numbers they are made of.
-fn assert_same_means(place: Place, what: &str, scene: &Scene, other: &Scene) {
-    let (one, one_error) = measure(place, scene, 256, 0, 1);
-    let (two, two_error) = measure(place, other, 256, 0, 2);
+fn assert_same_means(backend: Backend, what: &str, scene: &Scene, other: &Scene) {
+    let (one, one_error) = measure(backend, scene, 256, 0, 1);
+    let (two, two_error) = measure(backend, other, 256, 0, 2);
     for k in 0..3 {
         let error = one_error[k].hypot(two_error[k]);
         let z = (one[k] - two[k]) / error;
@@ -111,7 +111,7 @@ fn assert_same_means(place: Place, what: &str, scene: &Scene, other: &Scene) {
             one[k], two[k]
         );
         assert!(
-            error < 0.01 * place.noise() * one[k],
+            error < 0.01 * backend.noise() * one[k],
             "{what}, channel {k}: error {error} of {}",
             one[k]
         );
@@ -120,8 +120,13 @@ fn assert_same_means(place: Place, what: &str, scene: &Scene, other: &Scene) {
 }
 
 /// With one seed every pixel of `other` is `factor` times that of `scene`.
-fn assert_same_pixels(place: Place, what: &str, scene: &Scene, other: &Scene, factor: f64) {
-    let pixels = |scene| place.render(scene, &plan(16, 3)).0.layer(FilmLayer::Total);
+fn assert_same_pixels(backend: Backend, what: &str, scene: &Scene, other: &Scene, factor: f64) {
+    let pixels = |scene| {
+        backend
+            .render(scene, &plan(16, 3))
+            .0
+            .layer(FilmLayer::Total)
+    };
     let (one, two) = (pixels(scene), pixels(other));
     let apart = |(a, b): &(&[f64; 3], &[f64; 3])| {
         (0..3).any(|k| (a[k] * factor - b[k]).abs() > SAME_WITHIN * b[k])
@@ -139,21 +144,21 @@ fn assert_same_pixels(place: Place, what: &str, scene: &Scene, other: &Scene, fa
 fn a_scene_turned_as_a_whole_looks_the_same() {
     let anyhow = DQuat::from_axis_angle(DVec3::new(0.48, 0.6, 0.64), 2.1);
     let about_the_vertical = DQuat::from_rotation_z(2.1);
-    everywhere(|place| {
+    everywhere(|backend| {
         let (lamps, daylight) = (lamps(), daylight());
-        assert_same_means(place, "lamps", &lamps, &turned(&lamps, anyhow));
+        assert_same_means(backend, "lamps", &lamps, &turned(&lamps, anyhow));
         let other = turned(&daylight, about_the_vertical);
-        assert_same_means(place, "daylight", &daylight, &other);
+        assert_same_means(backend, "daylight", &daylight, &other);
     });
 }
 
 #[test]
 fn radiance_is_linear_in_that_of_all_sources() {
-    everywhere(|place| {
+    everywhere(|backend| {
         for (name, scene) in [("lamps", lamps()), ("daylight", daylight())] {
             for factor in FACTORS {
                 let what = format!("{name} {factor} times as bright");
-                assert_same_pixels(place, &what, &scene, &brightened(&scene, factor), factor);
+                assert_same_pixels(backend, &what, &scene, &brightened(&scene, factor), factor);
             }
         }
     });

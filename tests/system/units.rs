@@ -8,7 +8,7 @@ use uw_render::{
 };
 use uw_tests::{
     file,
-    gpu::{PROCESSOR, Place, places},
+    gpu::{Backend, PROCESSOR, backends},
     plan,
 };
 
@@ -165,13 +165,13 @@ fn assert_same(what: &str, ours: &Film, theirs: &Film) {
     );
 }
 
-fn compare_at(places: &[Place]) {
+fn compare_at(backends: &[Backend]) {
     for (name, scene) in scenes() {
-        for place in places {
-            let render = |s: f64| place.render(&scaled(&scene, s), &plan(SAMPLES, 3)).0;
+        for backend in backends {
+            let render = |s: f64| backend.render(&scaled(&scene, s), &plan(SAMPLES, 3)).0;
             let theirs = render(1.0);
             for s in SCALES {
-                let what = format!("{name} × {s:e}, {}", place.name());
+                let what = format!("{name} × {s:e}, {}", backend.name());
                 assert_same(&what, &render(s), &theirs);
             }
         }
@@ -185,9 +185,9 @@ fn pictures_do_not_depend_on_the_unit_of_length() {
 
 #[test]
 fn pictures_by_the_adapter_do_not_depend_on_the_unit_of_length() {
-    let adapters: Vec<_> = places()
+    let adapters: Vec<_> = backends()
         .into_iter()
-        .filter(|place| matches!(place, Place::Adapter(_)))
+        .filter(|backend| matches!(backend, Backend::Adapter(_)))
         .collect();
     compare_at(&adapters);
 }

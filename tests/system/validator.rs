@@ -13,7 +13,7 @@ use uw_media::phase::{FournierForand, HenyeyGreenstein, Phase, PhaseFunction};
 use uw_render::scene::Sun;
 use uw_tests::{
     divided,
-    gpu::{Place, everywhere},
+    gpu::{Backend, everywhere},
     plan,
     single_ray::{add_plate, camera, empty, surface, water},
     validator::{
@@ -71,16 +71,16 @@ fn validated(index: usize, case: &Case) -> Pixel {
 
 /// By the renderer. A lane makes a pixel, so that the one is given in parts. The least sharp value, of a lamp in the mirror,
 /// decides how many samples are needed: with half as many it was 2.1 % wide.
-fn rendered(place: Place, index: usize, case: &Case) -> Pixel {
-    let samples = 2 * place.samples(case.samples) / (PARTS * PARTS);
+fn rendered(backend: Backend, index: usize, case: &Case) -> Pixel {
+    let samples = 2 * backend.samples(case.samples) / (PARTS * PARTS);
     let mut plan = plan(samples, 100_000 * RUN + 1000 + index as u64);
     plan.max_bounces = case.max_events;
     plan.threads = Some(1);
-    let film = place.render(&divided(&case.scene, PARTS), &plan).0;
+    let film = backend.render(&divided(&case.scene, PARTS), &plan).0;
     let (mean, variance) = (film.mean(), film.variance_of_mean());
     std::array::from_fn(|k| Estimate {
         mean: mean[k],
-        standard_error: variance[k].sqrt().hypot(place.rounding() * mean[k]),
+        standard_error: variance[k].sqrt().hypot(backend.rounding() * mean[k]),
     })
 }
 
@@ -115,13 +115,13 @@ fn for_all<T: Send>(
 fn compare_all(cases: &[Case]) {
     let threads = thread::available_parallelism().map_or(1, usize::from);
     let theirs = for_all(cases, threads, validated);
-    everywhere(|place| {
+    everywhere(|backend| {
         // An adapter works on one picture at a time.
-        let threads = match place {
-            Place::Adapter(_) => 1,
+        let threads = match backend {
+            Backend::Adapter(_) => 1,
             _ => threads,
         };
-        let ours = for_all(cases, threads, |index, case| rendered(place, index, case));
+        let ours = for_all(cases, threads, |index, case| rendered(backend, index, case));
         let pairs = ours.iter().zip(&theirs).enumerate();
         let all: Vec<ChannelComparison> = pairs
             .flat_map(|(case, (ours, theirs))| {
@@ -134,7 +134,7 @@ fn compare_all(cases: &[Case]) {
             })
             .collect();
         show(cases, &all);
-        assert_agreement(cases, &all, place.noise());
+        assert_agreement(cases, &all, backend.noise());
     });
 }
 

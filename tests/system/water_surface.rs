@@ -6,7 +6,7 @@ use uw_media::phase::{FournierForand, Phase};
 use uw_render::scene::{Scene, Water};
 use uw_tests::single_ray::{add_plate, camera, empty, point_lamp, surface, water};
 use uw_tests::{
-    gpu::{Place, everywhere},
+    gpu::{Backend, everywhere},
     measure,
 };
 
@@ -56,11 +56,11 @@ fn a_plate_in_absorbing_water_is_lit_by_the_lamp_and_its_reflection() {
         let reflectance = [0.6, 0.5, 0.4][k];
         reflectance / std::f64::consts::PI * irradiance * (-a[k] * range).exp()
     });
-    everywhere(|place| {
-        let (mean, error) = measure(place, &scene, 64, 1, 3);
+    everywhere(|backend| {
+        let (mean, error) = measure(backend, &scene, 64, 1, 3);
         for k in 0..3 {
             // The lamp or its image is drawn, so that there is some noise.
-            assert!(error[k] < 0.01 * place.noise() * expected[k]);
+            assert!(error[k] < 0.01 * backend.noise() * expected[k]);
             let z = (mean[k] - expected[k]) / error[k];
             println!("channel {k}: {} ± {}, z {z:.2}", mean[k], error[k]);
             assert!(z.abs() < 4.5, "channel {k}: z {z}");
@@ -88,17 +88,17 @@ fn a_perfect_mirror_is_a_mirrored_scene() {
         .lamps
         .push(point_lamp(DVec3::new(lamp.x, lamp.y, -lamp.z), 5.0));
     doubled.lamps[1].name = "image".into();
-    everywhere(|place| assert_same(place, &mirror, &doubled));
+    everywhere(|backend| assert_same(backend, &mirror, &doubled));
 }
 
-fn assert_same(place: Place, mirror: &Scene, doubled: &Scene) {
-    let (one, one_error) = measure(place, mirror, 256, 0, 21);
-    let (two, two_error) = measure(place, doubled, 256, 0, 22);
+fn assert_same(backend: Backend, mirror: &Scene, doubled: &Scene) {
+    let (one, one_error) = measure(backend, mirror, 256, 0, 21);
+    let (two, two_error) = measure(backend, doubled, 256, 0, 22);
     for k in 0..3 {
         let error = one_error[k].hypot(two_error[k]);
         println!("channel {k}: {} and {} ± {error}", one[k], two[k]);
         assert!(
-            error < 0.01 * place.noise() * two[k],
+            error < 0.01 * backend.noise() * two[k],
             "channel {k}: error {error} of {}",
             two[k]
         );

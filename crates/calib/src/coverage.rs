@@ -83,7 +83,7 @@ impl Coverage {
             depths => writeln!(
                 text,
                 "  has pictures that look up (kind depth) from {}",
-                places(depths, "depth")
+                count_and_range(depths, "depth")
             ),
         };
         if self.levels.is_empty() {
@@ -94,7 +94,7 @@ impl Coverage {
                 0.0 => "the lamps off".to_owned(),
                 level => format!("lamps at {level} %"),
             };
-            let from = places(distances, "distance");
+            let from = count_and_range(distances, "distance");
             let _ = writeln!(
                 text,
                 "  has pictures of the target (kind contrast) with {lamps} from {from}"
@@ -158,7 +158,7 @@ pub(crate) fn range(values: &[f64]) -> (f64, f64) {
     (least, most)
 }
 
-fn places(values: &[f64], of: &str) -> String {
+fn count_and_range(values: &[f64], of: &str) -> String {
     let (least, most) = range(values);
     match values.len() {
         1 => format!("1 {of} ({least} m)"),

@@ -79,7 +79,7 @@ pub struct Optimum {
 }
 
 #[derive(Clone, Copy)]
-struct Place {
+struct Start {
     at: [f64; 2],
     cost: f64,
 }
@@ -95,18 +95,18 @@ pub fn maximise(
         evaluations += 1;
         -score(&bounds.at(*at))
     };
-    let mut places: Vec<Place> = seeds(bounds, ridges)
+    let mut starts: Vec<Start> = seeds(bounds, ridges)
         .into_iter()
-        .map(|at| Place {
+        .map(|at| Start {
             at,
             cost: cost(&at),
         })
-        .filter(|place| place.cost.is_finite())
+        .filter(|start| start.cost.is_finite())
         .collect();
-    places.sort_by(|x, y| x.cost.total_cmp(&y.cost));
+    starts.sort_by(|x, y| x.cost.total_cmp(&y.cost));
     let steps = first_steps(bounds, ridges.width_m);
-    let mut best = *places.first()?;
-    for start in distinct(&places) {
+    let mut best = *starts.first()?;
+    for start in distinct(&starts) {
         best = descend(&mut cost, best, start.at, &coarse(steps));
     }
     best = descend(&mut cost, best, best.at, &fine(steps));
@@ -154,15 +154,15 @@ fn first_steps(bounds: &Bounds, width_m: f64) -> [f64; 2] {
 }
 
 /// The best places that are not neighbours of a better one.
-fn distinct(places: &[Place]) -> Vec<Place> {
-    let mut kept: Vec<Place> = Vec::with_capacity(STARTS);
-    for place in places {
-        let neighbours = |other: &Place| {
-            (place.at[0] - other.at[0]).abs() < 1.01 / (GRID_DISTANCES - 1) as f64
-                && (place.at[1] - other.at[1]).abs() < 1.01 / (GRID_LIGHTS - 1) as f64
+fn distinct(starts: &[Start]) -> Vec<Start> {
+    let mut kept: Vec<Start> = Vec::with_capacity(STARTS);
+    for start in starts {
+        let neighbours = |other: &Start| {
+            (start.at[0] - other.at[0]).abs() < 1.01 / (GRID_DISTANCES - 1) as f64
+                && (start.at[1] - other.at[1]).abs() < 1.01 / (GRID_LIGHTS - 1) as f64
         };
         if !kept.iter().any(neighbours) {
-            kept.push(*place);
+            kept.push(*start);
         }
         if kept.len() == STARTS {
             break;
@@ -196,13 +196,13 @@ fn fine(step: [f64; 2]) -> Search<2> {
 
 fn descend(
     cost: &mut impl FnMut(&[f64; 2]) -> f64,
-    best: Place,
+    best: Start,
     start: [f64; 2],
     search: &Search<2>,
-) -> Place {
+) -> Start {
     let found = minimise(cost, start, search);
     if found.cost < best.cost {
-        Place {
+        Start {
             at: found.point,
             cost: found.cost,
         }

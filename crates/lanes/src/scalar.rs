@@ -178,8 +178,8 @@ fn piecewise_cubic(rows: &[u64], (ends, blocks, cells): ([U; 4], U, U), key: F, 
     let split = (block & 15) as u32;
     let inner = bits & INNER_MASK;
     let cell = fgather_rows(rows, cells + (block >> 4) + (inner >> (INNER_BITS - split)));
-    let place = (inner << split) & INNER_MASK;
-    let t = f64::from_bits(1f64.to_bits() | place << 3) - 1.0;
+    let inside = (inner << split) & INNER_MASK;
+    let t = f64::from_bits(1f64.to_bits() | inside << 3) - 1.0;
     (cell[0] + t * cell[1]) + t * t * (cell[2] + t * cell[3])
 }
 

@@ -133,13 +133,13 @@ macro_rules! tree_functions {
             fn wait_for_children(node: &Node, waiting: &mut Vec<Waiting<LANES>>, far: usize, ray: ([F; 3], [F; 3], F)) {
                 let mut found = [[0; LANES]; WIDTH];
                 let mut left = 0;
-                for place in 0..WIDTH {
-                    let (met, enter) = meet_box(node, place ^ far, ray);
-                    found[place] = words_of(fbitsu(fsel(met, enter, fs(f32::INFINITY))));
-                    left |= u32::from(any(met)) << place;
+                for child in 0..WIDTH {
+                    let (met, enter) = meet_box(node, child ^ far, ray);
+                    found[child] = words_of(fbitsu(fsel(met, enter, fs(f32::INFINITY))));
+                    left |= u32::from(any(met)) << child;
                 }
-                for place in lane_numbers_in(left) {
-                    waiting.push(Waiting { child: node.children[place ^ far], enter: found[place] });
+                for child in lane_numbers_in(left) {
+                    waiting.push(Waiting { child: node.children[child ^ far], enter: found[child] });
                 }
             }
 

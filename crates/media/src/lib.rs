@@ -31,5 +31,5 @@ pub mod transmittance;
 
 pub use bands::{Bands, Camera, Interval, channel_iops};
 pub use error::{MediaError, meant};
-pub use iops::Iops;
+pub use iops::{Iops, Spectrum};
 pub use jerlov::{SpectralIop, WaterType, spectrum};

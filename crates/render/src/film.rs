@@ -6,6 +6,7 @@ mod finite;
 
 pub(crate) use error::FEWEST_SAMPLES;
 pub use finite::NotFinite;
+use uw_media::Spectrum;
 
 use rayon::prelude::*;
 
@@ -33,14 +34,14 @@ pub enum FilmLayer {
 #[derive(Clone, Debug)]
 pub struct Row {
     /// None before the first batch, so that a film that is never filled takes no memory.
-    sums: Vec<[f64; 3]>,
+    sums: Vec<Spectrum>,
     /// Number of pixels.
     width: usize,
     /// Sums and squares of the total over all pixels, from which the variance of means follows even where pixels share
     /// walks; none in a film that a graphics adapter has filled.
-    lines: Option<[[f64; 3]; 2]>,
+    lines: Option<[Spectrum; 2]>,
     /// The part of the batch that is being added.
-    line: [f64; 3],
+    line: Spectrum,
     /// Number of batches added.
     pub batches: u32,
     /// Number of samples per pixel added.
@@ -115,7 +116,7 @@ impl Film {
 
     /// Mean radiance (or its variance) of every pixel, row by row from the top. Rows without samples are black, or show
     /// the coarse picture that stands in for them.
-    pub fn layer(&self, layer: FilmLayer) -> Vec<[f64; 3]> {
+    pub fn layer(&self, layer: FilmLayer) -> Vec<Spectrum> {
         let width = self.width as usize;
         let mut out = vec![[0.0; 3]; width * self.rows.len()];
         let rows = out.par_chunks_mut(width.max(1)).zip(&self.rows).enumerate();
@@ -127,7 +128,7 @@ impl Film {
     }
 
     /// Mean of the total over the picture, per channel.
-    pub fn mean(&self) -> [f64; 3] {
+    pub fn mean(&self) -> Spectrum {
         let total = self.layer(FilmLayer::Total);
         let n = total.len() as f64;
         std::array::from_fn(|k| total.iter().map(|p| p[k]).sum::<f64>() / n)
@@ -135,7 +136,7 @@ impl Film {
 
     /// Variance of [`Film::mean`], per channel; NaN before every row has two batches. A film of the
     /// processor takes it from whole rows.
-    pub fn variance_of_mean(&self) -> [f64; 3] {
+    pub fn variance_of_mean(&self) -> Spectrum {
         let pixels = f64::from(self.width) * f64::from(self.height);
         let mut sum = [0.0; 3];
         for row in &self.rows {
@@ -159,7 +160,7 @@ impl Row {
     }
 
     /// Writes the values of a layer, pixel by pixel.
-    fn show(&self, lamps: usize, layer: FilmLayer, values: &mut [[f64; 3]]) {
+    fn show(&self, lamps: usize, layer: FilmLayer, values: &mut [Spectrum]) {
         for (value, pixel) in values.iter_mut().zip(self.sums.chunks_exact(FIXED + lamps)) {
             *value = self.value(pixel, layer);
         }
@@ -198,7 +199,7 @@ impl Row {
         self.samples += u64::from(samples);
     }
 
-    fn value(&self, pixel: &[[f64; 3]], layer: FilmLayer) -> [f64; 3] {
+    fn value(&self, pixel: &[Spectrum], layer: FilmLayer) -> Spectrum {
         let n = (self.samples as f64).max(1.0);
         let mean = |i: usize| pixel[i].map(|s| s / n);
         match layer {
@@ -212,7 +213,7 @@ impl Row {
     }
 
     /// Variance of the mean over the batches of what has these weighted sums and squares.
-    fn variance(&self, sums: [f64; 3], squares: [f64; 3]) -> [f64; 3] {
+    fn variance(&self, sums: Spectrum, squares: Spectrum) -> Spectrum {
         let n = (self.samples as f64).max(1.0);
         let others = f64::from(self.batches) - 1.0;
         std::array::from_fn(|k| {
@@ -226,7 +227,7 @@ impl Row {
     }
 
     /// Variance of the sum of all pixels.
-    fn variance_of_line(&self, lamps: usize) -> [f64; 3] {
+    fn variance_of_line(&self, lamps: usize) -> Spectrum {
         if let Some([sums, squares]) = self.lines {
             return self.variance(sums, squares);
         }
@@ -242,11 +243,11 @@ impl Row {
 /// Mean of one batch of samples of a pixel.
 #[derive(Clone, Debug, Default)]
 pub struct BatchMean {
-    total: [f64; 3],
-    ambient: [f64; 3],
-    direct: [f64; 3],
-    backscatter: [f64; 3],
-    lamps: Vec<[f64; 3]>,
+    total: Spectrum,
+    ambient: Spectrum,
+    direct: Spectrum,
+    backscatter: Spectrum,
+    lamps: Vec<Spectrum>,
 }
 
 impl BatchMean {
@@ -254,7 +255,7 @@ impl BatchMean {
     /// [`BatchMean::of_layers`].
     pub fn of_sums<T: Copy + Into<f64>>(sums: &[T], samples: u32, levels: &[f64]) -> Self {
         let mean = |sum: T| sum.into() / f64::from(samples);
-        let layers: Vec<[f64; 3]> = sums
+        let layers: Vec<Spectrum> = sums
             .chunks_exact(3)
             .map(|c| [mean(c[0]), mean(c[1]), mean(c[2])])
             .collect();
@@ -263,7 +264,7 @@ impl BatchMean {
 
     /// From the means of layers, W/(m² sr): ambient, direct, backscatter, then each lamp at 100 %, of `levels`
     /// (fractions).
-    fn of_layers(layers: &[[f64; 3]], levels: &[f64]) -> Self {
+    fn of_layers(layers: &[Spectrum], levels: &[f64]) -> Self {
         let lamps = layers[3..].to_vec();
         let total = std::array::from_fn(|k| {
             let lit = lamps

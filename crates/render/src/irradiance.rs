@@ -7,6 +7,7 @@ mod beams;
 mod directions;
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use uw_media::Spectrum;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -45,9 +46,9 @@ pub struct IrradiancePlan {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Estimate {
     /// Mean.
-    pub value: [f64; 3],
+    pub value: Spectrum,
     /// Standard error of the mean; 0 for what is known exactly.
-    pub standard_error: [f64; 3],
+    pub standard_error: Spectrum,
 }
 
 /// What the sensors of one depth measure. Irradiances in W/m².
@@ -171,8 +172,8 @@ fn check(scene: &Prepared, plan: &IrradiancePlan) -> Result<Boundary, Irradiance
 /// Mean over a batch of directions: weighted by the cosine against the vertical, and unweighted.
 #[derive(Clone, Copy, Debug, Default)]
 struct DirectionMean {
-    plane: [f64; 3],
-    scalar: [f64; 3],
+    plane: Spectrum,
+    scalar: Spectrum,
 }
 
 struct Measurement<'a> {
@@ -292,7 +293,7 @@ impl Measurement<'_> {
 }
 
 /// Mean and standard error of at least two batches of equal size.
-fn estimate(batches: &[DirectionMean], of: impl Fn(&DirectionMean) -> [f64; 3]) -> Estimate {
+fn estimate(batches: &[DirectionMean], of: impl Fn(&DirectionMean) -> Spectrum) -> Estimate {
     let n = batches.len() as f64;
     let value = std::array::from_fn(|k| batches.iter().map(|b| of(b)[k]).sum::<f64>() / n);
     let standard_error = std::array::from_fn(|k| {

@@ -1,6 +1,7 @@
 //! Radiance along given rays, from anywhere: what irradiance sensors and estimates of pictures are made of.
 
 use std::sync::{Mutex, OnceLock, PoisonError};
+use uw_media::Spectrum;
 
 use glam::DVec3;
 
@@ -23,13 +24,13 @@ pub struct Rays<'a> {
     scene: &'a Prepared,
     selection: Selection,
     levels: Vec<f64>,
-    place: Place<'a>,
+    engine: Engine<'a>,
     /// What takes over where limits of the others cut paths or their numbers do not hold the light.
     exact: OnceLock<Result<Box<Shared<'a>>, GpuError>>,
 }
 
 /// Where rays are traced.
-enum Place<'a> {
+enum Engine<'a> {
     Processor(Box<Shared<'a>>),
     /// All threads share the one adapter.
     Adapter(Box<Mutex<RayKernels<'a>>>),
@@ -47,21 +48,21 @@ impl<'a> Rays<'a> {
     ) -> Result<Self, GpuError> {
         let processor = |precision| {
             Shared::new(scene, selection, precision, Looks::AlongRays)
-                .map(|shared| Place::Processor(Box::new(shared)))
+                .map(|shared| Engine::Processor(Box::new(shared)))
         };
-        let place = match device {
+        let engine = match device {
             Device::Cpu => processor(Precision::Double)?,
             Device::CpuSimd => processor(Precision::Single(Instructions::best()))?,
             Device::Gpu(gpu) => {
                 let kernels = RayKernels::new(gpu, scene, selection)?;
-                Place::Adapter(Box::new(Mutex::new(kernels)))
+                Engine::Adapter(Box::new(Mutex::new(kernels)))
             }
         };
         Ok(Self {
             scene,
             selection: selection.clone(),
             levels: levels(scene),
-            place,
+            engine,
             exact: OnceLock::new(),
         })
     }
@@ -80,9 +81,9 @@ impl<'a> Rays<'a> {
     pub fn tracer(&self) -> RayTracer<'_, 'a> {
         RayTracer {
             rays: self,
-            worker: match &self.place {
-                Place::Processor(shared) => Worker::Processor(RayWorker::new(shared)),
-                Place::Adapter(kernels) => Worker::Adapter(kernels),
+            worker: match &self.engine {
+                Engine::Processor(shared) => Worker::Processor(RayWorker::new(shared)),
+                Engine::Adapter(kernels) => Worker::Adapter(kernels),
             },
             exact: None,
             rows: Vec::new(),
@@ -212,33 +213,33 @@ impl<'a> Lights<'a> {
 /// The light of a ray, W/(m² sr) per channel.
 #[derive(Clone, Copy, Debug)]
 pub struct Light<'a> {
-    layers: &'a [[f64; 3]],
+    layers: &'a [Spectrum],
     levels: &'a [f64],
 }
 
 impl<'a> Light<'a> {
     /// Sun, sky and emission.
-    pub fn ambient(self) -> [f64; 3] {
+    pub fn ambient(self) -> Spectrum {
         self.layers[0]
     }
 
     /// Unscattered light of all sources at their levels.
-    pub fn direct(self) -> [f64; 3] {
+    pub fn direct(self) -> Spectrum {
         self.layers[1]
     }
 
     /// Light of all sources at their levels that met no surface.
-    pub fn backscatter(self) -> [f64; 3] {
+    pub fn backscatter(self) -> Spectrum {
         self.layers[2]
     }
 
     /// Each lamp at 100 %.
-    pub fn lamps(self) -> &'a [[f64; 3]] {
+    pub fn lamps(self) -> &'a [Spectrum] {
         &self.layers[FIXED_LAYERS..]
     }
 
     /// All sources at their levels.
-    pub fn total(self) -> [f64; 3] {
+    pub fn total(self) -> Spectrum {
         let lit = self.lamps().iter().zip(self.levels);
         lit.fold(self.ambient(), |sum, (lamp, level)| {
             std::array::from_fn(|k| sum[k] + level * lamp[k])
@@ -285,7 +286,7 @@ mod tests {
             batch: 0,
             first: 5,
         };
-        let totals = |device: Device| -> Vec<[f64; 3]> {
+        let totals = |device: Device| -> Vec<Spectrum> {
             let rays = Rays::new(&device, &prepared, &selection).expect("few triangles");
             let mut tracer = rays.tracer();
             let lights = tracer.trace(&batch, camera.position_m, &directions);

@@ -1,6 +1,7 @@
 //! The sensor: linear radiance becomes stored numbers. The only lossy step.
 
 use std::f64::consts::TAU;
+use uw_media::Spectrum;
 
 use rayon::prelude::*;
 
@@ -49,7 +50,7 @@ impl Sensor {
 
     /// Factor of each channel's signal by the white balance. Grey: those that make the channels' means equal, of which green
     /// keeps its own; 1 for a channel that is black all over.
-    pub fn white_gains(&self, picture: &Picture) -> [f64; 3] {
+    pub fn white_gains(&self, picture: &Picture) -> Spectrum {
         match self.white_balance {
             WhiteBalance::None => [1.0; 3],
             WhiteBalance::Gains(gains) => gains,
@@ -77,7 +78,7 @@ impl Sensor {
     fn counts<T: Send>(
         &self,
         picture: &Picture,
-        (factor, gains): (f64, [f64; 3]),
+        (factor, gains): (f64, Spectrum),
         seed: u64,
         quantise: impl Fn(f64) -> T + Sync,
     ) -> Vec<T> {

@@ -147,7 +147,12 @@ fn start(args: &Args) -> Result<(), Failure> {
                 keep(&for_app, Err(Failure::Input(error.to_string())));
                 return Err(error.into());
             }
-            let gpu = options.place.device.gpu().cloned().filter(Gpu::is_shared);
+            let gpu = options
+                .render_device
+                .device
+                .gpu()
+                .cloned()
+                .filter(Gpu::is_shared);
             let viewer = first_viewer(&creation.egui_ctx, &args, opened, options, advice)?;
             let screenshot = args.screenshot.map(|path| Screenshot {
                 path,
@@ -264,7 +269,7 @@ fn place(args: &Args, window: Option<&RenderState>, options: &mut Options) -> Re
         BackendName::CpuSimd => Backend::CpuSimd,
         BackendName::Gpu => Backend::Gpu,
     };
-    options.place.device = window::renderer(window, backend, args.adapter.as_deref())?;
+    options.render_device.device = window::renderer(window, backend, args.adapter.as_deref())?;
     options.canvas = window.cloned();
     Ok(())
 }
@@ -272,7 +277,7 @@ fn place(args: &Args, window: Option<&RenderState>, options: &mut Options) -> Re
 fn options(args: &Args) -> Options {
     let headless = args.screenshot.is_some();
     Options {
-        place: RenderDevice {
+        render_device: RenderDevice {
             device: Device::default(),
             threads: args.threads.map(|n| n as usize),
         },

@@ -24,7 +24,7 @@ pub(super) struct Hit {
     /// Distance, m.
     pub(super) distance: f64,
     /// Position in units of the edges.
-    place: DVec2,
+    uv: DVec2,
 }
 
 /// All surfaces of `scene`: quads first, with their upper left corner as the corner, then triangles.
@@ -100,7 +100,7 @@ impl Patch {
         (inside && distance > 1e-9 && distance < limit).then_some(Hit {
             patch,
             distance,
-            place: DVec2::new(u, v),
+            uv: DVec2::new(u, v),
         })
     }
 
@@ -111,7 +111,7 @@ impl Patch {
             return material.reflectance;
         };
         let [corner, along_u, along_v] = self.texture;
-        let at = corner + hit.place.x * along_u + hit.place.y * along_v;
+        let at = corner + hit.uv.x * along_u + hit.uv.y * along_v;
         let texel = scene.textures[texture].sample(at.x, at.y);
         std::array::from_fn(|k| material.reflectance[k] * texel[k])
     }

@@ -6,7 +6,7 @@ use uw_render::{
     scene::{Texture, TextureFilter},
 };
 use uw_tests::{
-    gpu::{Place, everywhere},
+    gpu::{Backend, everywhere},
     plan,
 };
 
@@ -39,8 +39,8 @@ fn ordinary() -> Extreme {
     }
 }
 
-fn assert_sound(place: Place, extreme: &Extreme) {
-    let (film, _) = place.render(&extreme.scene(), &plan(16, extreme.seed));
+fn assert_sound(backend: Backend, extreme: &Extreme) {
+    let (film, _) = backend.render(&extreme.scene(), &plan(16, extreme.seed));
     assert_eq!(unsound(&film), None, "{extreme:?}");
 }
 
@@ -49,12 +49,12 @@ fn lamps_of_any_size_anywhere() {
     everywhere(assert_any_lamp);
 }
 
-fn assert_any_lamp(place: Place) {
+fn assert_any_lamp(backend: Backend) {
     for lamp in 0..5 {
         for lamp_radius in [1e-6, 1e2] {
             for surface in [None, Some(true)] {
                 assert_sound(
-                    place,
+                    backend,
                     &Extreme {
                         lamp,
                         lamp_radius,
@@ -72,11 +72,11 @@ fn phase_functions_at_their_limits() {
     everywhere(assert_limits_of_phase_functions);
 }
 
-fn assert_limits_of_phase_functions(place: Place) {
+fn assert_limits_of_phase_functions(backend: Backend) {
     for law_index in [1.001_000_1, 1.01, 1.5] {
         for backscatter in [1e-4, 0.499] {
             assert_sound(
-                place,
+                backend,
                 &Extreme {
                     law_index,
                     backscatter,
@@ -93,7 +93,7 @@ fn coefficients_at_their_limits_at_every_range() {
     everywhere(assert_limits_of_coefficients);
 }
 
-fn assert_limits_of_coefficients(place: Place) {
+fn assert_limits_of_coefficients(backend: Backend) {
     let largest_per_m = 1e3f64;
     for scale_m in [1e-3, 1.0, 1e3] {
         let ln_largest = (largest_per_m * scale_m).ln();
@@ -105,7 +105,7 @@ fn assert_limits_of_coefficients(place: Place) {
         ] {
             for surface in [None, Some(false), Some(true)] {
                 assert_sound(
-                    place,
+                    backend,
                     &Extreme {
                         ln_a: [ln_a; 3],
                         ln_b: [ln_b; 3],
@@ -125,7 +125,7 @@ fn a_camera_inside_a_closed_wall_sees_nothing() {
     everywhere(assert_closed);
 }
 
-fn assert_closed(place: Place) {
+fn assert_closed(backend: Backend) {
     for scale_m in [1e-3, 1.0, 1e3] {
         for surface in [None, Some(true)] {
             let closed = Extreme {
@@ -134,7 +134,7 @@ fn assert_closed(place: Place) {
                 wall: Wall::AroundCamera,
                 ..ordinary()
             };
-            let (film, _) = place.render(&closed.scene(), &plan(64, 1));
+            let (film, _) = backend.render(&closed.scene(), &plan(64, 1));
             assert_eq!(unsound(&film), None);
             let total = film.layer(FilmLayer::Total);
             assert!(
@@ -152,8 +152,8 @@ fn a_camera_in_the_plane_of_a_plate_sees_past_it() {
     everywhere(assert_seen_past);
 }
 
-fn assert_seen_past(place: Place) {
-    let within = 1e-6 + place.rounding();
+fn assert_seen_past(backend: Backend) {
+    let within = 1e-6 + backend.rounding();
     for (wall, rows) in [
         (Wall::AcrossView, [0, 2]),
         // Upwards with the plate below, downwards with the plate above.
@@ -166,11 +166,11 @@ fn assert_seen_past(place: Place) {
         // Not in the plane itself, where both sides of the plate would see the lamp.
         let side = if rows == [2, 2] { -1.0 } else { 1.0 };
         scene.lamps[0].position_m += DVec3::new(0.2, 0.0, 0.2 * side);
-        let touching = place.render(&scene, &plan(64, 1)).0;
+        let touching = backend.render(&scene, &plan(64, 1)).0;
         assert_eq!(unsound(&touching), None);
         let plate = scene.quads.last_mut().expect("the wall");
         plate.centre_m -= 1e-9 * side * plate.normal;
-        let beside = place.render(&scene, &plan(64, 1)).0;
+        let beside = backend.render(&scene, &plan(64, 1)).0;
         let (touching, beside) = [&touching, &beside]
             .map(|film| film.layer(FilmLayer::Total))
             .into();
@@ -189,11 +189,11 @@ fn textures_of_every_size() {
     everywhere(assert_textures);
 }
 
-fn assert_textures(place: Place) {
-    let within = 1e-6 + place.rounding();
+fn assert_textures(backend: Backend) {
+    let within = 1e-6 + backend.rounding();
     for (width, height) in [(1, 1), (8192, 8192), (16_384, 64), (1, 4096)] {
         // An adapter takes what fits into one of its bindings.
-        if matches!(place, Place::Adapter(_)) && width * height > 4096 * 4096 {
+        if matches!(backend, Backend::Adapter(_)) && width * height > 4096 * 4096 {
             continue;
         }
         let mut scene = ordinary().scene();
@@ -208,7 +208,7 @@ fn assert_textures(place: Place) {
             material.reflectance = [1.0; 3];
             material.texture = Some(0);
         }
-        let textured = place.render(&scene, &plan(16, 1)).0;
+        let textured = backend.render(&scene, &plan(16, 1)).0;
         for material in &mut scene.materials {
             material.reflectance = [0.25, 0.5, 0.75];
             material.texture = None;
@@ -217,7 +217,7 @@ fn assert_textures(place: Place) {
         let mut unused = scene.materials[0].clone();
         unused.reflectance = [0.5; 3];
         scene.materials.push(unused);
-        let plain = place.render(&scene, &plan(16, 1)).0;
+        let plain = backend.render(&scene, &plan(16, 1)).0;
         assert_eq!(unsound(&textured), None);
         for k in 0..3 {
             let (a, b) = (textured.mean()[k], plain.mean()[k]);

@@ -11,7 +11,7 @@ use uw_render::{film::FilmLayer, scene::Scene};
 use uw_tests::single_ray::{add_plate, camera, empty, point_lamp, water};
 use uw_tests::{
     corpus_scene,
-    gpu::{PROCESSOR, Place, everywhere},
+    gpu::{Backend, PROCESSOR, everywhere},
     plan,
 };
 
@@ -30,12 +30,12 @@ fn white_box() -> Scene {
 
 /// Renders `scene` and fails if that does not end.
 fn assert_ends(scene: &Scene) {
-    everywhere(|place| assert_ends_on(place, scene.clone()));
+    everywhere(|backend| assert_ends_on(backend, scene.clone()));
 }
 
-fn assert_ends_on(place: Place, scene: Scene) {
+fn assert_ends_on(backend: Backend, scene: Scene) {
     // Nothing can stop a path that does not end: its thread is left behind.
-    let work = thread::spawn(move || place.render(&scene, &plan(4, 1)).1);
+    let work = thread::spawn(move || backend.render(&scene, &plan(4, 1)).1);
     let start = Instant::now();
     while !work.is_finished() {
         assert!(
@@ -66,15 +66,15 @@ fn emitted_light_between_white_walls_in_lossless_water_comes_to_an_end() {
 #[test]
 fn the_number_of_threads_changes_no_bit() {
     let scenes = ["s3_sun", "s2_turbid"];
-    for (name, place) in scenes
+    for (name, backend) in scenes
         .into_iter()
-        .flat_map(|s| PROCESSOR.map(|place| (s, place)))
+        .flat_map(|s| PROCESSOR.map(|backend| (s, backend)))
     {
         let scene = corpus_scene(name);
         let films = [1, 2, 3].map(|threads| {
             let mut plan = plan(4, 1);
             plan.threads = Some(threads);
-            place.render(&scene, &plan).0
+            backend.render(&scene, &plan).0
         });
         for layer in [FilmLayer::Total, FilmLayer::Variance] {
             let bits = |i: usize| -> Vec<[u64; 3]> {
@@ -85,7 +85,7 @@ fn the_number_of_threads_changes_no_bit() {
             assert!(
                 bits(0) == bits(1) && bits(0) == bits(2),
                 "{name}, {}, {layer:?}",
-                place.name()
+                backend.name()
             );
         }
     }

@@ -92,7 +92,7 @@ pub fn extremes() -> impl Strategy<Value = Extreme> {
         ],
         prop::sample::select(vec![1.0, 1.34, 2.0]),
     );
-    let place = (
+    let backend = (
         prop::sample::select(vec![1e-3, 1.0, 1e3]),
         prop::sample::select(vec![0.0, 1e6]),
         prop::sample::select(vec![-1e-9, 0.0, 1e-9, 0.3, 10.0]),
@@ -121,7 +121,7 @@ pub fn extremes() -> impl Strategy<Value = Extreme> {
             1 => Just(Wall::CornerAtCamera),
         ],
     );
-    (water, place, light, bodies, any::<u64>()).prop_map(|(w, p, l, b, seed)| Extreme {
+    (water, backend, light, bodies, any::<u64>()).prop_map(|(w, p, l, b, seed)| Extreme {
         law_index: w.0,
         backscatter: w.1,
         peaked: w.2,

@@ -10,7 +10,7 @@ use std::sync::LazyLock;
 use proptest::{prelude::*, test_runner::RngSeed};
 use uw_render::film::{Film, FilmLayer};
 use uw_tests::{
-    gpu::{PROCESSOR, Place, device},
+    gpu::{Backend, PROCESSOR, device},
     plan,
 };
 
@@ -35,7 +35,7 @@ fn unsound(film: &Film) -> Option<String> {
 }
 
 /// Asked for once, so that it is missed once.
-static ADAPTER: LazyLock<Option<Place>> = LazyLock::new(|| device().map(Place::Adapter));
+static ADAPTER: LazyLock<Option<Backend>> = LazyLock::new(|| device().map(Backend::Adapter));
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, rng_seed: RngSeed::Fixed(20), ..ProptestConfig::default() })]
@@ -44,9 +44,9 @@ proptest! {
     fn every_value_of_every_layer_is_finite_and_not_negative(extreme in extremes()) {
         // An adapter, which compiles kernels for every set of features, is given one case in eight.
         let adapter = ADAPTER.filter(|_| extreme.seed % 8 == 0);
-        for place in PROCESSOR.into_iter().chain(adapter) {
-            let (film, _) = place.render(&extreme.scene(), &plan(4, extreme.seed));
-            prop_assert_eq!(unsound(&film), None, "{}", place.name());
+        for backend in PROCESSOR.into_iter().chain(adapter) {
+            let (film, _) = backend.render(&extreme.scene(), &plan(4, extreme.seed));
+            prop_assert_eq!(unsound(&film), None, "{}", backend.name());
         }
     }
 }

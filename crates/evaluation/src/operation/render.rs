@@ -15,7 +15,7 @@ use super::view::View;
 use crate::error::EvalError;
 
 /// Places per edge of a pixel at which the target's reflectance is looked up.
-const PLACES: u32 = 3;
+const SAMPLES_PER_SIDE: u32 = 3;
 
 /// Where light comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -145,19 +145,19 @@ fn reflectance(scene: &Scene) -> [Channel; 3] {
     fine.sun = None;
     fine.lamps.clear();
     let camera = &mut fine.camera;
-    camera.width *= PLACES;
-    camera.height *= PLACES;
-    camera.focal_px *= f64::from(PLACES);
-    camera.centre_px *= f64::from(PLACES);
+    camera.width *= SAMPLES_PER_SIDE;
+    camera.height *= SAMPLES_PER_SIDE;
+    camera.focal_px *= f64::from(SAMPLES_PER_SIDE);
+    camera.centre_px *= f64::from(SAMPLES_PER_SIDE);
     let hits = first_hits(&Prepared::build(&fine));
     let (width, height) = (scene.camera.width as usize, scene.camera.height as usize);
-    let places = PLACES as usize;
-    let share = 1.0 / (places * places) as f64;
+    let per_side = SAMPLES_PER_SIDE as usize;
+    let share = 1.0 / (per_side * per_side) as f64;
     std::array::from_fn(|k| {
         let mut values = vec![0.0; width * height];
         for (i, hit) in hits.iter().enumerate() {
-            let (x, y) = (i % (width * places), i / (width * places));
-            values[y / places * width + x / places] += share * hit.reflectance[k];
+            let (x, y) = (i % (width * per_side), i / (width * per_side));
+            values[y / per_side * width + x / per_side] += share * hit.reflectance[k];
         }
         Channel { width, values }
     })

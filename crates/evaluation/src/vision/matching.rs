@@ -102,8 +102,8 @@ impl Matcher {
             let second_best = pair.get(1).map_err(at("matching"))?;
             if best.distance < RATIO * second_best.distance {
                 matches.push((
-                    place(first, best.query_idx)?,
-                    place(second, best.train_idx)?,
+                    position(first, best.query_idx)?,
+                    position(second, best.train_idx)?,
                 ));
             }
         }
@@ -111,13 +111,13 @@ impl Matcher {
     }
 }
 
-fn place(features: &Features, index: i32) -> Result<[f64; 2], VisionError> {
+fn position(features: &Features, index: i32) -> Result<[f64; 2], VisionError> {
     let key_point = features
         .key_points
         .get(index as usize)
         .map_err(at("matching"))?;
-    let place = key_point.pt();
-    Ok([f64::from(place.x), f64::from(place.y)])
+    let position = key_point.pt();
+    Ok([f64::from(position.x), f64::from(position.y)])
 }
 
 /// The homography that RANSAC finds and the matches on it; none of either when there is none.

@@ -252,7 +252,7 @@ impl<R: AsyncRead + Unpin, W: AsyncWrite + Unpin> Conversation<R, W> {
             return Some(self.session.answer(pending, now));
         }
         // The semaphore is never closed.
-        let _place = context.slow.acquire().await;
+        let _slot = context.slow.acquire().await;
         let mut own = self.session.clone();
         let answering = tokio::task::spawn_blocking(move || own.answer(pending, now));
         answering.await.ok()

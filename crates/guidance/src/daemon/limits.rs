@@ -9,20 +9,20 @@ pub struct Limits {
     /// Connections at one time; a vehicle has a handful of clients, each may hold a line of 1 MiB.
     pub max_connections: usize,
     /// Connections at one time from one address: what is left is for others. All clients on this machine are
-    /// one address over TCP, and one per user over a Unix socket, so a vehicle's own may have most places.
+    /// one address over TCP, and one per user over a Unix socket, so a vehicle's own may have most slots.
     pub max_connections_per_address: usize,
-    /// A connection that sends no request for this long from its beginning is closed, > 0: a place is for
+    /// A connection that sends no request for this long from its beginning is closed, > 0: a slot is for
     /// those who ask.
     pub first_line_time: Duration,
     /// A connection that sends no complete line for this long is closed; guidance is asked once a second
-    /// or more often, and a dead link should not hold its place for hours. Subscribers are exempt.
+    /// or more often, and a dead link should not hold its slot for hours. Subscribers are exempt.
     pub idle_time: Duration,
     /// Lines in a row that are no JSON object and are answered all the same; one more closes the connection.
     pub max_bad_lines: u32,
     /// Lines of one connection that are answered per second on the long run, > 0; beyond that its lines
     /// wait, and with them the client.
     pub max_requests_per_s: f64,
-    /// How long a client may take to accept a reply, so that one that never reads cannot hold a place.
+    /// How long a client may take to accept a reply, so that one that never reads cannot hold a slot.
     pub write_time: Duration,
 }
 

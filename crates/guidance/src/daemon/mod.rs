@@ -60,7 +60,7 @@ struct Server {
     tls: Option<Arc<dyn Encryption>>,
     client_certificates: bool,
     recorder: Option<Recorder>,
-    places: Arc<Semaphore>,
+    slots: Arc<Semaphore>,
     shares: Arc<Shares>,
     tokens: Arc<Tokens>,
     /// Warnings of peers that speak other protocols, and of failed accepts.
@@ -98,7 +98,7 @@ impl Daemon {
     pub fn new(service: Arc<Service>, limits: Limits) -> Self {
         let server = Server {
             service,
-            places: Arc::new(Semaphore::new(limits.max_connections)),
+            slots: Arc::new(Semaphore::new(limits.max_connections)),
             limits,
             tls: None,
             client_certificates: false,
@@ -230,10 +230,10 @@ impl Server {
                 () = stopped(&mut stopping) => break,
                 Some(_) = connections.join_next() => {}
                 accepted = listener.accept() => match accepted {
-                    Ok((stream, peer)) => match self.place(&peer) {
-                        Ok(place) => {
+                    Ok((stream, peer)) => match self.slot(&peer) {
+                        Ok(slot) => {
                             let context = self.context(for_connections.clone(), peer);
-                            connections.spawn(self.clone().connection(stream, place, context));
+                            connections.spawn(self.clone().connection(stream, slot, context));
                         }
                         Err(message) => self.turn_away(stream, message),
                     },
@@ -254,8 +254,8 @@ impl Server {
         }
     }
 
-    /// A place for a peer, or why there is none.
-    fn place(&self, peer: &Peer) -> Result<ConnectionPermit, String> {
+    /// A slot for a peer, or why there is none.
+    fn slot(&self, peer: &Peer) -> Result<ConnectionPermit, String> {
         let Limits {
             max_connections,
             max_connections_per_address: most,
@@ -267,7 +267,7 @@ impl Server {
                 peer.origin
             )
         })?;
-        match Arc::clone(&self.places).try_acquire_owned() {
+        match Arc::clone(&self.slots).try_acquire_owned() {
             Ok(permit) => Ok(ConnectionPermit(permit, share)),
             Err(_) => Err(format!(
                 "all {max_connections} connections are taken; closing"
@@ -275,7 +275,7 @@ impl Server {
         }
     }
 
-    async fn connection(self, stream: Stream, _place: ConnectionPermit, context: Context) {
+    async fn connection(self, stream: Stream, _slot: ConnectionPermit, context: Context) {
         tracing::debug!(connection = context.number, "accepted");
         let service = Arc::clone(&self.service);
         match (stream, &self.tls) {
@@ -303,7 +303,7 @@ impl Server {
 
     fn turn_away(&self, stream: Stream, message: String) {
         self.service.metrics().refused.count();
-        let Ok(place) = Arc::clone(&self.refusals).try_acquire_owned() else {
+        let Ok(slot) = Arc::clone(&self.refusals).try_acquire_owned() else {
             return;
         };
         // Whoever speaks TLS would not understand a plain line.
@@ -311,7 +311,7 @@ impl Server {
             return;
         }
         tokio::spawn(async move {
-            let _place = place;
+            let _slot = slot;
             match stream {
                 Stream::Tcp(stream) => {
                     let (reader, writer) = stream.into_split();
@@ -341,7 +341,7 @@ pub trait Encryption: Send + Sync {
     fn accept(&self, plain: TcpStream) -> Handshake;
 }
 
-/// A place among all connections and among those of one address, until it is dropped.
+/// A slot among all connections and among those of one address, until it is dropped.
 struct ConnectionPermit(
     #[expect(dead_code, reason = "held to be dropped")] OwnedSemaphorePermit,
     #[expect(dead_code, reason = "held to be dropped")] Share,

@@ -1,4 +1,4 @@
-//! Who is on the other side, and how many places one address holds.
+//! Who is on the other side, and how many slots one address holds.
 
 use std::collections::HashMap;
 use std::net::{IpAddr, Ipv6Addr, SocketAddr};
@@ -75,7 +75,7 @@ fn network(address: IpAddr) -> IpAddr {
 #[derive(Debug, Default)]
 pub(super) struct Shares(Mutex<HashMap<Origin, usize>>);
 
-/// One place of an origin's share, given back when dropped.
+/// One slot of an origin's share, given back when dropped.
 #[derive(Debug)]
 pub(super) struct Share {
     shares: Arc<Shares>,
@@ -83,7 +83,7 @@ pub(super) struct Share {
 }
 
 impl Shares {
-    /// A place, unless the origin holds `most` already.
+    /// A slot, unless the origin holds `most` already.
     pub fn take(self: &Arc<Self>, origin: Origin, most: usize) -> Option<Share> {
         let mut held = self.lock();
         let count = held.get(&origin).copied().unwrap_or(0);

@@ -1,7 +1,7 @@
 //! Tries at the token: wrong ones are slow, and slower the more there were from the same address.
 //!
-//! A wrong try holds one of a few places of its address for a while, also when the peer hangs up. Whoever
-//! tries while a place is free is told at once whether the token is right, so that a client with an old
+//! A wrong try holds one of a few slots of its address for a while, also when the peer hangs up. Whoever
+//! tries while a slot is free is told at once whether the token is right, so that a client with an old
 //! token in its configuration does not keep its neighbours out; a flood of guesses gets a few in eight
 //! seconds, however many connections it uses.
 
@@ -18,11 +18,11 @@ use crate::operations::throttle::Throttle;
 /// Wrong tries of a connection before it is closed.
 pub(super) const MAX_TRIES: u32 = 3;
 /// Tries of an address that are in the making or in their delay at one time.
-const PLACES: usize = 4;
+const SLOTS: usize = 4;
 /// Delay of the answer to an address' first wrong try; doubled with each up to the longest.
 const FIRST_DELAY: Duration = Duration::from_millis(250);
 const LONGEST_DELAY: Duration = Duration::from_secs(8);
-/// How long a try may wait for its place.
+/// How long a try may wait for its slot.
 const WAITING_TIME: Duration = Duration::from_secs(10);
 /// Without a wrong try for this long an address is as good as new.
 const FORGIVING_TIME: Duration = Duration::from_secs(300);
@@ -41,7 +41,7 @@ struct Tries {
     wrong: u32,
     /// When the last wrong one was, or the first of all.
     last: Instant,
-    places: Arc<Semaphore>,
+    slots: Arc<Semaphore>,
 }
 
 impl Tries {
@@ -49,7 +49,7 @@ impl Tries {
         Self {
             wrong: 0,
             last: now,
-            places: Arc::new(Semaphore::new(PLACES)),
+            slots: Arc::new(Semaphore::new(SLOTS)),
         }
     }
 
@@ -66,15 +66,15 @@ impl Tries {
 impl Tokens {
     /// Waits until a try of this origin may be looked at; `None` when that takes too long.
     pub async fn turn(&self, origin: Origin) -> Option<OwnedSemaphorePermit> {
-        let places = self.with(origin, Instant::now(), |tries| Arc::clone(&tries.places));
+        let slots = self.with(origin, Instant::now(), |tries| Arc::clone(&tries.slots));
         // The semaphore is never closed.
-        timeout(WAITING_TIME, places.acquire_owned())
+        timeout(WAITING_TIME, slots.acquire_owned())
             .await
             .ok()?
             .ok()
     }
 
-    /// Counts and logs a wrong try; how long its place is to be held.
+    /// Counts and logs a wrong try; how long its slot is to be held.
     pub fn wrong(&self, peer: &Peer) -> Duration {
         let now = Instant::now();
         let (wrong, delay) = self.with(peer.origin, now, |tries| {
@@ -141,7 +141,7 @@ mod tests {
         let tokens = Tokens::default();
         let origin = |last: u8| Peer::tcp(([10, 0, 0, last], 5).into()).origin;
         let mut held = Vec::new();
-        for _ in 0..PLACES {
+        for _ in 0..SLOTS {
             held.push(tokens.turn(origin(1)).await.unwrap());
         }
         let fifth = timeout(Duration::from_millis(50), tokens.turn(origin(1))).await;

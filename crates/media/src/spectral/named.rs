@@ -62,10 +62,10 @@ pub fn sky_light(zenith_deg: f64) -> Curve {
 
 fn by_zenith(kind: &str, zenith_deg: f64) -> Curve {
     let of = |zenith: u32| embedded(tables::CLEAR_SKY, &format!("{kind}_sz{zenith}"));
-    let place = (zenith_deg / 30.0).clamp(0.0, 2.0);
-    match place < 1.0 {
-        true => of(0).towards(&of(30), place),
-        false => of(30).towards(&of(60), place - 1.0),
+    let steps = (zenith_deg / 30.0).clamp(0.0, 2.0);
+    match steps < 1.0 {
+        true => of(0).towards(&of(30), steps),
+        false => of(30).towards(&of(60), steps - 1.0),
     }
 }
 

@@ -1,5 +1,6 @@
 //! The response of a camera's channels, and the wavelengths drawn from it.
 
+use crate::Spectrum;
 use crate::error::MediaError;
 use crate::tables;
 
@@ -93,7 +94,7 @@ impl Response {
         &self,
         range_nm: Option<(f64, f64)>,
         of: impl Fn(f64) -> f64,
-    ) -> [f64; 3] {
+    ) -> Spectrum {
         std::array::from_fn(|k| {
             let (mut sum, mut weights) = (0.0, 0.0);
             for part in parts_of(&self.channels[k], range_nm) {

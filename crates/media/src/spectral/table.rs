@@ -55,9 +55,9 @@ pub fn read_columns<const N: usize>(
     };
     let (line, header) = lines.next().ok_or_else(|| short(0))?;
     let names: Vec<&str> = header.split(',').map(str::trim).collect();
-    let place_of = |name: &str| {
-        let place = names.iter().position(|n| n.eq_ignore_ascii_case(name));
-        place.ok_or_else(|| TableError::Line {
+    let column_of = |name: &str| {
+        let column = names.iter().position(|n| n.eq_ignore_ascii_case(name));
+        column.ok_or_else(|| TableError::Line {
             line,
             what: format!(
                 "the header must have the columns {}, got {header}",
@@ -65,14 +65,14 @@ pub fn read_columns<const N: usize>(
             ),
         })
     };
-    let places: Vec<usize> = expected
+    let wanted: Vec<usize> = expected
         .iter()
-        .map(|name| place_of(name))
+        .map(|name| column_of(name))
         .collect::<Result<_, _>>()?;
     let mut rows: Vec<(f64, [f64; N])> = Vec::new();
     for (line, text) in lines {
         let before = rows.last().map(|row| row.0);
-        let row = read_row(text, &places, names.len())
+        let row = read_row(text, &wanted, names.len())
             .and_then(|row| check_row::<N>(&row, before, largest.unwrap_or(LARGEST), &columns))
             .map_err(|what| TableError::Line { line, what })?;
         rows.push(row);
@@ -85,7 +85,7 @@ pub fn read_columns<const N: usize>(
     }))
 }
 
-fn read_row(text: &str, places: &[usize], columns: usize) -> Result<Vec<f64>, String> {
+fn read_row(text: &str, wanted: &[usize], columns: usize) -> Result<Vec<f64>, String> {
     let cells: Vec<&str> = text.split(',').map(str::trim).collect();
     if cells.len() != columns {
         return Err(format!(
@@ -93,12 +93,12 @@ fn read_row(text: &str, places: &[usize], columns: usize) -> Result<Vec<f64>, St
             cells.len()
         ));
     }
-    let number = |&place: &usize| {
-        let cell = cells[place];
+    let number = |&column: &usize| {
+        let cell = cells[column];
         let value: Option<f64> = cell.parse().ok().filter(|value: &f64| value.is_finite());
         value.ok_or_else(|| format!("must hold finite numbers, got {cell:?}"))
     };
-    places.iter().map(number).collect()
+    wanted.iter().map(number).collect()
 }
 
 fn check_row<const N: usize>(

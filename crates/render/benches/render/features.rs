@@ -6,7 +6,7 @@ use uw_render::backend::Device;
 use uw_render::gpu::{AdapterChoice, Gpu};
 use uw_render::scene::{Scene, SceneError, Sun, WaterSurface};
 
-use super::gpu::{Place, SAMPLES, bench_picture};
+use super::gpu::{Backend, SAMPLES, bench_picture};
 use super::scenes::{bench_samples, read};
 
 /// Width and height of the pictures on the graphics adapter.
@@ -67,7 +67,7 @@ pub fn bench(criterion: &mut Criterion) -> Result<(), SceneError> {
         group.throughput(Throughput::Elements(u64::from(pixels * SAMPLES)));
         for (variant, scene) in scenes {
             let scene = at_size(scene, GPU_PICTURE);
-            bench_picture(&mut group, variant, &scene, Place::Adapter(device));
+            bench_picture(&mut group, variant, &scene, Backend::Adapter(device));
         }
         group.finish();
     }

@@ -29,19 +29,19 @@ pub fn bench(criterion: &mut Criterion) -> Result<(), SceneError> {
         let counted = integrator::render(&Prepared::build(&scene), &plan, &GO_ON, &|_| {});
         let paths = counted.map_or(0, |(_, stats)| stats.paths);
         group.throughput(Throughput::Elements(paths));
-        bench_picture(&mut group, &format!("cpu/{name}"), &scene, Place::Double);
+        bench_picture(&mut group, &format!("cpu/{name}"), &scene, Backend::Double);
         bench_picture(
             &mut group,
             &format!("cpu-simd/{name}"),
             &scene,
-            Place::Lanes,
+            Backend::Lanes,
         );
         if let Some(device) = &device {
             bench_picture(
                 &mut group,
                 &format!("gpu/{name}"),
                 &scene,
-                Place::Adapter(device),
+                Backend::Adapter(device),
             );
         }
     }
@@ -58,7 +58,7 @@ fn plan() -> Plan {
 
 /// Where a picture is rendered.
 #[derive(Clone, Copy)]
-pub enum Place<'a> {
+pub enum Backend<'a> {
     Double,
     Lanes,
     Adapter(&'a Gpu),
@@ -69,14 +69,14 @@ pub fn bench_picture(
     group: &mut BenchmarkGroup<'_, WallTime>,
     name: &str,
     scene: &Scene,
-    place: Place<'_>,
+    backend: Backend<'_>,
 ) {
     let (plan, prepared) = (plan(), Prepared::build(scene));
     group.bench_function(name, |bencher| {
-        bencher.iter(|| match place {
-            Place::Adapter(device) => gpu::render(device, &prepared, &plan, &GO_ON, &|_| {}),
-            Place::Lanes => integrator::render_lanes(&prepared, &plan, &GO_ON, &|_| {}),
-            Place::Double => integrator::render(&prepared, &plan, &GO_ON, &|_| {}),
+        bencher.iter(|| match backend {
+            Backend::Adapter(device) => gpu::render(device, &prepared, &plan, &GO_ON, &|_| {}),
+            Backend::Lanes => integrator::render_lanes(&prepared, &plan, &GO_ON, &|_| {}),
+            Backend::Double => integrator::render(&prepared, &plan, &GO_ON, &|_| {}),
         });
     });
 }

@@ -64,10 +64,10 @@ fn rays() -> Vec<(DVec3, DVec3)> {
 /// A field of 8 m × 8 m around the origin with bumps of 10 cm, of about `triangles` triangles.
 fn field(triangles: u32) -> Scene {
     let cells = (f64::from(triangles) / 2.0).sqrt().round() as u32;
-    let place = |i: u32| 8.0 * f64::from(i) / f64::from(cells) - 4.0;
+    let backend = |i: u32| 8.0 * f64::from(i) / f64::from(cells) - 4.0;
     let mut mesh = Mesh::default();
     for (row, column) in (0..=cells).flat_map(|r| (0..=cells).map(move |c| (r, c))) {
-        let (x, y) = (place(column), place(row));
+        let (x, y) = (backend(column), backend(row));
         let height = 0.1 * (5.0 * x).sin() * (7.0 * y).cos();
         mesh.positions.push(DVec3::new(x, y, height));
     }

@@ -1,6 +1,7 @@
 //! A coarse picture that stands in for rows without samples, where the time did not last for them.
 
 use super::{Film, FilmLayer, NotFinite};
+use uw_media::Spectrum;
 
 /// The same view in fewer, larger pixels.
 #[derive(Clone, Debug)]
@@ -13,7 +14,7 @@ pub(super) struct Coarse {
 impl Coarse {
     /// Writes the values of a layer in row `y` of the picture. Their variance is infinite: they are means over more
     /// than a pixel, so that nothing is known of how far the pixel itself is from them.
-    pub(super) fn show(&self, y: usize, layer: FilmLayer, values: &mut [[f64; 3]]) {
+    pub(super) fn show(&self, y: usize, layer: FilmLayer, values: &mut [Spectrum]) {
         if layer == FilmLayer::Variance {
             return values.fill([f64::INFINITY; 3]);
         }

@@ -6,6 +6,7 @@
 //! more samples it becomes the pixel's mean.
 
 use rayon::prelude::*;
+use uw_media::Spectrum;
 
 use super::{Film, FilmLayer, Row};
 
@@ -50,10 +51,10 @@ impl Film {
 
 /// Sum of variance over squared level in a band of tiles.
 fn relative_variance(
-    total: &[[f64; 3]],
-    variance: &[[f64; 3]],
+    total: &[Spectrum],
+    variance: &[Spectrum],
     width: usize,
-    floor: [f64; 3],
+    floor: Spectrum,
 ) -> f64 {
     let mut sum = 0.0;
     for left in (0..width).step_by(TILE) {

@@ -1,6 +1,7 @@
 //! Films that hold a value that is no number: nothing of them can be used.
 
 use rayon::prelude::*;
+use uw_media::Spectrum;
 
 use super::{FIXED, Film, FilmLayer, Row};
 
@@ -63,7 +64,7 @@ impl Film {
 
 impl Row {
     /// The first of `layers` of a pixel that has a value that is not finite, and that value.
-    fn bad_value(&self, pixel: &[[f64; 3]], layers: &[FilmLayer]) -> Option<(FilmLayer, f64)> {
+    fn bad_value(&self, pixel: &[Spectrum], layers: &[FilmLayer]) -> Option<(FilmLayer, f64)> {
         layers.iter().find_map(|&layer| {
             let values = self.value(pixel, layer);
             let bad = values.into_iter().find(|&v| !(v as f32).is_finite())?;
@@ -99,13 +100,13 @@ mod tests {
     use super::super::BatchMean;
     use super::*;
 
-    /// Three rows of four pixels with one lamp; the pixels at `places` have `value` in the lamp's green channel.
-    fn film(value: f32, places: &[(usize, usize)]) -> Film {
+    /// Three rows of four pixels with one lamp; `pixels` have `value` in the lamp's green channel.
+    fn film(value: f32, pixels: &[(usize, usize)]) -> Film {
         let mut film = Film::new(4, 3, 1);
         for (y, row) in film.rows.iter_mut().enumerate() {
             for x in 0..4 {
                 let mut sums = [0.5; 12];
-                if places.contains(&(x, y)) {
+                if pixels.contains(&(x, y)) {
                     sums[10] = value;
                 }
                 row.add(x, 1, &BatchMean::of_sums(&sums, 1, &[1.0]), 1);

@@ -1,6 +1,7 @@
 //! Layers without noise: what the ray through each pixel's centre meets first.
 
 use rayon::prelude::*;
+use uw_media::Spectrum;
 
 use crate::prepare::{Prepared, Primitive};
 
@@ -12,10 +13,10 @@ pub struct FirstHit {
     /// Unit normal facing the camera, world frame.
     pub normal: [f64; 3],
     /// Reflectance per channel; of a spectral scene the mean over the channel's response.
-    pub reflectance: [f64; 3],
+    pub reflectance: Spectrum,
     /// Transmittance of the water between camera and surface, per channel; of a spectral scene the mean over the channel's
     /// response.
-    pub transmittance: [f64; 3],
+    pub transmittance: Spectrum,
 }
 
 /// First hits of all pixels, row by row from the top, along straight rays (not bent at the water surface).
@@ -55,7 +56,7 @@ fn first_hit(scene: &Prepared, column: u32, row: u32) -> FirstHit {
 }
 
 /// Transmittance of the water over `range_m`, per channel.
-fn transmittance(scene: &Prepared, range_m: f64) -> [f64; 3] {
+fn transmittance(scene: &Prepared, range_m: f64) -> Spectrum {
     match (&scene.spectrum, &scene.medium) {
         (Some(spectrum), _) => spectrum.transmittance(range_m),
         (None, Some(medium)) => medium.transmittance(range_m),

@@ -2,6 +2,7 @@
 //! the sun's beam and point lamps, directly and by the underside of the water surface.
 
 use glam::DVec3;
+use uw_media::Spectrum;
 
 use crate::prepare::{AtWavelengths, Boundary, Prepared, PreparedLamp, Primitive, SunBeam};
 
@@ -11,7 +12,7 @@ pub(super) struct Beam {
     /// Unit direction towards where the light comes from.
     pub(super) towards: DVec3,
     /// Irradiance on a plane perpendicular to the beam, W/m² per channel.
-    pub(super) irradiance: [f64; 3],
+    pub(super) irradiance: Spectrum,
 }
 
 /// The beams at `point` in the water: the sun where there is a water surface, and point lamps at their levels.
@@ -70,9 +71,9 @@ fn lamp_beam(
 fn attenuated(
     scene: &Prepared,
     towards: DVec3,
-    irradiance: [f64; 3],
+    irradiance: Spectrum,
     way_m: f64,
-    light: impl Fn(&AtWavelengths) -> [f64; 3],
+    light: impl Fn(&AtWavelengths) -> Spectrum,
 ) -> Beam {
     let transmittance = match (&scene.spectrum, &scene.medium) {
         (Some(spectrum), _) => spectrum.mean(|set| {

@@ -1,6 +1,7 @@
 //! A prepared scene as records and tables.
 
 use glam::{DVec2, DVec3};
+use uw_media::Spectrum;
 
 use super::{
     GpuError,
@@ -62,7 +63,7 @@ impl Tracer {
     }
 }
 
-fn logarithms(v: [f64; 3]) -> [f64; 3] {
+fn logarithms(v: Spectrum) -> Spectrum {
     v.map(|x| x.max(LN_ZERO))
 }
 

@@ -86,11 +86,11 @@ mod tests {
     const MATH: &str = "const TURN: f32 = 6.28;\n/// No { brace; no end.\n@must_use\nfn circle(x: f32) -> vec2f {\n    \
                         if x > 1.0 { return vec2f(0.0); }\n    return vec2f(TURN * x, x.other); // done\n}\n\
                         fn other() -> f32 { return 1.0; }\n";
-    const LAYOUT: &str = "struct Row {\n    place: vec2f,\n}\n\
+    const LAYOUT: &str = "struct Row {\n    centre: vec2f,\n}\n\
                           @group(0) @binding(1) var<storage, read_write> rows: array<Row>;\n\
                           @group(0) @binding(0) var<uniform> scene: vec4f;\n";
     const KERNEL: &str = "import package::common::math::circle;\nimport package::common::layout::{\n    rows,\n};\n\n\
-                          @compute @workgroup_size(64)\nfn main() { rows[0].place = circle(0.5); }\n";
+                          @compute @workgroup_size(64)\nfn main() { rows[0].centre = circle(0.5); }\n";
 
     fn composed(kernel: &str) -> Result<String, String> {
         let files = [
@@ -103,10 +103,10 @@ mod tests {
 
     #[test]
     fn a_kernel_gets_what_it_reaches() {
-        let text = "@compute @workgroup_size(64)\nfn main() { rows[0].place = circle(0.5); }\n\
+        let text = "@compute @workgroup_size(64)\nfn main() { rows[0].centre = circle(0.5); }\n\
                     @group(0) @binding(1) var<storage, read_write> rows: array<Row>;\n\
                     @must_use\nfn circle(x: f32) -> vec2f {\n    if x > 1.0 { return vec2f(0.0); }\n    \
-                    return vec2f(TURN * x, x.other);\n}\nconst TURN: f32 = 6.28;\nstruct Row {\n    place: vec2f,\n}\n";
+                    return vec2f(TURN * x, x.other);\n}\nconst TURN: f32 = 6.28;\nstruct Row {\n    centre: vec2f,\n}\n";
         assert_eq!(composed(KERNEL), Ok(text.to_owned()));
     }
 

@@ -49,25 +49,25 @@ impl Rows {
 
     /// Numbers; their place is that of the first word.
     fn floats(&mut self, values: impl IntoIterator<Item = f64>) -> u32 {
-        let place = self.0.len() as u32;
+        let address = self.0.len() as u32;
         self.0.extend(values.into_iter().map(word_of));
-        place
+        address
     }
 
     /// Records of whole rows.
     pub(super) fn records<T: Record>(&mut self, records: &[T]) -> u32 {
-        let place = self.next_row();
+        let address = self.next_row();
         for record in records {
             record.put(&mut self.0);
         }
-        place
+        address
     }
 
     /// Whole numbers; their place is that of the first word.
     fn whole(&mut self, values: impl IntoIterator<Item = u32>) -> u32 {
-        let place = self.0.len() as u32;
+        let address = self.0.len() as u32;
         self.0.extend(values.into_iter().map(u64::from));
-        place
+        address
     }
 
     /// A piecewise function.
@@ -115,7 +115,7 @@ impl Rows {
     /// The tables themselves go to `far`.
     pub(super) fn field(&mut self, field: &DaylightField, far: &mut FarRows) -> u32 {
         let (azimuths, tables) = field.table.parts();
-        let place = self.next_row();
+        let address = self.next_row();
         let [r, g, b, _] = field.table.decay_per_m.map(f64::from);
         self.floats([r, g, b, field.table.max_depth_m]);
         let [r, g, b] = field.narrow_rate;
@@ -124,12 +124,12 @@ impl Rows {
         self.floats([x, y]);
         self.whole([azimuths as u32, 0]);
         self.whole(tables.map(|entries| far.records(entries)));
-        place
+        address
     }
 
     /// Per texture a row of the first word of its texels, its width and height, and [`BILINEAR`] and [`CODED`] or 0.
     pub(super) fn textures(&mut self, textures: &[Texture], texels: &mut Vec<u32>) -> u32 {
-        let place = self.next_row();
+        let address = self.next_row();
         for texture in textures {
             let bilinear = match texture.filter {
                 TextureFilter::Bilinear => BILINEAR,
@@ -138,7 +138,7 @@ impl Rows {
             let (first, coded) = add_texels(&texture.texels, texels);
             self.whole([first, texture.width, texture.height, bilinear | coded]);
         }
-        place
+        address
     }
 }
 
@@ -155,9 +155,9 @@ impl FarRows {
     /// Records of whole rows; the place is that of the first row.
     pub(super) fn records<T: bytemuck::Pod>(&mut self, records: &[T]) -> u32 {
         const { assert!(size_of::<T>().is_multiple_of(4 * WIDTH)) };
-        let place = (self.0.len() / WIDTH) as u32;
+        let address = (self.0.len() / WIDTH) as u32;
         self.0.extend_from_slice(bytemuck::cast_slice(records));
-        place
+        address
     }
 }
 

@@ -106,10 +106,10 @@ impl BoxGrid {
 
     /// The words of a box, rounded outwards: lower x and y, lower z and upper x, upper y and z.
     fn words(&self, aabb: &Aabb) -> [u32; 3] {
-        let place =
+        let grid_step =
             |k: usize, x: f32| (f64::from(x) - f64::from(self.lower[k])) / f64::from(self.step[k]);
-        let lower = |k: usize| place(k, aabb.min[k]).floor().clamp(0.0, LAST) as u32;
-        let upper = |k: usize| place(k, aabb.max[k]).ceil().clamp(0.0, LAST) as u32;
+        let lower = |k: usize| grid_step(k, aabb.min[k]).floor().clamp(0.0, LAST) as u32;
+        let upper = |k: usize| grid_step(k, aabb.max[k]).ceil().clamp(0.0, LAST) as u32;
         [
             lower(0) | lower(1) << 16,
             lower(2) | upper(0) << 16,
@@ -147,7 +147,7 @@ fn flatten(tree: &Bvh2, grid: &BoxGrid) -> Vec<Node> {
                     nodes.push(Node { corners, link });
                 }
             }
-            Step::Leave(place) => nodes[place].link = nodes.len() as u32,
+            Step::Leave(node) => nodes[node].link = nodes.len() as u32,
         }
     }
     nodes
@@ -177,9 +177,9 @@ mod tests {
 
     fn corners(grid: &BoxGrid, node: &Node) -> ([f64; 3], [f64; 3]) {
         let [a, b, c] = node.corners;
-        let places = [a, a >> 16, b, b >> 16, c, c >> 16].map(|word| f64::from(word & 0xffff));
+        let steps = [a, a >> 16, b, b >> 16, c, c >> 16].map(|word| f64::from(word & 0xffff));
         let metres =
-            |k: usize| f64::from(grid.lower[k % 3]) + places[k] * f64::from(grid.step[k % 3]);
+            |k: usize| f64::from(grid.lower[k % 3]) + steps[k] * f64::from(grid.step[k % 3]);
         (
             std::array::from_fn(metres),
             std::array::from_fn(|k| metres(k + 3)),
@@ -193,25 +193,25 @@ mod tests {
             let boxes = boxes(count, seed);
             let tree = build(&padded(&boxes));
             let mut found = vec![0; count];
-            for (place, node) in tree.nodes.iter().enumerate() {
+            for (index, node) in tree.nodes.iter().enumerate() {
                 let end = if node.link & LEAF == 0 {
                     node.link as usize
                 } else {
-                    place + 1
+                    index + 1
                 };
-                assert!(end > place && end <= tree.nodes.len());
+                assert!(end > index && end <= tree.nodes.len());
                 let (lower, upper) = corners(&tree.grid, node);
-                for below in &tree.nodes[place..end] {
+                for below in &tree.nodes[index..end] {
                     if below.link & LEAF == 0 {
                         continue;
                     }
                     let first = (below.link & !LEAF) >> COUNT_BITS;
                     for i in first..first + (below.link & MOST_IN_LEAF) {
                         let triangle = tree.order[i as usize] as usize;
-                        found[triangle] += u32::from(end == place + 1 && node.link & LEAF != 0);
+                        found[triangle] += u32::from(end == index + 1 && node.link & LEAF != 0);
                         for k in 0..3 {
-                            assert!(lower[k] < f64::from(boxes[triangle].0[k]), "{place} {k}");
-                            assert!(upper[k] > f64::from(boxes[triangle].1[k]), "{place} {k}");
+                            assert!(lower[k] < f64::from(boxes[triangle].0[k]), "{index} {k}");
+                            assert!(upper[k] > f64::from(boxes[triangle].1[k]), "{index} {k}");
                         }
                     }
                 }

@@ -1,6 +1,7 @@
 //! Sun and sky as seen from inside the water, and the surface they come through.
 
 use glam::DVec3;
+use uw_media::Spectrum;
 use uw_media::interface::fresnel_reflectance;
 
 use crate::scene::Scene;
@@ -64,9 +65,9 @@ pub struct SunBeam {
     /// Unit direction towards the sun in the air.
     pub towards_in_air: DVec3,
     /// Irradiance on a plane perpendicular to the beam just below the surface, W/m² per channel.
-    pub irradiance: [f64; 3],
+    pub irradiance: Spectrum,
     /// The same in the air.
-    pub irradiance_in_air: [f64; 3],
+    pub irradiance_in_air: Spectrum,
 }
 
 impl SunBeam {

@@ -1,6 +1,7 @@
 //! What rays can meet: parallelograms tested one by one, triangles through a tree.
 
 use glam::{DVec2, DVec3};
+use uw_media::Spectrum;
 
 use super::bvh::{Triangle, TriangleHit, TriangleTree};
 use crate::scene::{Material, Mesh, Quad, Scene, Texture};
@@ -35,9 +36,9 @@ pub struct SurfacePoint {
     /// Unit shading normal on the same side.
     pub shading_normal: DVec3,
     /// Lambertian reflectance per channel, in [0, 1].
-    pub reflectance: [f64; 3],
+    pub reflectance: Spectrum,
     /// Emitted radiance per channel, W/(m² sr).
-    pub emission: [f64; 3],
+    pub emission: Spectrum,
     /// Index of the material; of no meaning where nothing was met.
     pub material: usize,
 }
@@ -120,7 +121,7 @@ impl Geometry {
     }
 
     /// Largest radiance that a surface emits, W/(m² sr) per channel.
-    pub fn largest_emission(&self) -> [f64; 3] {
+    pub fn largest_emission(&self) -> Spectrum {
         let quads = self.quads.iter().map(|q| q.quad.material);
         let triangles = self.shading.iter().map(|s| s.material as usize);
         quads.chain(triangles).fold([0.0; 3], |largest, material| {

@@ -1,6 +1,7 @@
 //! Lamps as the integrators read them.
 
 use glam::DVec3;
+use uw_media::Spectrum;
 
 use super::{Boundary, Medium};
 use crate::scene::{Falloff, Lamp};
@@ -22,7 +23,7 @@ pub struct PreparedLamp {
     /// Unit axis.
     pub forward: DVec3,
     /// Radiant intensity on the axis, W/sr per channel.
-    pub intensity: [f64; 3],
+    pub intensity: Spectrum,
     /// Level as a fraction, 0 to 1.
     pub level: f64,
     /// Radius of the disk, m; 0 for a point.

@@ -1,7 +1,7 @@
 //! The water as the integrators read it: coefficients, phase table, and the sampling strategies.
 
-use uw_media::Iops;
 use uw_media::phase::{PhaseFunction, PhaseTable};
+use uw_media::{Iops, Spectrum};
 
 use super::WavelengthSets;
 use crate::scene::Water;
@@ -13,9 +13,9 @@ const GREY_RATIO: f64 = 1.3;
 #[derive(Clone, Debug)]
 pub struct Medium {
     /// Scattering coefficient, 1/m.
-    pub b: [f64; 3],
+    pub b: Spectrum,
     /// Attenuation coefficient, 1/m.
-    pub c: [f64; 3],
+    pub c: Spectrum,
     /// Smallest attenuation coefficient, 1/m.
     pub c_min: f64,
     /// Largest attenuation coefficient, 1/m.
@@ -25,7 +25,7 @@ pub struct Medium {
     /// Largest single scattering albedo b/c.
     pub albedo: f64,
     /// Natural logarithm of `b`; negative infinity where b is 0.
-    pub ln_b: [f64; 3],
+    pub ln_b: Spectrum,
     /// Phase function for the inner loop.
     pub phase: PhaseTable,
     /// Mean cosine of the phase function.
@@ -33,7 +33,7 @@ pub struct Medium {
     /// Free flights of paths that are joined to lamps: scattering coefficients.
     pub by_scattering: Strategies,
     /// Natural logarithms of their coefficients.
-    pub ln_sigma: [f64; 3],
+    pub ln_sigma: Spectrum,
     /// Free flights of paths that look for daylight: attenuation coefficients.
     pub by_attenuation: Strategies,
 }
@@ -45,12 +45,12 @@ pub struct Strategies {
     /// Number of strategies in use, 1 to 3; 0 where no channel scatters.
     pub count: usize,
     /// Sampling coefficients, 1/m: > 0 for those in use, all 0 where nothing scatters.
-    pub sigma: [f64; 3],
+    pub sigma: Spectrum,
 }
 
 impl Strategies {
     /// Strategies for channels with sampling coefficients `sigma` (1/m), of which `relevant` ones scatter.
-    pub fn new(sigma: [f64; 3], relevant: [bool; 3]) -> Self {
+    pub fn new(sigma: Spectrum, relevant: [bool; 3]) -> Self {
         let used: Vec<f64> = (0..3)
             .filter(|&k| relevant[k] && sigma[k] > 0.0)
             .map(|k| sigma[k])
@@ -74,7 +74,7 @@ impl Strategies {
 
 impl Strategies {
     /// At least `count` strategies: one for each channel where there are fewer.
-    pub(super) fn at_least(self, count: usize, sigma: [f64; 3], relevant: [bool; 3]) -> Self {
+    pub(super) fn at_least(self, count: usize, sigma: Spectrum, relevant: [bool; 3]) -> Self {
         if self.count >= count {
             return self;
         }
@@ -172,7 +172,7 @@ impl Medium {
 
     /// Transmittance over `range_m`, per channel.
     #[inline]
-    pub fn transmittance(&self, range_m: f64) -> [f64; 3] {
+    pub fn transmittance(&self, range_m: f64) -> Spectrum {
         let mut transmittance = [1.0; 3];
         for (value, &c) in transmittance.iter_mut().zip(&self.c) {
             // Where nothing is lost the range may be infinite.

@@ -10,6 +10,7 @@ mod medium;
 mod spectrum;
 
 use std::sync::Arc;
+use uw_media::Spectrum;
 
 use glam::DVec3;
 
@@ -43,15 +44,15 @@ pub struct Prepared {
     /// The sun, where its light can arrive.
     pub sun: Option<SunBeam>,
     /// Sky radiance, W/(m² sr).
-    pub sky: [f64; 3],
+    pub sky: Spectrum,
     /// Daylight in the water far from any object, to steer walks; `None` where nothing scatters it.
     pub daylight: Option<DaylightField>,
     /// By how much flights towards the light are stretched, per strategy of the medium's attenuation.
-    pub stretch: [f64; 3],
+    pub stretch: Spectrum,
     /// Largest radiance that a surface emits, per channel.
-    pub largest_emission: [f64; 3],
+    pub largest_emission: Spectrum,
     /// Order of magnitude of the radiance all around where there is no field of daylight, per channel.
-    pub ambient_scale: [f64; 3],
+    pub ambient_scale: Spectrum,
     /// What the scene makes use of.
     pub features: Features,
 }

@@ -2,6 +2,7 @@
 //! an equal share of the response of every channel, so that the mean over sets is the channel's value.
 //! Twin: `shaders/common/spectrum.wgsl`.
 
+use uw_media::Spectrum;
 use uw_media::spectral::{Curve, primaries};
 
 use super::medium::Strategies;
@@ -19,23 +20,23 @@ pub struct AtWavelengths {
     /// Wavelength of each channel, nm.
     pub wavelengths_nm: [f64; 3],
     /// Scattering coefficient, 1/m.
-    pub b: [f64; 3],
+    pub b: Spectrum,
     /// Attenuation coefficient, 1/m.
-    pub c: [f64; 3],
+    pub c: Spectrum,
     /// Free flights of paths that are joined to lamps.
     pub by_scattering: Strategies,
     /// Free flights of paths that look for daylight.
     pub by_attenuation: Strategies,
     /// Sunlight relative to its channels.
-    pub sun: [f64; 3],
+    pub sun: Spectrum,
     /// Light of the sky relative to its channels.
-    pub sky: [f64; 3],
+    pub sky: Spectrum,
     /// Reflectances of the red, the green and the blue that surfaces are mixed of.
-    pub primaries: [[f64; 3]; 3],
+    pub primaries: [Spectrum; 3],
     /// Light of each lamp relative to its channels.
-    pub lamps: Vec<[f64; 3]>,
+    pub lamps: Vec<Spectrum>,
     /// Reflectances of the surfaces that have spectra of their own.
-    pub reflectances: Vec<[f64; 3]>,
+    pub reflectances: Vec<Spectrum>,
 }
 
 /// Sets of wavelengths of equal weight.
@@ -46,12 +47,12 @@ pub struct WavelengthSets {
     /// For each material its place among the reflectances of a set, where it has a spectrum of its own.
     pub own_reflectance: Vec<Option<usize>>,
     /// Means of the reflectances that surfaces are mixed of.
-    mean_primaries: [[f64; 3]; 3],
+    mean_primaries: [Spectrum; 3],
 }
 
 impl AtWavelengths {
     /// Transmittance over `range_m`.
-    pub fn transmittance(&self, range_m: f64) -> [f64; 3] {
+    pub fn transmittance(&self, range_m: f64) -> Spectrum {
         self.c.map(|c| attenuated(c, range_m))
     }
 }
@@ -106,7 +107,7 @@ impl WavelengthSets {
     }
 
     /// Mean over the sets of what `value` makes of each, per channel.
-    pub fn mean(&self, value: impl Fn(&AtWavelengths) -> [f64; 3]) -> [f64; 3] {
+    pub fn mean(&self, value: impl Fn(&AtWavelengths) -> Spectrum) -> Spectrum {
         let mut sum = [0.0; 3];
         for set in &self.sets {
             let own = value(set);
@@ -118,7 +119,7 @@ impl WavelengthSets {
     }
 
     /// Mean transmittance of the channels over `range_m`, from every eighth set.
-    pub fn transmittance(&self, range_m: f64) -> [f64; 3] {
+    pub fn transmittance(&self, range_m: f64) -> Spectrum {
         let some = self.sets.iter().skip(LAYER_STEP / 2).step_by(LAYER_STEP);
         let count = some.len().max(1) as f64;
         some.fold([0.0; 3], |sum, set| {
@@ -128,7 +129,7 @@ impl WavelengthSets {
     }
 
     /// Mean reflectance of the channels of a surface that is mixed of `rgb`, or of `material`'s own spectrum.
-    pub fn reflectance(&self, rgb: [f64; 3], material: usize) -> [f64; 3] {
+    pub fn reflectance(&self, rgb: Spectrum, material: usize) -> Spectrum {
         match self.own_reflectance.get(material).copied().flatten() {
             Some(own) => self.mean(|set| set.reflectances[own]),
             None => {
@@ -139,7 +140,7 @@ impl WavelengthSets {
     }
 
     /// Coefficients a and b of each channel as the light meets them that is left after `way_m`.
-    pub fn after(&self, way_m: f64) -> ([f64; 3], [f64; 3]) {
+    pub fn after(&self, way_m: f64) -> (Spectrum, Spectrum) {
         let left = |set: &AtWavelengths, k: usize| {
             let lost = set.c[k] - set.b[k] + LOST_OF_SCATTERED * set.b[k];
             attenuated(lost, way_m)
@@ -168,7 +169,7 @@ fn attenuated(c: f64, range_m: f64) -> f64 {
 }
 
 /// Scattering and attenuation at three wavelengths.
-fn coefficients(spectral: &Spectral, wavelengths_nm: [f64; 3]) -> ([f64; 3], [f64; 3]) {
+fn coefficients(spectral: &Spectral, wavelengths_nm: [f64; 3]) -> (Spectrum, Spectrum) {
     let Some(water) = &spectral.water else {
         return ([0.0; 3], [0.0; 3]);
     };

@@ -1,6 +1,7 @@
 //! glTF materials as Lambertian surfaces: base colour becomes reflectance, emission becomes radiance.
 
 use std::collections::HashMap;
+use uw_media::Spectrum;
 
 use glam::{DAffine2, DVec2};
 
@@ -126,7 +127,7 @@ impl<'a> MaterialReader<'a> {
         &mut self,
         material: &gltf_json::Material,
         place: &str,
-    ) -> Result<[f64; 3], GltfError> {
+    ) -> Result<Spectrum, GltfError> {
         let strength = material.extensions.emissive_strength.as_ref();
         let strength = strength.map_or(1.0, |strength| strength.emissive_strength);
         let factor = material.emissive_factor.map(|factor| factor * strength);

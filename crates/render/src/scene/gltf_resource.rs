@@ -266,9 +266,9 @@ fn chunk<'a>(bytes: &'a [u8], kind: &[u8]) -> Result<(Option<&'a [u8]>, &'a [u8]
     Ok((is_wanted.then_some(body), rest))
 }
 
-/// The little-endian number at `place`, if the bytes reach so far.
-fn word(bytes: &[u8], place: usize) -> Option<usize> {
-    let word = bytes.get(place..place + 4)?;
+/// The little-endian number at `offset`, if the bytes reach so far.
+fn word(bytes: &[u8], offset: usize) -> Option<usize> {
+    let word = bytes.get(offset..offset + 4)?;
     let word = u32::from_le_bytes(word.try_into().ok()?);
     usize::try_from(word).ok()
 }

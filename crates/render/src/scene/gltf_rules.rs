@@ -52,11 +52,11 @@ fn check_version(document: &Document) -> Result<(), String> {
 fn check_channels(document: &Document) -> Result<(), String> {
     for (i, animation) in document.animations.iter().enumerate() {
         let count = animation.samplers.len();
-        let place = animation
+        let bad = animation
             .channels
             .iter()
             .position(|channel| channel.sampler >= count);
-        if let Some(j) = place {
+        if let Some(j) = bad {
             return Err(format!(
                 "animations[{i}].channels[{j}].sampler must be an index below {count} (samplers), got {}",
                 animation.channels[j].sampler

@@ -1,6 +1,7 @@
 //! Light of a scene file: sun, sky and lamps.
 
 use std::fs;
+use uw_media::Spectrum;
 
 use glam::DVec3;
 
@@ -45,7 +46,7 @@ pub(super) fn read_sun(root: &Table<'_>) -> Result<Option<Sun>, SceneError> {
 }
 
 /// Reads `[sky]`; its radiance, W/(m² sr), is 0 when the table is left out.
-pub(super) fn read_sky(root: &Table<'_>) -> Result<[f64; 3], SceneError> {
+pub(super) fn read_sky(root: &Table<'_>) -> Result<Spectrum, SceneError> {
     let Some(table) = root.table("sky", &SKY_FIELDS)? else {
         return Ok([0.0; 3]);
     };

@@ -38,7 +38,7 @@ pub use texels::Texels;
 
 use glam::{DVec2, DVec3};
 use uw_media::{
-    Iops,
+    Iops, Spectrum,
     phase::Phase,
     spectral::{Curve, Response, WaterSpectrum},
 };
@@ -54,7 +54,7 @@ pub struct Scene {
     /// seen where there is no water.
     pub sun: Option<Sun>,
     /// Sky radiance, W/(m² sr), uniform over the upper hemisphere; the background when there is no surface.
-    pub sky_radiance: [f64; 3],
+    pub sky_radiance: Spectrum,
     /// The camera.
     pub camera: Camera,
     /// What is known of the wavelengths; `None` where the three channels are all there is.
@@ -119,7 +119,7 @@ pub struct Sun {
     /// Unit direction in which sunlight travels in air (downwards: z < 0).
     pub travel_direction: DVec3,
     /// Irradiance on a plane perpendicular to the beam just above the surface, W/m² per channel.
-    pub irradiance: [f64; 3],
+    pub irradiance: Spectrum,
 }
 
 /// A pinhole camera with Brown-Conrady distortion.
@@ -155,7 +155,7 @@ pub struct Lamp {
     /// Unit direction of the axis.
     pub forward: DVec3,
     /// Radiant intensity on the axis at 100 %, W/sr per channel.
-    pub intensity: [f64; 3],
+    pub intensity: Spectrum,
     /// Level, percent, in [0, 100].
     pub level_pct: f64,
     /// Half angle of the hard cone, degrees, in (0, 180].
@@ -215,13 +215,13 @@ pub struct Mesh {
 #[derive(Clone, Debug)]
 pub struct Material {
     /// Reflectance per channel in [0, 1], multiplied by the texture where there is one.
-    pub reflectance: [f64; 3],
+    pub reflectance: Spectrum,
     /// Reflectance by wavelength, in the place of the other two.
     pub spectrum: Option<Curve>,
     /// Index into [`Scene::textures`].
     pub texture: Option<usize>,
     /// Emitted radiance, W/(m² sr) per channel, both sides.
-    pub emission: [f64; 3],
+    pub emission: Spectrum,
 }
 
 /// A picture of linear reflectances.
@@ -270,7 +270,7 @@ pub enum WhiteBalance {
     /// Factors that make the means of a picture's channels equal.
     Gray,
     /// Factors of R, G and B.
-    Gains([f64; 3]),
+    Gains(Spectrum),
 }
 
 /// Exposure.

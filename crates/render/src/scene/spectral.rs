@@ -4,7 +4,7 @@ use std::fs;
 use std::str::FromStr;
 
 use uw_media::spectral::{self, Curve, ILLUMINANTS, RESPONSES, Response, WaterSpectrum};
-use uw_media::{Iops, WaterType};
+use uw_media::{Iops, Spectrum, WaterType};
 
 use super::phase::refused;
 use super::reader::Table;
@@ -281,7 +281,7 @@ impl Spectral {
     }
 
     /// Factors that make white white under daylight (D65), green keeping its own.
-    pub(super) fn daylight_gains(&self) -> Option<[f64; 3]> {
+    pub(super) fn daylight_gains(&self) -> Option<Spectrum> {
         let daylight = spectral::illuminant("d65").ok()?;
         let values = self.response.channel_values(None, |nm| daylight.at(nm));
         values
@@ -307,7 +307,7 @@ impl Spectral {
 
     /// What a light with a relative `spectrum` brings at a wavelength of each channel, relative to the channel's mean; 1
     /// without a spectrum.
-    pub fn relative_light(&self, spectrum: Option<&Curve>) -> impl Fn([f64; 3]) -> [f64; 3] {
+    pub fn relative_light(&self, spectrum: Option<&Curve>) -> impl Fn([f64; 3]) -> Spectrum {
         let means = spectrum.map(|curve| {
             self.response
                 .channel_values(Some(self.range_nm()), |nm| curve.at(nm))

@@ -3,6 +3,7 @@
 use std::fs::File;
 use std::io::Cursor;
 use std::path::Path;
+use uw_media::Spectrum;
 
 use image::{ColorType, DynamicImage, ImageDecoder, Limits};
 
@@ -106,7 +107,7 @@ impl Texture {
     /// Value at (`u`, `v`), where (0, 0) is the upper left corner of the picture, (1, 1) its lower right one
     /// and everything repeats. `u` and `v` are finite.
     #[inline]
-    pub fn sample(&self, u: f64, v: f64) -> [f64; 3] {
+    pub fn sample(&self, u: f64, v: f64) -> Spectrum {
         let x = (u - u.floor()) * f64::from(self.width);
         let y = (v - v.floor()) * f64::from(self.height);
         match self.filter {
@@ -122,7 +123,7 @@ impl Texture {
 
     /// Linear interpolation at texel coordinates in which whole numbers are texel centres, from -0.5 up.
     #[inline]
-    fn bilinear(&self, x: f64, y: f64) -> [f64; 3] {
+    fn bilinear(&self, x: f64, y: f64) -> Spectrum {
         let (left, right, s) = neighbours(x, self.width as usize);
         let (upper, lower, t) = neighbours(y, self.height as usize);
         let corners = [
@@ -145,7 +146,7 @@ impl Texture {
     }
 
     /// Mean value over all texels.
-    pub(super) fn mean(&self) -> [f64; 3] {
+    pub(super) fn mean(&self) -> Spectrum {
         let mut sum = [0.0; 3];
         for texel in self.texels.iter() {
             (0..3).for_each(|k| sum[k] += f64::from(texel[k]));

@@ -8,9 +8,9 @@ use uw_render::irradiance::{self, DepthIrradiance, IrradianceError, IrradiancePl
 use uw_render::prepare::Prepared;
 use uw_render::scene::Scene;
 
+use super::device::DeviceArguments;
 use super::error::{CliError, note};
 use super::numbers::significant;
-use super::place::PlaceArguments;
 use super::progress::ProgressDisplay;
 use super::{interrupt, output};
 
@@ -32,7 +32,7 @@ pub(super) struct IrradianceArguments {
     #[arg(long, default_value_t = 0)]
     seed: u64,
     #[command(flatten)]
-    place: PlaceArguments,
+    device: DeviceArguments,
     /// Worker threads. Default: one per core.
     #[arg(long, value_parser = value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
@@ -72,7 +72,7 @@ impl IrradianceArguments {
         };
         let display = ProgressDisplay::start(self.quiet || json, true);
         let observe = |share| display.update(Some(share), || "measuring".to_owned());
-        let device = self.place.open()?;
+        let device = self.device.open()?;
         let prepared = Prepared::build(&scene);
         let measured = irradiance::measure(&device, &prepared, &plan, &cancel, &observe);
         display.finish();

@@ -15,7 +15,7 @@ pub(crate) fn read_column(
     unit: &str,
     range: &RangeInclusive<f64>,
 ) -> Result<Vec<f64>, CliError> {
-    let (place, text) = if path == Path::new("-") {
+    let (source, text) = if path == Path::new("-") {
         let mut text = String::new();
         let read = io::stdin().read_to_string(&mut text);
         ("standard input".to_owned(), read.map(|_| text))
@@ -23,9 +23,9 @@ pub(crate) fn read_column(
         (path.display().to_string(), fs::read_to_string(path))
     };
     let text =
-        text.map_err(|error| CliError::input(format!("{place}: cannot be read: {error}")))?;
+        text.map_err(|error| CliError::input(format!("{source}: cannot be read: {error}")))?;
     parse_column(&text, name, unit, range)
-        .map_err(|error| CliError::input(format!("{place}{error}")))
+        .map_err(|error| CliError::input(format!("{source}{error}")))
 }
 
 fn parse_column(

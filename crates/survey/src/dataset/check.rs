@@ -253,13 +253,10 @@ fn check_one(
         index,
     } = choice;
     let (depth_m, light_pct, index) = (*depth_m, *light_pct, *index);
-    let places = group::places(workshop, group, &workshop.config.depths_m)?;
-    let light = group::light(workshop, group, &places, |r| r, &workshop.effort)?;
-    let at = places
-        .iter()
-        .position(|p| p.depth_m == depth_m)
-        .unwrap_or(0);
-    let model = model_counts(workshop, &places[at], &light, at, light_pct);
+    let views = group::views(workshop, group, &workshop.config.depths_m)?;
+    let light = group::light(workshop, group, &views, |r| r, &workshop.effort)?;
+    let at = views.iter().position(|p| p.depth_m == depth_m).unwrap_or(0);
+    let model = model_counts(workshop, &views[at], &light, at, light_pct);
     let pixels = pixels(
         model.lattice,
         plan.pixels_per_patch,
@@ -292,18 +289,18 @@ struct ModelImage {
 
 fn model_counts(
     workshop: &Workshop,
-    place: &DepthView,
+    view: &DepthView,
     light: &GroupLight,
     at: usize,
     light_pct: f64,
 ) -> ModelImage {
-    let lattice = place.model.lattice(1);
+    let lattice = view.model.lattice(1);
     let image = |source, fields| {
         let reflection = Reflection::new(&source, lattice);
         RadianceImage::new(&source, fields, &reflection, Estimates::Whole)
     };
-    let ambient = image(place.model.daylight(), &light.daylight[at]);
-    let lamps = image(place.model.lamps(), &light.lamps);
+    let ambient = image(view.model.daylight(), &light.daylight[at]);
+    let lamps = image(view.model.lamps(), &light.lamps);
     let shot = |exposure| Shot {
         ambient: &ambient,
         lamps: &lamps,

@@ -80,13 +80,13 @@ pub(super) fn read(path: &Path) -> Result<Found<f64>, DatasetError> {
 /// Mean radiance of the brightest channel of a group's image at the calibration's depth.
 fn mean_radiance(workshop: &Workshop, group: &Group, light_pct: f64) -> Result<f64, DatasetError> {
     let depth_m = workshop.config.calibration_depth_m;
-    let places = group::places(workshop, group, &[depth_m])?;
+    let views = group::views(workshop, group, &[depth_m])?;
     let effort = Effort {
         least: PILOT_PATHS,
         most: PILOT_PATHS,
     };
-    let light = group::light(workshop, group, &places, Render::pilot, &effort)?;
-    let model = &places[0].model;
+    let light = group::light(workshop, group, &views, Render::pilot, &effort)?;
+    let model = &views[0].model;
     let lattice = model.error_lattice();
     let image = |source, fields| {
         RadianceImage::new(

@@ -39,15 +39,15 @@ pub(super) fn make(workshop: &Workshop, group: &Group) -> Result<(), DatasetErro
     if table.is_some() && kept && !any_damaged(workshop, group)? {
         return Ok(());
     }
-    let places = places(workshop, group, &workshop.config.depths_m)?;
-    let light = light(workshop, group, &places, |render| render, &workshop.effort)?;
+    let views = views(workshop, group, &workshop.config.depths_m)?;
+    let light = light(workshop, group, &views, |render| render, &workshop.effort)?;
     if workshop.keep_images && !kept {
-        pictures::keep(workshop, group, &places, &light)?;
+        pictures::keep(workshop, group, &views, &light)?;
     }
     let started = Instant::now();
     let mut rows = Vec::new();
-    for (place, daylight) in places.iter().zip(&light.daylight) {
-        rows.extend(measure(workshop, place, daylight, &light.lamps));
+    for (view, daylight) in views.iter().zip(&light.daylight) {
+        rows.extend(measure(workshop, view, daylight, &light.lamps));
     }
     let text = rows::to_text(&workshop.watch.name(&path), &rows);
     store::write_bytes(&path, text.as_bytes())?;
@@ -68,7 +68,7 @@ fn any_damaged(workshop: &Workshop, group: &Group) -> Result<bool, DatasetError>
 }
 
 /// Scenes and models of a group at `depths_m`.
-pub(super) fn places<'w>(
+pub(super) fn views<'w>(
     workshop: &'w Workshop,
     group: &Group,
     depths_m: &[f64],
@@ -76,10 +76,10 @@ pub(super) fn places<'w>(
     let started = Instant::now();
     let target = workshop.target(group.pattern)?;
     let upright = group.tilt_deg == 0.0;
-    let mut places: Vec<DepthView> = Vec::new();
+    let mut views: Vec<DepthView> = Vec::new();
     for &depth_m in depths_m {
         let scene = group_scene(workshop, group, depth_m)?;
-        let model = match places.first() {
+        let model = match views.first() {
             Some(first) => first.model.at(&scene),
             None => {
                 // The walks' seed is the group's own.
@@ -94,10 +94,10 @@ pub(super) fn places<'w>(
                 group.distance_m, group.tilt_deg
             ))
         })?;
-        places.push(DepthView { depth_m, model });
+        views.push(DepthView { depth_m, model });
     }
     workshop.times.add_spread(started.elapsed());
-    Ok(places)
+    Ok(views)
 }
 
 /// The scene of a group at a depth, with everything in it.
@@ -119,24 +119,24 @@ pub(super) fn group_scene(
 pub(super) fn light(
     workshop: &Workshop,
     group: &Group,
-    places: &[DepthView],
+    views: &[DepthView],
     name: fn(Render) -> Render,
     effort: &Effort,
 ) -> Result<GroupLight, DatasetError> {
     let mut daylight = Vec::new();
-    for place in places {
-        let render = name(group.daylight(place.depth_m));
-        daylight.push(daylight_at(workshop, group, place, &render, effort)?);
+    for view in views {
+        let render = name(group.daylight(view.depth_m));
+        daylight.push(daylight_at(workshop, group, view, &render, effort)?);
     }
     let render = name(group.lamps());
-    let lamps = lamps(workshop, group, places, &daylight, &render, effort)?;
+    let lamps = lamps(workshop, group, views, &daylight, &render, effort)?;
     Ok(GroupLight { daylight, lamps })
 }
 
 fn daylight_at(
     workshop: &Workshop,
     group: &Group,
-    place: &DepthView,
+    view: &DepthView,
     render: &Render,
     effort: &Effort,
 ) -> Result<Fields, DatasetError> {
@@ -145,11 +145,11 @@ fn daylight_at(
         return Ok(fields);
     }
     let started = Instant::now();
-    let scene = group_scene(workshop, group, place.depth_m)?;
+    let scene = group_scene(workshop, group, view.depth_m)?;
     let prepared = Prepared::build(&daylight_alone(&scene));
     drop(scene);
-    let source = place.model.daylight();
-    let lattice = place.model.error_lattice();
+    let source = view.model.daylight();
+    let lattice = view.model.error_lattice();
     let reflection = Reflection::new(&source, lattice);
     let dark = dark(lattice);
     let mut enough = |fields: &Fields| {
@@ -174,7 +174,7 @@ fn daylight_at(
 fn lamps(
     workshop: &Workshop,
     group: &Group,
-    places: &[DepthView],
+    views: &[DepthView],
     daylight: &[Fields],
     render: &Render,
     effort: &Effort,
@@ -185,18 +185,18 @@ fn lamps(
     }
     let started = Instant::now();
     // The light is the same at all depths; the texture behind it is that of the middle one.
-    let middle = &places[places.len() / 2];
+    let middle = &views[views.len() / 2];
     let scene = group_scene(workshop, group, middle.depth_m)?;
     let prepared = Prepared::build(&lamps_alone(&scene));
     drop(scene);
     let source = middle.model.lamps();
     let lattice = middle.model.error_lattice();
     let reflection = Reflection::new(&source, lattice);
-    let ambients: Vec<RadianceImage> = places
+    let ambients: Vec<RadianceImage> = views
         .iter()
         .zip(daylight)
-        .map(|(place, fields)| {
-            let source = place.model.daylight();
+        .map(|(view, fields)| {
+            let source = view.model.daylight();
             let reflection = Reflection::new(&source, lattice);
             RadianceImage::new(&source, fields, &reflection, Estimates::Whole).repeated(GROUPS)
         })
@@ -233,11 +233,11 @@ fn dark(lattice: Lattice) -> RadianceImage {
 /// Statistics of the images of one place at all lamp levels.
 fn measure(
     workshop: &Workshop,
-    place: &DepthView,
+    view: &DepthView,
     daylight: &Fields,
     lamps: &Fields,
 ) -> Vec<ImageRow> {
-    let (sun, lamp) = (place.model.daylight(), place.model.lamps());
+    let (sun, lamp) = (view.model.daylight(), view.model.lamps());
     let images = |reflection: &dyn Fn(&Source) -> Reflection, kind: Estimates| {
         (
             RadianceImage::new(&sun, daylight, &reflection(&sun), kind),
@@ -245,7 +245,7 @@ fn measure(
         )
     };
     let step = workshop.config.accuracy.pixel_step;
-    let (fine, coarse) = (place.model.lattice(step), place.model.error_lattice());
+    let (fine, coarse) = (view.model.lattice(step), view.model.error_lattice());
     let fine = images(&|source| Reflection::new(source, fine), Estimates::Halves);
     let coarse = images(
         &|source| Reflection::of_groups(source, coarse),
@@ -262,7 +262,7 @@ fn measure(
             };
             let exposure = workshop.exposure_of(&shot((&coarse.0, &coarse.1), 1.0));
             ImageRow {
-                depth_m: place.depth_m,
+                depth_m: view.depth_m,
                 light_pct,
                 exposure,
                 stats: shot((&fine.0, &fine.1), exposure).statistics(&workshop.response),

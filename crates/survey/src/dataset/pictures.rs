@@ -105,19 +105,19 @@ fn write_list(workshop: &Workshop, group: &Group, names: &[String]) -> Result<()
 pub(super) fn keep(
     workshop: &Workshop,
     group: &Group,
-    places: &[DepthView],
+    views: &[DepthView],
     light: &GroupLight,
 ) -> Result<(), DatasetError> {
     let mut names = Vec::new();
-    for (place, daylight) in places.iter().zip(&light.daylight) {
-        let layers = layers_path(workshop, group, place.depth_m);
+    for (view, daylight) in views.iter().zip(&light.daylight) {
+        let layers = layers_path(workshop, group, view.depth_m);
         if let Some(folder) = layers.parent() {
             fs::create_dir_all(folder).map_err(|source| DatasetError::Io {
                 path: folder.display().to_string(),
                 source,
             })?;
         }
-        let lattice = place.model.lattice(1);
+        let lattice = view.model.lattice(1);
         let image = |source: &Source, fields: &Fields| {
             let reflection = Reflection::new(source, lattice);
             RadianceImage::new(source, fields, &reflection, Estimates::Whole)
@@ -126,7 +126,7 @@ pub(super) fn keep(
             let reflection = Reflection::none(lattice);
             RadianceImage::new(source, fields, &reflection, Estimates::Whole)
         };
-        let (sun, lamp) = (place.model.daylight(), place.model.lamps());
+        let (sun, lamp) = (view.model.daylight(), view.model.lamps());
         let (ambient, lamps) = (image(&sun, daylight), image(&lamp, &light.lamps));
         let shot = |light_pct, exposure| Shot {
             ambient: &ambient,
@@ -138,9 +138,9 @@ pub(super) fn keep(
             let exposure = workshop.exposure_of(&shot(light_pct, 1.0));
             let frame = sensor(&workshop.config.vehicle, exposure).expose(
                 &picture(&shot(light_pct, 1.0), &ambient),
-                group.daylight(place.depth_m).seed(workshop.config.seed) ^ light_pct.to_bits(),
+                group.daylight(view.depth_m).seed(workshop.config.seed) ^ light_pct.to_bits(),
             );
-            let name = format!("z{}_light{light_pct}.png", place.depth_m);
+            let name = format!("z{}_light{light_pct}.png", view.depth_m);
             write_frame(&layers.with_file_name(&name), &frame)?;
             names.push(name);
         }
@@ -152,7 +152,7 @@ pub(super) fn keep(
             colour("lamps.backscatter", veil(&lamp, &light.lamps)),
             Layer {
                 name: "depth".to_owned(),
-                data: LayerData::Scalar(depths_m(place.model.view())),
+                data: LayerData::Scalar(depths_m(view.model.view())),
             },
         ];
         exr.write(&layers)?;

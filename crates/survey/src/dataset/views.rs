@@ -21,7 +21,7 @@ pub(super) fn check(config: &DatasetConfig) -> Result<(), DatasetError> {
             filter: TextureFilter::Nearest,
         };
         let target = Target { pattern, texture };
-        for (depth_m, distance_m, tilt_deg) in places(config) {
+        for (depth_m, distance_m, tilt_deg) in poses(config) {
             let view = View::Tilted {
                 depth_m,
                 distance_m,
@@ -40,7 +40,7 @@ pub(super) fn check(config: &DatasetConfig) -> Result<(), DatasetError> {
 }
 
 /// Depth, distance and tilt of all views.
-fn places(config: &DatasetConfig) -> impl Iterator<Item = (f64, f64, f64)> {
+fn poses(config: &DatasetConfig) -> impl Iterator<Item = (f64, f64, f64)> {
     config.depths_m.iter().flat_map(move |&depth_m| {
         config.distances_m.iter().flat_map(move |&distance_m| {
             let tilts = config.tilts_deg.iter();

@@ -119,11 +119,11 @@ impl<'a> FieldSampler<'a> {
         let mut phi = vec![0.0; self.basis.len()];
         let view = self.source.view;
         let (width, height) = view.size_px();
-        let place = |(u, v): (f64, f64)| (u * width, v * height);
+        let texel = |(u, v): (f64, f64)| (u * width, v * height);
         for (group, sums) in (0..).zip(&mut self.sums) {
             for batch in paths::batches(self.seed, group, self.samples_per_group..samples_per_group)
             {
-                let points: Vec<_> = batch.numbers().map(place).collect();
+                let points: Vec<_> = batch.numbers().map(texel).collect();
                 let sights: Vec<_> = points.iter().map(|&(x, y)| view.sight(x, y)).collect();
                 // Where there is no target the ray is not counted.
                 let forward = view.camera.forward;

@@ -109,7 +109,7 @@ impl Level {
     #[inline]
     fn bilinear(&self, u: f32, v: f32) -> [f32; 3] {
         let n = self.size;
-        let place = |t: f32| {
+        let cell = |t: f32| {
             let x = t * n as f32 - 0.5;
             let floor = x.floor();
             let before = if floor < 0.0 {
@@ -120,7 +120,7 @@ impl Level {
             let after = if before + 1 == n { 0 } else { before + 1 };
             (before, after, x - floor)
         };
-        let ((left, right, s), (upper, lower, t)) = (place(u), place(v));
+        let ((left, right, s), (upper, lower, t)) = (cell(u), cell(v));
         let texel = |row: usize, column: usize| &self.texels[row * n + column];
         let (a, b) = (texel(upper, left), texel(upper, right));
         let (c, d) = (texel(lower, left), texel(lower, right));

@@ -84,8 +84,8 @@ impl Lattice {
 
     /// Centre of the pixel at (`column`, `row`) of the lattice, pixels.
     pub fn centre(&self, column: usize, row: usize) -> (f64, f64) {
-        let place = |i: usize| (i * self.step + self.step / 2) as f64 + 0.5;
-        (place(column), place(row))
+        let centre = |i: usize| (i * self.step + self.step / 2) as f64 + 0.5;
+        (centre(column), centre(row))
     }
 }
 
@@ -171,9 +171,9 @@ fn reflected(
 /// Mean texture over the pixel around (`x`, `y`).
 fn pixel_texture(source: &Source, x: f64, y: f64, points: usize) -> [f32; 3] {
     let mut sum = [0f32; 3];
-    let place = |i: usize| (i as f64 + 0.5) / points as f64 - 0.5;
+    let centre = |i: usize| (i as f64 + 0.5) / points as f64 - 0.5;
     for (i, j) in (0..points).flat_map(|i| (0..points).map(move |j| (i, j))) {
-        if let Some(sight) = source.view.sight(x + place(i), y + place(j)) {
+        if let Some(sight) = source.view.sight(x + centre(i), y + centre(j)) {
             let (u, v) = source.view.tiles(sight.point);
             let texel = source.pyramid.sample(0, u, v);
             (0..3).for_each(|k| sum[k] += texel[k]);

@@ -45,9 +45,9 @@ impl CountResponse {
     /// Mean and variance of the count at `signal`; what is below 0 counts as 0.
     #[inline]
     pub fn at(&self, signal: f32) -> (f32, f32) {
-        let place = signal.max(0.0).sqrt() * (ENTRIES as f32 / LARGEST.sqrt() as f32);
-        let i = (place as usize).min(ENTRIES - 1);
-        let f = (place - i as f32).min(1.0);
+        let entry = signal.max(0.0).sqrt() * (ENTRIES as f32 / LARGEST.sqrt() as f32);
+        let i = (entry as usize).min(ENTRIES - 1);
+        let f = (entry - i as f32).min(1.0);
         let ((m0, v0), (m1, v1)) = (self.table[i], self.table[i + 1]);
         (m0 + f * (m1 - m0), v0 + f * (v1 - v0))
     }

@@ -33,7 +33,7 @@ pub enum Tab {
 /// How the viewer starts.
 pub struct Options {
     /// Where pictures are rendered.
-    pub place: RenderDevice,
+    pub render_device: RenderDevice,
     /// Seed of all renders.
     pub seed: u64,
     /// When a picture is finished.
@@ -49,7 +49,7 @@ pub struct Options {
 impl Default for Options {
     fn default() -> Self {
         Self {
-            place: RenderDevice::default(),
+            render_device: RenderDevice::default(),
             seed: 1,
             goal: Goal::default(),
             recent: Recent::default(),
@@ -116,7 +116,7 @@ impl Viewer {
             probing: false,
         };
         let for_worker = ctx.clone();
-        let worker = Worker::start(options.place, view, options.goal, move || {
+        let worker = Worker::start(options.render_device, view, options.goal, move || {
             for_worker.request_repaint();
         })?;
         let mut viewer = Self {

@@ -75,8 +75,8 @@ pub fn plots(settings: &Settings, guidance: &Guidance, path: &Path) -> Result<()
 fn panels(settings: &Settings, guidance: &Guidance) -> Vec<Panel> {
     let mut panels = Vec::new();
     if let Some(water) = &settings.water {
-        if let Coefficients::Jerlov { place, .. } = water.coefficients {
-            panels.push(spectra(place));
+        if let Coefficients::Jerlov { scale, .. } = water.coefficients {
+            panels.push(spectra(scale));
         }
         if let Ok(phase) = water.phase.phase() {
             panels.push(phase_panel(water.phase.name(), phase_plot::curve(&phase)));
@@ -122,13 +122,13 @@ fn panel(title: String, x_label: &'static str, y_label: &'static str, curves: Ve
     }
 }
 
-fn spectra(place: f64) -> Panel {
-    let rows = spectrum_at(place);
+fn spectra(scale: f64) -> Panel {
+    let rows = spectrum_at(scale);
     let curves = vec![
         curve("a", INK, rows.iter().map(|r| [r.0, r.1]).collect()),
         curve("b", AMBER, rows.iter().map(|r| [r.0, r.2]).collect()),
     ];
-    let title = format!("Jerlov {}", crate::model::water::place_name(place));
+    let title = format!("Jerlov {}", crate::model::water::scale_name(scale));
     panel(title, "wavelength, nm", "1/m", curves)
 }
 

@@ -69,10 +69,10 @@ impl<'a> VehicleCamera<'a> {
     ///
     /// # Errors
     /// The water hides the target, or the task was ended.
-    pub fn image(&self, place: VehiclePosition, seed: u64) -> Result<TargetImage, String> {
+    pub fn image(&self, position: VehiclePosition, seed: u64) -> Result<TargetImage, String> {
         let view = View::Target {
-            depth_m: place.depth_m,
-            distance_m: place.distance_m,
+            depth_m: position.depth_m,
+            distance_m: position.distance_m,
         };
         let scene = self
             .scene(&self.job.vehicle, view)
@@ -82,7 +82,7 @@ impl<'a> VehicleCamera<'a> {
             .ok_or_else(|| {
                 format!(
                     "the target cannot be seen from {} m in this water: set clearer water",
-                    place.distance_m
+                    position.distance_m
                 )
             })
     }
@@ -146,11 +146,11 @@ impl<'a> VehicleCamera<'a> {
                 of,
                 format!("contrast at {distance_m} m"),
             );
-            let place = VehiclePosition {
+            let position = VehiclePosition {
                 depth_m: CONTRAST_DEPTH_M,
                 distance_m,
             };
-            let image = self.image(place, 100 + i as u64)?;
+            let image = self.image(position, 100 + i as u64)?;
             contrast.extend(
                 [0.0, CONTRAST_LIGHT_PCT].map(|light_pct| ContrastMeasurement {
                     distance_m,

@@ -24,7 +24,7 @@ pub fn levels_pct() -> Vec<f64> {
 #[derive(Clone, Debug)]
 pub struct Look {
     /// Where it was taken.
-    pub place: VehiclePosition,
+    pub position: VehiclePosition,
     /// A small copy of the image.
     pub thumbnail: Thumbnail,
     at_levels: Vec<ImageStats>,
@@ -32,9 +32,13 @@ pub struct Look {
 
 impl Look {
     /// A look whose statistics at [`levels_pct`] are known.
-    pub fn new(place: VehiclePosition, at_levels: Vec<ImageStats>, thumbnail: Thumbnail) -> Self {
+    pub fn new(
+        position: VehiclePosition,
+        at_levels: Vec<ImageStats>,
+        thumbnail: Thumbnail,
+    ) -> Self {
         Self {
-            place,
+            position,
             thumbnail,
             at_levels,
         }
@@ -139,7 +143,7 @@ mod tests {
                 mean: [2.0 * contrast(pct); 3],
             })
             .collect();
-        let place = VehiclePosition {
+        let position = VehiclePosition {
             depth_m: 1.0,
             distance_m: 1.0,
         };
@@ -148,7 +152,7 @@ mod tests {
             lamps: Picture::black(1, 1),
             sensor: uw_survey::environment::sensor(&Default::default(), 1.0),
         };
-        let look = Look::new(place, at_levels, nothing);
+        let look = Look::new(position, at_levels, nothing);
         // Between 0 and the first level of 0.25 % nobody sets lamps.
         for pct in [0.0, 0.3, 1.7, 20.0, 33.0, 67.0, 99.0, 100.0, 140.0] {
             let found = look.statistics(pct).expect("levels");

@@ -55,7 +55,7 @@ pub struct Guidance {
     /// Paths per group of a view of the target.
     pub paths: u32,
     /// Where the vehicle is.
-    pub place: VehiclePosition,
+    pub position: VehiclePosition,
     /// Its lamp level, percent.
     pub light_pct: f64,
     /// The newest look from where it is.
@@ -88,7 +88,7 @@ impl Guidance {
             objective: Objective::default(),
             pattern: Pattern::HullRed,
             paths: TARGET_PATHS,
-            place: VehiclePosition {
+            position: VehiclePosition {
                 depth_m: 3.0,
                 distance_m: 1.5,
             },
@@ -121,12 +121,24 @@ impl Guidance {
     /// Calibrates in the water of `settings`, then looks from where the vehicle is.
     pub fn calibrate(&mut self, settings: &Settings, toasts: &mut Toasts) {
         self.water_known = Some(settings.clone());
-        self.start(settings, task::Work::Calibrate { here: self.place }, toasts);
+        self.start(
+            settings,
+            task::Work::Calibrate {
+                here: self.position,
+            },
+            toasts,
+        );
     }
 
     /// Looks from where the vehicle is.
     pub fn look(&mut self, settings: &Settings, toasts: &mut Toasts) {
-        self.start(settings, task::Work::Look { here: self.place }, toasts);
+        self.start(
+            settings,
+            task::Work::Look {
+                here: self.position,
+            },
+            toasts,
+        );
     }
 
     /// Renders the suggestion.
@@ -134,7 +146,7 @@ impl Guidance {
         if let Some(answer) = &self.answer {
             let there = VehiclePosition {
                 distance_m: answer.distance_m,
-                ..self.place
+                ..self.position
             };
             let light_pct = answer.light_pct;
             self.start(settings, task::Work::Check { there, light_pct }, toasts);
@@ -193,11 +205,14 @@ impl Guidance {
 
     /// What the vehicle knows now; `None` before a look from where it is.
     pub fn observation(&self) -> Option<Observation> {
-        let look = self.look.as_ref().filter(|look| look.place == self.place)?;
+        let look = self
+            .look
+            .as_ref()
+            .filter(|look| look.position == self.position)?;
         let stats = look.statistics(self.light_pct)?;
         Some(Observation {
-            depth_m: self.place.depth_m,
-            distance_m: self.place.distance_m,
+            depth_m: self.position.depth_m,
+            distance_m: self.position.distance_m,
             light_pct: self.light_pct,
             mean: stats.mean,
             std: stats.contrast,

@@ -148,13 +148,13 @@ impl OpenScene {
                  camera = {{ {camera} width = {width}, height = {height} }}\n[[object]]\ngltf = {name}\n"
             )
         };
-        let place = folder.join("from glTF.toml");
-        let own_view = Self::parse(&text(""), &place);
+        let scene_path = folder.join("from glTF.toml");
+        let own_view = Self::parse(&text(""), &scene_path);
         let (mut open, settings) = match own_view {
             Err(OpenError::Scene(SceneError::MissingField { .. })) => {
                 let view =
                     "position_m = [0.0, 0.0, 0.0], forward = [1.0, 0.0, 0.0], hfov_deg = 60.0,";
-                let (open, mut settings) = Self::parse(&text(view), &place)?;
+                let (open, mut settings) = Self::parse(&text(view), &scene_path)?;
                 frame_all(&open, &mut settings);
                 (open, settings)
             }
@@ -242,9 +242,9 @@ fn coefficients(water: &uw_render::scene::Water, raw: &toml::Table) -> Coefficie
     let jerlov = jerlov.filter(|_| text("bands").is_none_or(|name| name.parse::<Bands>().is_ok()));
     match jerlov {
         Some(jerlov) => {
-            let place = WaterType::ALL.iter().position(|&t| t == jerlov);
+            let scale = WaterType::ALL.iter().position(|&t| t == jerlov);
             Coefficients::Jerlov {
-                place: place.unwrap_or(0) as f64,
+                scale: scale.unwrap_or(0) as f64,
                 bands: text("bands")
                     .and_then(|name| name.parse::<Bands>().ok())
                     .unwrap_or(Bands::Mean),

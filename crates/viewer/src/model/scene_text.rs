@@ -82,13 +82,13 @@ pub fn scene_text(open: &OpenScene, settings: &Settings, folder: &Path) -> Strin
 fn write_water(text: &mut String, water: &Water, moved: &dyn Fn(&Value) -> Value) {
     text.push_str("\n[water]\n");
     match water.coefficients {
-        Coefficients::Jerlov { place, bands } if place.fract() == 0.0 => {
-            let (jerlov, ..) = water::neighbours(place);
+        Coefficients::Jerlov { scale, bands } if scale.fract() == 0.0 => {
+            let (jerlov, ..) = water::neighbours(scale);
             let _ = write!(text, "jerlov = \"{jerlov}\"\nbands = \"{bands}\"\n");
         }
         other => {
-            if let Coefficients::Jerlov { place, bands } = other {
-                let name = water::place_name(place);
+            if let Coefficients::Jerlov { scale, bands } = other {
+                let name = water::scale_name(scale);
                 let _ = writeln!(text, "# Jerlov {name}, bands {bands}");
             }
             if let Ok(iops) = other.iops() {

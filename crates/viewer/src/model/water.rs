@@ -23,7 +23,7 @@ pub enum Coefficients {
     /// From the tables of the Jerlov types.
     Jerlov {
         /// Place along [`WaterType::ALL`], in [0, 9]; between two whole numbers a and b are mixed linearly.
-        place: f64,
+        scale: f64,
         /// How wavelengths become channels.
         bands: Bands,
     },
@@ -152,7 +152,7 @@ impl Default for Water {
     fn default() -> Self {
         Self {
             coefficients: Coefficients::Jerlov {
-                place: 2.0,
+                scale: 2.0,
                 bands: Bands::Mean,
             },
             phase: PhaseModel::DEFAULT,
@@ -169,30 +169,30 @@ impl Coefficients {
     pub fn iops(&self) -> Result<Iops, MediaError> {
         match self {
             Self::Direct(iops) => Ok(*iops),
-            Self::Jerlov { place, bands } => between(*place, |t| channel_iops(t, bands)),
+            Self::Jerlov { scale, bands } => between(*scale, |t| channel_iops(t, bands)),
         }
     }
 }
 
 /// The two types around a place along [`WaterType::ALL`] and the weight of the second, in [0, 1).
-pub fn neighbours(place: f64) -> (WaterType, WaterType, f64) {
+pub fn neighbours(scale: f64) -> (WaterType, WaterType, f64) {
     let last = WaterType::ALL.len() - 1;
-    let place = place.clamp(0.0, last as f64);
-    let first = (place.floor() as usize).min(last);
+    let scale = scale.clamp(0.0, last as f64);
+    let first = (scale.floor() as usize).min(last);
     let second = (first + 1).min(last);
     (
         WaterType::ALL[first],
         WaterType::ALL[second],
-        place - first as f64,
+        scale - first as f64,
     )
 }
 
 /// What `of` gives for the types around `place`, mixed linearly.
 fn between(
-    place: f64,
+    scale: f64,
     of: impl Fn(WaterType) -> Result<Iops, MediaError>,
 ) -> Result<Iops, MediaError> {
-    let (first, second, weight) = neighbours(place);
+    let (first, second, weight) = neighbours(scale);
     let low = of(first)?;
     if weight == 0.0 {
         return Ok(low);
@@ -206,8 +206,8 @@ fn between(
 }
 
 /// Absorption and scattering against wavelength at a place along the types: (wavelength in nm, a, b in 1/m).
-pub fn spectrum_at(place: f64) -> Vec<(f64, f64, f64)> {
-    let (first, second, weight) = neighbours(place);
+pub fn spectrum_at(scale: f64) -> Vec<(f64, f64, f64)> {
+    let (first, second, weight) = neighbours(scale);
     uw_media::spectrum(first)
         .iter()
         .zip(uw_media::spectrum(second))
@@ -222,8 +222,8 @@ pub fn spectrum_at(place: f64) -> Vec<(f64, f64, f64)> {
 }
 
 /// A name of the place, such as "3C" or "1C-3C, 40 %".
-pub fn place_name(place: f64) -> String {
-    let (first, second, weight) = neighbours(place);
+pub fn scale_name(scale: f64) -> String {
+    let (first, second, weight) = neighbours(scale);
     if weight == 0.0 {
         first.name().to_owned()
     } else {
@@ -251,28 +251,28 @@ mod tests {
 
     #[test]
     fn whole_places_are_the_types_and_halves_lie_between() {
-        let at = |place| {
+        let at = |scale| {
             let bands = Bands::Mean;
-            let iops = Coefficients::Jerlov { place, bands }.iops();
+            let iops = Coefficients::Jerlov { scale, bands }.iops();
             iops.expect("covered")
         };
         for (i, water_type) in WaterType::ALL.into_iter().enumerate() {
             let table = channel_iops(water_type, &Bands::Mean).expect("covered");
             assert_eq!(at(i as f64), table);
-            assert_eq!(place_name(i as f64), water_type.name());
+            assert_eq!(scale_name(i as f64), water_type.name());
         }
         let (low, middle, high) = (at(5.0), at(5.5), at(6.0));
         for k in 0..3 {
             assert!((middle.a[k] - 0.5 * (low.a[k] + high.a[k])).abs() < 1e-12);
             assert!((middle.b[k] - 0.5 * (low.b[k] + high.b[k])).abs() < 1e-12);
         }
-        assert_eq!(place_name(5.25), "1C-3C, 25 %");
+        assert_eq!(scale_name(5.25), "1C-3C, 25 %");
     }
 
     #[test]
     fn bands_without_data_are_refused() {
-        let place = 0.0;
+        let scale = 0.0;
         let bands = Bands::Measured;
-        assert!(Coefficients::Jerlov { place, bands }.iops().is_err());
+        assert!(Coefficients::Jerlov { scale, bands }.iops().is_err());
     }
 }

@@ -116,11 +116,11 @@ fn routine(app: &mut Viewer, ui: &mut Ui) {
 fn state(app: &mut Viewer, ui: &mut Ui) {
     heading(ui, "2  Where the vehicle is");
     let guidance = &mut app.guidance;
-    let mut changed = stepped(ui, "depth", &mut guidance.place.depth_m, DEPTH);
+    let mut changed = stepped(ui, "depth", &mut guidance.position.depth_m, DEPTH);
     changed |= stepped(
         ui,
         "distance to the target",
-        &mut guidance.place.distance_m,
+        &mut guidance.position.distance_m,
         DISTANCE,
     );
     changed |= stepped(ui, "lamp level", &mut guidance.light_pct, LAMP);
@@ -135,8 +135,8 @@ fn state(app: &mut Viewer, ui: &mut Ui) {
             let lamp = app.settings.lamps.first();
             let light_pct = lamp.map(|lamp| LAMP.written(lamp.level_pct));
             let guidance = &mut app.guidance;
-            guidance.place.distance_m = distance_m;
-            guidance.place.depth_m = depth_m.unwrap_or(guidance.place.depth_m);
+            guidance.position.distance_m = distance_m;
+            guidance.position.depth_m = depth_m.unwrap_or(guidance.position.depth_m);
             guidance.light_pct = light_pct.unwrap_or(guidance.light_pct);
         }
         let idle = app.guidance.progress().is_none();
@@ -279,7 +279,7 @@ fn follow(app: &mut Viewer, ui: &mut Ui, answer: &Answer) {
         {
             app.go_to(Some(now.depth_m), answer.distance_m, answer.light_pct);
             if app.guidance.operation.is_none() {
-                app.guidance.place.distance_m = DISTANCE.written(answer.distance_m);
+                app.guidance.position.distance_m = DISTANCE.written(answer.distance_m);
                 app.guidance.light_pct = LAMP.written(answer.light_pct);
                 let settings = app.settings.clone();
                 app.guidance.look(&settings, &mut app.toasts);

@@ -30,8 +30,8 @@ pub fn intervals(bands: &Bands) -> [Interval; 3] {
 type IntervalEnd = (usize, bool);
 
 /// Shows the plot; drags of the intervals' ends change `bands`.
-pub fn show(ui: &mut Ui, place: f64, bands: &mut Bands) {
-    let spectrum = spectrum_at(place);
+pub fn show(ui: &mut Ui, scale: f64, bands: &mut Bands) {
+    let spectrum = spectrum_at(scale);
     let mut spans = intervals(bands);
     let shaded = matches!(
         bands,

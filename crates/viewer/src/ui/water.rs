@@ -46,17 +46,17 @@ fn coefficients(ui: &mut Ui, coefficients: &mut Coefficients) {
     types(ui, coefficients);
     let before = coefficients.iops();
     match coefficients {
-        Coefficients::Jerlov { place, bands } => {
+        Coefficients::Jerlov { scale, bands } => {
             let last = (WaterType::ALL.len() - 1) as f64;
-            let name = |place: f64, _| water::place_name(place);
+            let name = |scale: f64, _| water::scale_name(scale);
             ui.add(
-                Slider::new(place, 0.0..=last)
+                Slider::new(scale, 0.0..=last)
                     .text("between types")
                     .custom_formatter(name),
             )
             .on_hover_text("Mixes a and b of neighbouring types");
             bands_box(ui, bands);
-            spectra::show(ui, *place, bands);
+            spectra::show(ui, *scale, bands);
         }
         Coefficients::Direct(_) => {}
     }
@@ -88,21 +88,21 @@ fn triple(values: [f64; 3], digits: usize) -> String {
 fn types(ui: &mut Ui, coefficients: &mut Coefficients) {
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 3.0;
-        let (place, bands) = match coefficients {
-            Coefficients::Jerlov { place, bands } => (Some(*place), *bands),
+        let (scale, bands) = match coefficients {
+            Coefficients::Jerlov { scale, bands } => (Some(*scale), *bands),
             Coefficients::Direct(_) => (None, Bands::Mean),
         };
         for (i, water_type) in WaterType::ALL.into_iter().enumerate() {
-            let chosen = place == Some(i as f64);
+            let chosen = scale == Some(i as f64);
             if ui.selectable_label(chosen, water_type.name()).clicked() {
                 *coefficients = Coefficients::Jerlov {
-                    place: i as f64,
+                    scale: i as f64,
                     bands,
                 };
             }
         }
         if ui
-            .selectable_label(place.is_none(), "own")
+            .selectable_label(scale.is_none(), "own")
             .on_hover_text("Set a and b below")
             .clicked()
             && let Ok(iops) = coefficients.iops()

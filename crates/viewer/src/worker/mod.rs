@@ -210,7 +210,7 @@ impl Worker {
     /// # Errors
     /// The system gives no thread.
     pub fn start(
-        place: RenderDevice,
+        render_device: RenderDevice,
         view: View,
         goal: Goal,
         wake: impl Fn() + Send + Sync + 'static,
@@ -237,7 +237,7 @@ impl Worker {
         let for_thread = Arc::clone(&shared);
         let thread = std::thread::Builder::new()
             .name("render".to_owned())
-            .spawn(move || run::work(&for_thread, &sender, place))?;
+            .spawn(move || run::work(&for_thread, &sender, render_device))?;
         Ok(Self {
             shared,
             news,

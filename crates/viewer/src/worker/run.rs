@@ -21,11 +21,11 @@ use super::{
 pub(super) const NAP: Duration = Duration::from_secs(1);
 
 /// Renders what is asked for until the worker is dropped.
-pub(super) fn work(shared: &Shared, news: &Sender<News>, place: RenderDevice) {
+pub(super) fn work(shared: &Shared, news: &Sender<News>, render_device: RenderDevice) {
     step_back();
     let mouth = Mouth { shared, news };
     let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(place.threads.unwrap_or(0))
+        .num_threads(render_device.threads.unwrap_or(0))
         .thread_name(|i| format!("render {i}"))
         .build();
     let pool = match pool {
@@ -42,7 +42,7 @@ pub(super) fn work(shared: &Shared, news: &Sender<News>, place: RenderDevice) {
         shared,
         mouth,
         pool,
-        device: place.device,
+        device: render_device.device,
         rate: stages::FIRST_RATE,
         grace: Grace::default(),
         known_daylight: None,

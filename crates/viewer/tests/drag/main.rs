@@ -50,7 +50,7 @@ fn dragging_a_slider_neither_freezes_nor_leaks_nor_lies() {
         std::thread::sleep(due.saturating_duration_since(Instant::now()));
         let water = harness.state_mut().settings.water.as_mut().expect("water");
         water.coefficients = Coefficients::Jerlov {
-            place: 4.5 + 4.5 * (f64::from(i) * 0.05).sin(),
+            scale: 4.5 + 4.5 * (f64::from(i) * 0.05).sin(),
             bands: uw_media::Bands::Mean,
         };
         let before = cpu_time::ThreadTime::now();

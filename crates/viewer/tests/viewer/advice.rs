@@ -101,11 +101,15 @@ fn the_vehicles_settings_step_roundly_and_take_every_number_that_is_typed() {
     }
     let near = |value: f64, expected: f64| (value - expected).abs() < 1e-9;
     let guidance = &harness.state().guidance;
-    assert!(near(guidance.place.depth_m, 2.3), "{:?}", guidance.place);
     assert!(
-        near(guidance.place.distance_m, 1.25),
+        near(guidance.position.depth_m, 2.3),
         "{:?}",
-        guidance.place
+        guidance.position
+    );
+    assert!(
+        near(guidance.position.distance_m, 1.25),
+        "{:?}",
+        guidance.position
     );
     assert!(near(guidance.light_pct, 41.0), "{}", guidance.light_pct);
     // Between the steps of the slider, and left as it is by the panel.
@@ -113,7 +117,7 @@ fn the_vehicles_settings_step_roundly_and_take_every_number_that_is_typed() {
         .get_by_role_and_label(egui::Role::SpinButton, "distance to the target")
         .set_value_accesskit(1.43);
     harness.run_steps(4);
-    assert!(near(harness.state().guidance.place.distance_m, 1.43));
+    assert!(near(harness.state().guidance.position.distance_m, 1.43));
 }
 
 #[test]

@@ -70,7 +70,7 @@ fn the_water_panel_sets_the_water() {
     set(&mut harness, "between types", 6.5);
     let water = harness.state().settings.water.clone().expect("water");
     assert!(
-        matches!(water.coefficients, Coefficients::Jerlov { place, .. } if (place - 6.5).abs() < 1e-9)
+        matches!(water.coefficients, Coefficients::Jerlov { scale, .. } if (scale - 6.5).abs() < 1e-9)
     );
     let mixed = iops(&harness);
     click(&mut harness, "own");
@@ -294,7 +294,7 @@ fn the_guidance_panel_calibrates_advises_and_goes_there() {
     );
     // The vehicle's settings are round: centimetres and whole percents.
     let guidance = &viewer.guidance;
-    let [centimetres, percents] = [100.0 * guidance.place.distance_m, guidance.light_pct];
+    let [centimetres, percents] = [100.0 * guidance.position.distance_m, guidance.light_pct];
     assert!((centimetres - 100.0 * answer.distance_m).abs() <= 0.5 + 1e-6);
     assert!((percents - answer.light_pct).abs() <= 0.5 + 1e-6);
     for value in [centimetres, percents] {

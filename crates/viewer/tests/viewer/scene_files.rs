@@ -74,7 +74,7 @@ fn a_mixture_of_types_is_saved_as_its_coefficients() {
     let (open, mut settings) = small();
     let water = settings.water.as_mut().expect("water");
     water.coefficients = Coefficients::Jerlov {
-        place: 5.5,
+        scale: 5.5,
         bands: uw_media::Bands::Mean,
     };
     let mixed = water.coefficients.iops().expect("covered");

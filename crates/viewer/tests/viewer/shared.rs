@@ -35,7 +35,7 @@ fn shared_device(window: &RenderState) -> Gpu {
 /// A viewer that renders on `gpu` until every pixel has one sample. Small: a software adapter is slow.
 fn finished(gpu: Gpu, window: RenderState) -> Harness<'static, Viewer> {
     let options = Options {
-        place: RenderDevice {
+        render_device: RenderDevice {
             device: gpu.into(),
             threads: Some(1),
         },

@@ -198,7 +198,7 @@ fn water_that_cannot_be_is_answered_and_the_worker_lives() {
     let worker = worker(&settings, SHORT);
     if let Some(water) = &mut settings.water {
         water.coefficients = Coefficients::Jerlov {
-            place: 0.0,
+            scale: 0.0,
             bands: uw_media::Bands::Measured,
         };
     }

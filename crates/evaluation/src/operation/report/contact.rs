@@ -61,8 +61,8 @@ impl Sheet {
         let area = BitMapBackend::with_buffer(pixels, size).into_drawing_area();
         let font = ("sans-serif", 14).into_font();
         let write = |text: &str, left: u32, top: u32| {
-            let place = (left as i32, top as i32);
-            let label = Text::new(text.to_owned(), place, font.clone());
+            let corner = (left as i32, top as i32);
+            let label = Text::new(text.to_owned(), corner, font.clone());
             area.draw(&label).map_err(|e| e.to_string())
         };
         for (column, name) in self.columns.iter().enumerate() {

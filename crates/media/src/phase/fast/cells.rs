@@ -120,8 +120,8 @@ impl CellTable {
         let split = block & ((1 << SPLIT_BITS) - 1);
         let inner = bits & INNER_MASK;
         let cell = (block >> SPLIT_BITS) as usize + (inner >> (INNER_BITS - split)) as usize;
-        let place = (inner << split) & INNER_MASK;
-        let t = f64::from_bits(ONE_BITS | (place << BLOCK_BITS)) - 1.0;
+        let inside = (inner << split) & INNER_MASK;
+        let t = f64::from_bits(ONE_BITS | (inside << BLOCK_BITS)) - 1.0;
         let [c0, c1, c2, c3] = self.cells[cell];
         (c0 + t * c1) + t * t * (c2 + t * c3)
     }

@@ -9,6 +9,7 @@ mod table;
 mod transition;
 
 use rayon::prelude::*;
+use uw_media::Spectrum;
 
 use super::{Boundary, Medium, SunBeam};
 use solver::{Daylight, Solution};
@@ -40,9 +41,9 @@ const STRETCH_MATCH: f64 = 0.3;
 pub struct DaylightField {
     pub(crate) table: FieldTable,
     /// Per channel, the share of the light that scatters narrowly per metre of depth, 1/m.
-    pub(crate) narrow_rate: [f64; 3],
+    pub(crate) narrow_rate: Spectrum,
     /// Asymptotic −d ln L/dτ per channel.
-    decay: [f64; 3],
+    decay: Spectrum,
     pub(crate) sun_azimuth: Option<(f64, f64)>,
 }
 
@@ -53,7 +54,7 @@ impl DaylightField {
         medium: &Medium,
         boundary: &Boundary,
         sun: Option<&SunBeam>,
-        sky: [f64; 3],
+        sky: Spectrum,
         deepest_m: f64,
     ) -> Option<Self> {
         if !medium.scatters() || (sun.is_none() && sky == [0.0; 3]) {
@@ -107,7 +108,7 @@ impl DaylightField {
 
     /// How much longer flights upwards should be than downwards: σ(1 − κu) with κ per strategy of `medium`.
     /// Only where absorption makes the light come from above; else 0.
-    pub fn stretch(&self, medium: &Medium) -> [f64; 3] {
+    pub fn stretch(&self, medium: &Medium) -> Spectrum {
         let strategies = &medium.by_attenuation;
         std::array::from_fn(|j| {
             (0..3)
@@ -129,7 +130,7 @@ impl DaylightField {
 }
 
 /// Index of the coefficient closest to `sigma`.
-fn closest(c: &[f64; 3], sigma: f64) -> usize {
+fn closest(c: &Spectrum, sigma: f64) -> usize {
     let apart = |k: usize| (c[k] - sigma).abs();
     (1..3).fold(0, |best, k| if apart(k) < apart(best) { k } else { best })
 }
@@ -152,8 +153,8 @@ mod tests {
 
     /// Diffuse downward and upward irradiance of the second channel, between the nodes of the table.
     fn irradiances(field: &DaylightField, depth_m: f64) -> (f64, f64) {
-        let place = (depth_m / field.table.max_depth_m).sqrt() * (DEPTHS - 1) as f64;
-        let (node, weight) = (place as usize, place.fract());
+        let steps = (depth_m / field.table.max_depth_m).sqrt() * (DEPTHS - 1) as f64;
+        let (node, weight) = (steps as usize, steps.fract());
         let (_, [_, down, up, _]) = field.table.parts();
         let at = |t: &[[f32; 4]]| {
             let [a, b] = [t[node][1], t[node + 1][1]].map(f64::from);

@@ -1,6 +1,7 @@
 //! The field of all channels over one grid of depths, so that one look gives all of them.
 
 use super::{AZIMUTHS, COSINES, DEPTHS, solver::Solution};
+use uw_media::Spectrum;
 
 /// Ratio of attenuation coefficients up to which channels share the grid's reach: beyond the grid a channel's light
 /// decays as it does asymptotically.
@@ -108,7 +109,7 @@ impl Depths<'_> {
     fn resample(
         &self,
         values: &[Vec<f32>; 3],
-        decay: [f64; 3],
+        decay: Spectrum,
         row: usize,
         columns: &[usize],
     ) -> Vec<Entry> {
@@ -129,13 +130,13 @@ impl ChannelField {
     /// `decay` per optical depth.
     fn at(&self, values: &[f32], depth_m: f64, row: usize, column: usize, decay: f64) -> f32 {
         let depth = self.c * depth_m;
-        let place = (depth / self.solution.max_depth).sqrt().min(1.0) * (DEPTHS - 1) as f64;
-        let node = (place as usize).min(DEPTHS - 2);
+        let steps = (depth / self.solution.max_depth).sqrt().min(1.0) * (DEPTHS - 1) as f64;
+        let node = (steps as usize).min(DEPTHS - 2);
         let (upper, lower) = (
             values[node * row + column],
             values[(node + 1) * row + column],
         );
-        let value = upper + (place - node as f64) as f32 * (lower - upper);
+        let value = upper + (steps - node as f64) as f32 * (lower - upper);
         let beyond = (depth - self.solution.max_depth).max(0.0) * decay;
         value - beyond as f32
     }

@@ -18,8 +18,8 @@ use uw_render::layers::RenderLayer;
 use uw_render::prepare::Prepared;
 use uw_render::scene::{Scene, Setting};
 
+use super::device::{BackendChoice, DeviceArguments};
 use super::error::{CliError, note};
-use super::place::{BackendChoice, PlaceArguments};
 use super::progress::ProgressDisplay;
 use super::values::{positive, relative_error, samples};
 use super::{interrupt, output};
@@ -63,7 +63,7 @@ pub(super) struct RenderArguments {
     #[arg(long, default_value_t = 0)]
     seed: u64,
     #[command(flatten)]
-    place: PlaceArguments,
+    device: DeviceArguments,
     /// Worker threads. Default: one per core.
     #[arg(long, value_parser = value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
@@ -96,7 +96,7 @@ impl RenderArguments {
                 note(format_args!("uw: warning: {text}"));
             }
         };
-        let device = self.place.open()?;
+        let device = self.device.open()?;
         if let Some(error) = self.target_error.filter(|error| *error >= 1.0) {
             warn(format_args!(
                 "--target-error {error} is an error of {} %; 5 % is 0.05 or 5%",
@@ -197,7 +197,7 @@ impl RenderArguments {
     /// Why double precision has to render, where no backend is demanded: the kernels refuse the scene, or their
     /// limits made the picture too dark and there is no time limit.
     fn needs_double(&self, rendered: &Result<(Film, RenderStats), RenderError>) -> Option<String> {
-        if self.place.backend != BackendChoice::Auto {
+        if self.device.backend != BackendChoice::Auto {
             return None;
         }
         match rendered {

@@ -135,8 +135,8 @@ pub(super) fn pipeline_coating(tile: &Tile, at: TilePoint) -> Reflectance {
     let scuffed = smoothstep(0.0, 0.3, tile.fbm(at, 0.9, 2, 245));
     colour = mix(colour, [0.26, 0.26, 0.25], 0.7 * scratch * scuffed);
     let joints = tile.count(1.8) as f32;
-    let place = at[0] / tile.size_m * joints;
-    let from_joint_m = (place - place.floor() - 0.5).abs() * tile.size_m / joints;
+    let joint = at[0] / tile.size_m * joints;
+    let from_joint_m = (joint - joint.floor() - 0.5).abs() * tile.size_m / joints;
     let wrapped = smoothstep(
         0.172,
         0.168,

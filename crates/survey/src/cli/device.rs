@@ -7,7 +7,7 @@ use super::error::CliError;
 
 /// Arguments of all commands that render.
 #[derive(Debug, Args)]
-pub(super) struct PlaceArguments {
+pub(super) struct DeviceArguments {
     /// Where to render.
     #[arg(long, value_enum, default_value_t = BackendChoice::Auto)]
     pub(super) backend: BackendChoice,
@@ -28,7 +28,7 @@ pub(super) enum BackendChoice {
     Gpu,
 }
 
-impl PlaceArguments {
+impl DeviceArguments {
     /// The device that is asked for.
     pub(super) fn open(&self) -> Result<Device, CliError> {
         let backend = match self.backend {
