@@ -27,6 +27,13 @@ struct PictureTask {
     noise_b: f32,
     noise_low: u32,
     noise_high: u32,
+    /// What red, green and blue become of the signal with noise.
+    red: Spectrum,
+    padding_1: u32,
+    green: Spectrum,
+    padding_2: u32,
+    blue: Spectrum,
+    padding_3: u32,
 }
 
 @group(0) @binding(0) var<uniform> picture: PictureTask;

@@ -1,4 +1,4 @@
-// The picture of the held film on the screen: exposure, noise, clipping, encoding, rounding to counts of 8 bits.
+// The picture of the held film on the screen: exposure, noise, colours, clipping, encoding, rounding to counts of 8 bits.
 // Host: crates/render/src/sensor.rs (`Sensor::expose`) and crates/viewer/src/model/display.rs (`photograph`). Checked
 // by: crates/render/src/gpu/functions/picture.rs.
 import package::common::layout::Spectrum;
@@ -9,10 +9,15 @@ import package::common::picture::{TOTAL, held_at, picture, shown};
 fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
     for (var pixel = id.x; pixel < picture.pixels; pixel += 64u * groups.x) {
         let radiance = held_at(TOTAL, pixel);
-        var counts = Spectrum(0.0);
+        var signal = Spectrum(0.0);
         for (var k = 0u; k < 3u; k++) {
-            counts[k] = count(noisy(radiance[k] * picture.exposure, 3u * pixel + k));
+            signal[k] = noisy(radiance[k] * picture.exposure, 3u * pixel + k);
         }
+        let counts = Spectrum(
+            count(dot(picture.red, signal)),
+            count(dot(picture.green, signal)),
+            count(dot(picture.blue, signal))
+        );
         let pixel_xy = vec2u(pixel % picture.width, pixel / picture.width);
         textureStore(shown, pixel_xy, vec4f(counts / 255.0, 1.0));
     }

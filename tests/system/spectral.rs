@@ -41,6 +41,48 @@ fn at(nodes: &[(f64, f64)], nm: f64) -> f64 {
     })
 }
 
+/// The bands along a ray, weighted by the camera's response, are the channels of the picture's pixel, also with coloured
+/// light, and of lamps that are narrow.
+#[test]
+fn bands_along_a_ray_add_up_to_the_channels() {
+    for emission in ["", "emission = [0.02, 0.05, 0.01]\n"] {
+        let scene = parsed(&format!("{BEFORE_A_WALL}{emission}"));
+        let (expected, error) = measure(Backend::VectorUnits, &scene, 256, 0, 3);
+        let geometry = std::sync::Arc::new(uw_render::prepare::Geometry::build(&scene));
+        let camera = &scene.camera;
+        let bands = uw_render::ray_spectrum::ray_spectrum(
+            &scene,
+            &geometry,
+            (camera.position_m, camera.forward),
+            (8192, 5),
+            &std::sync::atomic::AtomicBool::new(false),
+        )
+        .expect("rendered");
+        assert_eq!(bands.len(), 30);
+        for (k, nm) in [(0, 600.0..700.0), (1, 500.0..600.0), (2, 400.0..500.0)] {
+            let own = bands.iter().filter(|band| nm.contains(&band.wavelength_nm));
+            let (sum, variance) = own.fold((0.0, 0.0), |(sum, variance), band| {
+                (sum + band.radiance, variance + band.standard_error.powi(2))
+            });
+            let allowed = 3.0 * (variance.sqrt() / 10.0).hypot(error[k]) + 2e-3 * expected[k];
+            let off = sum / 10.0 - expected[k];
+            assert!(off.abs() < allowed, "{k}: {} {}", sum / 10.0, expected[k]);
+            assert!(
+                allowed < 0.03 * expected[k],
+                "{k}: {allowed} of {expected:?}"
+            );
+        }
+    }
+}
+
+/// A wall lit by two lamps of different colours, one of them of a narrow spectrum.
+const BEFORE_A_WALL: &str = "water = { jerlov = \"3C\" }\n\
+     camera = { position_m = [0.0, 0.0, 0.0], forward = [1.0, 0.0, 0.0], hfov_deg = 0.5, width = 16, height = 16 }\n\
+     [[lamp]]\nname = \"a\"\nposition_m = [0.0, 0.3, 0.0]\nintensity = [9.0, 4.0, 2.0]\nspectrum = \"led-green\"\n\
+     [[lamp]]\nname = \"b\"\nposition_m = [0.0, -0.3, 0.0]\nintensity = [1.0, 2.0, 3.0]\n\
+     [[object]]\nplane = { center_m = [1.0, 0.0, 0.0], normal = [-1.0, 0.0, 0.0], up = [0.0, 0.0, 1.0], size_m = [3.0, 3.0] }\n\
+     reflectance = [0.6, 0.3, 0.1]\n";
+
 /// Patches that cover the gamut, one of them grey.
 const PATCHES: [&str; 5] = ["red", "blue", "yellow", "foliage", "neutral_5_(.70_D)"];
 
@@ -353,11 +395,6 @@ fn what_does_not_go_together_is_refused() {
             "IB II III 1C 3C 5C",
         ),
         (
-            "[water]\na = [1.0, 1.0, 1.0]\nb = [1.0, 1.0, 1.0]\n[[lamp]]\nposition_m = [0.0, 0.0, 0.0]\n\
-             intensity = [1.0, 1.0, 1.0]\nspectrum = \"led-5000k\"\n",
-            "lamp 1 spectrum must be left out where the water is known in three bands",
-        ),
-        (
             "[water]\njerlov = \"II\"\nbands = \"spectral\"\n[[lamp]]\nposition_m = [0.0, 0.0, 0.0]\n\
              intensity = [1.0, 1.0, 1.0]\nspectrum = \"led-5000\"\n",
             "led-5000k",
@@ -370,5 +407,46 @@ fn what_does_not_go_together_is_refused() {
             .to_string();
         assert!(error.contains(expected), "{text}: {error}");
         assert!(error.starts_with("wrong.toml:"), "{error}");
+    }
+}
+
+/// A Jerlov type goes by wavelength unless bands are named; in three bands a spectrum is told not to count.
+#[test]
+fn a_type_goes_by_wavelength_unless_bands_are_named() {
+    let view = VIEW.replace("DEPTH", "0.0");
+    let lamp = "[[lamp]]\nposition_m = [0.0, 0.0, 0.0]\nintensity = [1.0, 1.0, 1.0]\nspectrum = \"led-5000k\"\n";
+    let scene = |water: &str| parsed(&format!("[water]\n{water}{lamp}{view}"));
+    for water in [
+        "jerlov = \"3C\"\n",
+        "jerlov = \"3C\"\nbands = \"spectral\"\n",
+    ] {
+        let scene = scene(water);
+        assert!(
+            scene.spectral.is_some() && scene.warnings.is_empty(),
+            "{water}"
+        );
+    }
+    let between = scene("jerlov = { between = [\"1C\", \"3C\"], share = 0.25 }\n");
+    let water = |scene: &Scene| {
+        scene
+            .spectral
+            .clone()
+            .and_then(|s| s.water)
+            .expect("spectral")
+    };
+    let types = ["1C", "3C"].map(|t| water(&scene(&format!("jerlov = \"{t}\"\n"))));
+    let (mixed, parts) = (water(&between).a.at(525.0), types.map(|w| w.a.at(525.0)));
+    assert!((mixed - 0.75 * parts[0] - 0.25 * parts[1]).abs() < 1e-12);
+    for water in [
+        "jerlov = \"3C\"\nbands = \"mean\"\n",
+        "a = [1.0, 1.0, 1.0]\nb = [1.0, 1.0, 1.0]\n",
+    ] {
+        let scene = scene(water);
+        assert!(scene.spectral.is_none());
+        let told = &scene.warnings[..];
+        assert!(
+            matches!(told, [one] if one.starts_with("lamp 1 spectrum does not count")),
+            "{told:?}"
+        );
     }
 }

@@ -69,7 +69,8 @@ const DEFAULT_INTERVALS: [Interval; 3] = [
 
 /// Names that [`Bands`] reads, for error messages.
 const KNOWN_BANDS: &str = "mean, paper-printed, measured, camera:canon5d2, camera:nikon_d5100, \
-     camera:imx219, or three intervals in nm such as 600-700,500-600,400-500";
+     camera:imx219, or three intervals in nm such as 600-700,500-600,400-500; or by wavelength spectral, \
+     spectral-measured";
 
 impl Camera {
     /// All cameras.
@@ -162,19 +163,7 @@ fn paper_printed(water_type: WaterType) -> [Channel; 3] {
 }
 
 fn measured(water_type: WaterType) -> Result<[Channel; 3], MediaError> {
-    let spectrum = measured_spectrum(water_type);
-    if spectrum.is_empty() {
-        let covered: Vec<&str> = WaterType::ALL
-            .into_iter()
-            .filter(|other| !measured_spectrum(*other).is_empty())
-            .map(WaterType::name)
-            .collect();
-        return Err(MediaError::NotCovered {
-            bands: "measured",
-            water_type: water_type.to_string(),
-            covered: covered.join(" "),
-        });
-    }
+    let spectrum = measured_spectrum(water_type)?;
     Ok(DEFAULT_INTERVALS.map(|interval| integral_mean(spectrum, interval)))
 }
 

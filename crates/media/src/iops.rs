@@ -23,6 +23,16 @@ impl Iops {
         ]
     }
 
+    /// What lies between two waters: this one at `share` 0, `other` at 1.
+    pub fn towards(&self, other: &Self, share: f64) -> Self {
+        let between =
+            |x: Spectrum, y: Spectrum| std::array::from_fn(|k| x[k] + share * (y[k] - x[k]));
+        Self {
+            a: between(self.a, other.a),
+            b: between(self.b, other.b),
+        }
+    }
+
     /// Single-scattering albedo b / c per channel, in [0, 1]; 0 where c is 0.
     pub fn albedo(&self) -> Spectrum {
         let c = self.c();

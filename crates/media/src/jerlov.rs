@@ -118,10 +118,27 @@ pub(crate) fn fine_spectrum(water_type: WaterType) -> &'static [SpectralIop] {
     TABLE.of(water_type)
 }
 
-/// The measured spectrum, 10 nm; empty for types that were not measured (Williamson & Hollins 2022).
-pub(crate) fn measured_spectrum(water_type: WaterType) -> &'static [SpectralIop] {
+/// The measured spectrum, 10 nm (Williamson & Hollins 2022).
+///
+/// # Errors
+/// Types that were not measured.
+pub(crate) fn measured_spectrum(
+    water_type: WaterType,
+) -> Result<&'static [SpectralIop], MediaError> {
     static TABLE: LazyLock<IopTable> = LazyLock::new(|| IopTable::parse(tables::MEASURED));
-    TABLE.of(water_type)
+    match TABLE.of(water_type) {
+        [] => Err(MediaError::NotCovered {
+            bands: "measured",
+            water_type: water_type.to_string(),
+            covered: WaterType::ALL
+                .into_iter()
+                .filter(|other| !TABLE.of(*other).is_empty())
+                .map(WaterType::name)
+                .collect::<Vec<_>>()
+                .join(" "),
+        }),
+        samples => Ok(samples),
+    }
 }
 
 /// Spectra per type, in the order of [`WaterType::ALL`].

@@ -9,6 +9,7 @@ mod kernels;
 pub mod layers;
 pub mod prepare;
 mod processor;
+pub mod ray_spectrum;
 pub mod rays;
 pub mod sampling;
 pub mod scene;

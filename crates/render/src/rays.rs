@@ -46,21 +46,26 @@ impl<'a> Rays<'a> {
         scene: &'a Prepared,
         selection: &Selection,
     ) -> Result<Self, GpuError> {
+        // Where there is no daylight and nothing glows there are no tables for it, and nothing to trace.
+        let selection = Selection {
+            ambient: selection.ambient && scene.features.ambient(),
+            ..selection.clone()
+        };
         let processor = |precision| {
-            Shared::new(scene, selection, precision, Looks::AlongRays)
+            Shared::new(scene, &selection, precision, Looks::AlongRays)
                 .map(|shared| Engine::Processor(Box::new(shared)))
         };
         let engine = match device {
             Device::Cpu => processor(Precision::Double)?,
             Device::CpuSimd => processor(Precision::Single(Instructions::best()))?,
             Device::Gpu(gpu) => {
-                let kernels = RayKernels::new(gpu, scene, selection)?;
+                let kernels = RayKernels::new(gpu, scene, &selection)?;
                 Engine::Adapter(Box::new(Mutex::new(kernels)))
             }
         };
         Ok(Self {
             scene,
-            selection: selection.clone(),
+            selection,
             levels: levels(scene),
             engine,
             exact: OnceLock::new(),

@@ -9,19 +9,20 @@ use crate::image::{Counts, Frame, Picture, linear_to_srgb};
 use crate::scene::{Encoding, Exposure, Noise, Sensor, WhiteBalance};
 
 impl Sensor {
-    /// Exposes a picture: exposure, noise, white balance, clipping to [0, 1], encoding, rounding to the nearest count.
+    /// Exposes a picture: exposure, noise, white balance, colour matrix, clipping to [0, 1], encoding, rounding to the nearest
+    /// count.
     ///
     /// The noise depends on `seed`, the pixel's place and the channel alone, not on the number of threads.
     /// Radiance that is not a number counts as 0.
     pub fn expose(&self, picture: &Picture, seed: u64) -> Frame {
         let factor = self.exposure_factor(picture);
-        let gains = self.white_gains(picture);
+        let colours = self.colours(channel_means(picture));
         let counts = if self.bits == 16 {
-            Counts::Bits16(self.counts(picture, (factor, gains), seed, |encoded| {
+            Counts::Bits16(self.counts(picture, (factor, colours), seed, |encoded| {
                 quantise(encoded, u16::MAX.into()) as u16
             }))
         } else {
-            Counts::Bits8(self.counts(picture, (factor, gains), seed, |encoded| {
+            Counts::Bits8(self.counts(picture, (factor, colours), seed, |encoded| {
                 quantise(encoded, u8::MAX.into()) as u8
             }))
         };
@@ -35,68 +36,78 @@ impl Sensor {
     /// Factor from radiance, W/(m² sr), to the linear signal. For a picture that is black all over,
     /// which no factor brings to a mean, it is 1.
     pub fn exposure_factor(&self, picture: &Picture) -> f64 {
-        let mean = || {
-            let gains = self.white_gains(picture);
-            let channels = channel_sums(picture);
-            let (mut sum, mut count) = (0.0, 0.0);
-            for (k, (own, finite)) in channels.into_iter().enumerate() {
-                sum += gains[k] * own;
-                count += finite;
-            }
-            sum / count
-        };
-        self.exposure_factor_of(mean)
+        self.exposure_factor_of(|| channel_means(picture))
     }
 
-    /// Factor of each channel's signal by the white balance. Grey: those that make the channels' means equal, of which green
-    /// keeps its own; 1 for a channel that is black all over.
-    pub fn white_gains(&self, picture: &Picture) -> Spectrum {
-        match self.white_balance {
-            WhiteBalance::None => [1.0; 3],
-            WhiteBalance::Gains(gains) => gains,
-            WhiteBalance::Gray => {
-                let means = channel_sums(picture).map(|(sum, count)| sum / count.max(1.0));
-                means.map(|mean| match mean > 0.0 && means[1] > 0.0 {
-                    true => means[1] / mean,
-                    false => 1.0,
-                })
+    /// The same of a picture whose channels have these mean radiances, which are asked for where they count.
+    pub fn exposure_factor_of(&self, channel_means: impl FnOnce() -> Spectrum) -> f64 {
+        match self.exposure {
+            Exposure::Fixed(factor) => factor,
+            Exposure::AutoMean(wanted) => {
+                let means = channel_means();
+                let stored = transformed(&self.colours(means), means);
+                let mean = stored.iter().sum::<f64>() / 3.0;
+                if mean > 0.0 { wanted / mean } else { 1.0 }
             }
         }
     }
 
-    /// The same of a picture whose radiances have this mean over pixels and channels; it is asked for where it counts.
-    pub fn exposure_factor_of(&self, mean_radiance: impl FnOnce() -> f64) -> f64 {
-        match self.exposure {
-            Exposure::Fixed(factor) => factor,
-            Exposure::AutoMean(wanted) => {
-                let mean = mean_radiance();
-                if mean > 0.0 { wanted / mean } else { 1.0 }
-            }
+    /// The sensor as it is set for a picture whose channels have these mean radiances: what it makes of others no longer
+    /// depends on them.
+    pub fn set_for(&self, channel_means: Spectrum) -> Self {
+        Self {
+            exposure: Exposure::Fixed(self.exposure_factor_of(|| channel_means)),
+            white_balance: WhiteBalance::None,
+            color_matrix: self.colours(channel_means),
+            ..*self
+        }
+    }
+
+    /// What becomes of a signal with noise before it is clipped: the colour matrix times the white balance of a picture whose
+    /// channels have these means.
+    pub fn colours(&self, channel_means: Spectrum) -> [Spectrum; 3] {
+        let gains = self.white_gains(channel_means);
+        self.color_matrix
+            .map(|row| std::array::from_fn(|k| row[k] * gains[k]))
+    }
+
+    /// Factor of each channel's signal by the white balance. Grey: those that make the channels' means equal, of which green
+    /// keeps its own; 1 for a channel that is black all over.
+    fn white_gains(&self, means: Spectrum) -> Spectrum {
+        match self.white_balance {
+            WhiteBalance::None => [1.0; 3],
+            WhiteBalance::Gains(gains) => gains,
+            WhiteBalance::Gray => means.map(|mean| match mean > 0.0 && means[1] > 0.0 {
+                true => means[1] / mean,
+                false => 1.0,
+            }),
         }
     }
 
     fn counts<T: Send>(
         &self,
         picture: &Picture,
-        (factor, gains): (f64, Spectrum),
+        (factor, colours): (f64, [Spectrum; 3]),
         seed: u64,
         quantise: impl Fn(f64) -> T + Sync,
     ) -> Vec<T> {
-        let count = |(index, radiance): (usize, &f32)| {
-            let signal = self.noisy(f64::from(*radiance) * factor, seed, index as u64);
-            let signal = clip(gains[index % 3] * signal);
-            quantise(match self.encoding {
-                Encoding::Linear => signal,
-                Encoding::Srgb => linear_to_srgb(signal),
+        let count = |(pixel, radiance): (usize, &[f32; 3])| {
+            let signal: Spectrum = std::array::from_fn(|k| {
+                // What is no number counts as no light, and so it stays in its own channel.
+                let signal = f64::from(radiance[k]) * factor;
+                let signal = if signal.is_nan() { 0.0 } else { signal };
+                self.noisy(signal, seed, (3 * pixel + k) as u64)
+            });
+            transformed(&colours, signal).map(|signal| {
+                let signal = clip(signal);
+                quantise(match self.encoding {
+                    Encoding::Linear => signal,
+                    Encoding::Srgb => linear_to_srgb(signal),
+                })
             })
         };
-        picture
-            .data
-            .as_flattened()
-            .par_iter()
-            .enumerate()
-            .map(count)
-            .collect()
+        let pixels = picture.data.par_iter().enumerate();
+        pixels.flat_map_iter(count).collect()
     }
 
     /// The linear signal with noise, not yet clipped. `index` counts channels of pixels row by row.
@@ -115,8 +126,16 @@ impl Noise {
     }
 }
 
-/// Sum and number of the finite values of each channel.
-fn channel_sums(picture: &Picture) -> [(f64, f64); 3] {
+/// A matrix times the channels. Channels that a row leaves out do not count, however bright they are.
+fn transformed(matrix: &[Spectrum; 3], channels: Spectrum) -> Spectrum {
+    matrix.map(|row| {
+        let terms = (0..3).filter(|&k| row[k] != 0.0);
+        terms.map(|k| row[k] * channels[k]).sum()
+    })
+}
+
+/// Mean of the finite values of each channel.
+pub fn channel_means(picture: &Picture) -> Spectrum {
     let mut sums = [(0.0, 0.0); 3];
     for pixel in &picture.data {
         for k in 0..3 {
@@ -126,7 +145,7 @@ fn channel_sums(picture: &Picture) -> [(f64, f64); 3] {
             }
         }
     }
-    sums
+    sums.map(|(sum, count): (f64, f64)| sum / count.max(1.0))
 }
 
 /// To [0, 1]; what is not a number becomes 0.
@@ -184,7 +203,7 @@ mod tests {
             encoding: Encoding::Linear,
             bits: 16,
             noise: Some(noise),
-            white_balance: crate::scene::WhiteBalance::None,
+            ..Sensor::default()
         }
     }
 
@@ -322,7 +341,7 @@ mod tests {
             encoding: Encoding::Srgb,
             bits: 8,
             noise: None,
-            white_balance: crate::scene::WhiteBalance::None,
+            ..Sensor::default()
         };
         // sRGB: 0.25 is 136.96, 0.5 is 187.52, 0.001 is 3.29 of 255.
         assert_eq!(
@@ -352,7 +371,7 @@ mod tests {
             encoding: Encoding::Linear,
             bits: 16,
             noise: None,
-            white_balance: crate::scene::WhiteBalance::None,
+            ..Sensor::default()
         };
         let mut picture = uniform(0.0, 2, 1);
         picture.data = vec![[0.01, 0.02, 0.03], [0.02, 0.03, 0.01]];
@@ -375,14 +394,14 @@ mod tests {
             exposure,
             encoding: Encoding::Linear,
             bits: 16,
-            noise: None,
+            ..Sensor::default()
         };
-        let stored = |sensor: Sensor| match sensor.expose(&picture, 1).counts {
-            Counts::Bits16(counts) => counts
+        let stored = |sensor: Sensor| -> Vec<f64> {
+            let counts = counts_16(&sensor.expose(&picture, 1));
+            counts
                 .iter()
                 .map(|&count| f64::from(count) / 65_535.0)
-                .collect::<Vec<f64>>(),
-            Counts::Bits8(_) => unreachable!("16 bits"),
+                .collect()
         };
         let gray = stored(of(WhiteBalance::Gray, Exposure::Fixed(1.0)));
         for k in [0, 2] {
@@ -395,5 +414,13 @@ mod tests {
             Exposure::Fixed(1.0),
         ));
         assert!((gains[0] - 0.1).abs() < 1e-4 && (gains[5] - 0.15).abs() < 1e-4);
+        // What the matrix makes of the balanced signal, clipped only then.
+        let matrix = stored(Sensor {
+            color_matrix: [[1.5, -0.5, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 2.0]],
+            ..of(WhiteBalance::Gains([2.0, 1.0, 0.5]), Exposure::Fixed(1.0))
+        });
+        for (got, expected) in matrix.iter().zip([0.05, 0.2, 0.0, 0.25, 0.4, 0.0]) {
+            assert!((got - expected).abs() < 1e-4, "{matrix:?}");
+        }
     }
 }

@@ -74,7 +74,7 @@ const CASES: &[(&str, &str)] = &[
     ("texture_encoding.toml", r#":5: object 1 reflectance.encoding must be one of `linear`, `srgb`, got "gamma""#),
     ("two_coefficients.toml", r#":4: water.a must be an array of 3 numbers >= 0 1/m, got [0.35, 0.06]"#),
     ("two_focal_lengths.toml", r#":9: camera.fx must be left out where camera.hfov_deg is given, got 300.0"#),
-    ("unknown_bands.toml", r#":5: water.bands must be one of mean, paper-printed, measured, camera:canon5d2, camera:nikon_d5100, camera:imx219, or three intervals in nm such as 600-700,500-600,400-500, got "median""#),
+    ("unknown_bands.toml", r#":5: water.bands must be one of mean, paper-printed, measured, camera:canon5d2, camera:nikon_d5100, camera:imx219, or three intervals in nm such as 600-700,500-600,400-500; or by wavelength spectral, spectral-measured, got "median""#),
     ("unknown_field.toml", r#":9: unknown field `refelctance` in object 2; did you mean `reflectance`?"#),
     ("unknown_field_in_plane.toml", r#":4: unknown field `centre_m` in object 1 plane; did you mean `center_m`?"#),
     ("unknown_jerlov.toml", r#":4: water.jerlov must be one of I IA IB II III 1C 3C 5C 7C 9C, got "4C""#),

@@ -1,119 +1,26 @@
 //! A water and a target: the scenes of its views.
 
-use std::fmt;
+mod water;
+
+pub(crate) use water::WATER_INDEX;
+pub use water::{WaterBands, WaterBody, WaterKind};
+
 use std::path::Path;
-use std::str::FromStr;
 
 use glam::{DVec2, DVec3};
-use uw_media::{
-    Bands, Iops, MediaError, WaterType, channel_iops,
-    phase::{FournierForand, Phase},
-};
+use uw_media::MediaError;
 use uw_render::scene::{
     Camera, Encoding, Exposure, Falloff, Lamp, Material, Noise, Quad, RenderSettings, Scene,
-    Sensor, Sun, Texture, TextureFilter, Water, WaterSurface,
+    Sensor, Sun, Texture, TextureFilter, WaterSurface,
 };
 
 use crate::scenery::textures::Pattern;
 use crate::vehicle::Vehicle;
 
-/// Refractive index of the particles against water in the phase function.
-const PARTICLE_INDEX: f64 = 1.10;
-/// Refractive index of the water.
-pub(crate) const WATER_INDEX: f64 = 1.34;
 /// Half the edge of a target, m.
 const TARGET_HALF_M: f64 = 12.0;
 /// How far an upright target goes on below the point the camera looks at, m; at least.
 const BELOW_CENTRE_M: f64 = 12.0;
-
-/// A water on Jerlov's scale: one of his types, or a mixture of two written as `IB-II@0.4` (0.4 of the way
-/// from IB to II).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum WaterKind {
-    /// One of the ten types.
-    Type(WaterType),
-    /// Absorption and scattering linear between two types.
-    Between {
-        /// The first type.
-        from: WaterType,
-        /// The second type.
-        to: WaterType,
-        /// How far it is from the first, in [0, 1].
-        share: f64,
-    },
-}
-
-impl WaterKind {
-    /// Absorption and scattering per channel.
-    pub fn iops(&self) -> Result<Iops, MediaError> {
-        match *self {
-            Self::Type(of) => channel_iops(of, &Bands::Mean),
-            Self::Between { from, to, share } => {
-                let (x, y) = (
-                    channel_iops(from, &Bands::Mean)?,
-                    channel_iops(to, &Bands::Mean)?,
-                );
-                let mix = |x: [f64; 3], y: [f64; 3]| {
-                    std::array::from_fn(|k| (1.0 - share) * x[k] + share * y[k])
-                };
-                Ok(Iops {
-                    a: mix(x.a, y.a),
-                    b: mix(x.b, y.b),
-                })
-            }
-        }
-    }
-}
-
-impl From<WaterType> for WaterKind {
-    fn from(of: WaterType) -> Self {
-        Self::Type(of)
-    }
-}
-
-impl fmt::Display for WaterKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Type(of) => write!(f, "{of}"),
-            Self::Between { from, to, share } => write!(f, "{from}-{to}@{share}"),
-        }
-    }
-}
-
-impl FromStr for WaterKind {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let one = |name: &str| name.parse::<WaterType>().map_err(|e| e.to_string());
-        let Some((types, share)) = text.split_once('@') else {
-            return one(text).map(Self::Type);
-        };
-        let (Some((from, to)), Ok(share)) = (types.split_once('-'), share.parse::<f64>()) else {
-            return Err(format!(
-                "a water between two types must be written as \"IB-II@0.4\", got {text:?}"
-            ));
-        };
-        if !(0.0..=1.0).contains(&share) {
-            return Err(format!(
-                "the share in {text:?} must be in [0, 1], got {share}"
-            ));
-        }
-        Ok(Self::Between {
-            from: one(from)?,
-            to: one(to)?,
-            share,
-        })
-    }
-}
-
-/// A water body: place on Jerlov's scale and backscatter fraction.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct WaterBody {
-    /// Jerlov type, or a mixture of two.
-    pub jerlov: WaterKind,
-    /// Backscatter fraction B of the phase function.
-    pub backscatter_fraction: f64,
-}
 
 /// What the vehicle looks at.
 #[derive(Clone, Debug)]
@@ -166,32 +73,6 @@ pub enum EnvironmentError {
     },
 }
 
-impl WaterBody {
-    /// Whether the water can be: a backscatter fraction that its phase function has.
-    ///
-    /// # Errors
-    /// The fraction or the type's coefficients cannot be used.
-    pub fn check(&self) -> Result<(), EnvironmentError> {
-        self.water().map(|_| ())
-    }
-
-    fn water(&self) -> Result<Water, EnvironmentError> {
-        Ok(Water {
-            iops: self.jerlov.iops()?,
-            phase: Phase::FournierForand(FournierForand::new(
-                PARTICLE_INDEX,
-                self.backscatter_fraction,
-            )?),
-            refractive_index: WATER_INDEX,
-        })
-    }
-
-    /// A name for files and tables, such as `3C_B0.0183`.
-    pub fn name(&self) -> String {
-        format!("{}_B{}", self.jerlov, self.backscatter_fraction)
-    }
-}
-
 impl Target {
     /// Reads the texture of `pattern` from the folder of assets.
     pub fn read(pattern: Pattern, assets: &Path) -> Result<Self, EnvironmentError> {
@@ -217,10 +98,21 @@ impl Target {
     }
 }
 
-/// The scene of `view` in `water`; both lamps at 100 %. A view up shows no target.
+/// The scene of `view` in `water` in three bands; both lamps at 100 %. A view up shows no target.
 pub fn scene(
     vehicle: &Vehicle,
     water: &WaterBody,
+    target: &Target,
+    view: View,
+) -> Result<Scene, EnvironmentError> {
+    scene_in(vehicle, water, WaterBands::default(), target, view)
+}
+
+/// The same in `bands`.
+pub fn scene_in(
+    vehicle: &Vehicle,
+    water: &WaterBody,
+    bands: WaterBands,
     target: &Target,
     view: View,
 ) -> Result<Scene, EnvironmentError> {
@@ -240,7 +132,7 @@ pub fn scene(
     let camera = camera(vehicle, position_m, forward, up);
     let zenith = vehicle.sun_zenith_deg.to_radians();
     let mut scene = Scene {
-        water: Some(water.water()?),
+        water: Some(water.water(bands)?),
         surface: Some(WaterSurface {
             height_m: 0.0,
             refractive: true,
@@ -250,7 +142,7 @@ pub fn scene(
             irradiance: [vehicle.sun_irradiance; 3],
         }),
         sky_radiance: [vehicle.sky_radiance; 3],
-        spectral: None,
+        spectral: water.jerlov.spectral(bands)?,
         lamps: lamps(vehicle, &camera),
         camera,
         quads: Vec::new(),
@@ -298,7 +190,7 @@ pub fn sensor(vehicle: &Vehicle, exposure: f64) -> Sensor {
             a: vehicle.noise_a,
             b: vehicle.noise_b,
         }),
-        white_balance: uw_render::scene::WhiteBalance::None,
+        ..Sensor::default()
     }
 }
 

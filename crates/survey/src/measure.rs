@@ -293,7 +293,7 @@ mod tests {
             encoding: Encoding::Srgb,
             bits: 8,
             noise,
-            white_balance: uw_render::scene::WhiteBalance::None,
+            ..Sensor::default()
         }
     }
 

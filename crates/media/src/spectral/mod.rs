@@ -12,7 +12,7 @@ pub use curve::Curve;
 pub use named::{ILLUMINANTS, illuminant, sky_light, sunlight};
 pub use response::{RESPONSES, Response};
 pub use table::{TableError, read_columns};
-pub use water::WaterSpectrum;
+pub use water::{SPECTRAL, SPECTRAL_MEASURED, WaterSpectrum};
 
 /// Reflectances of the red, the green and the blue that linear sRGB mixes, in [0, 1]: each mixture of numbers in [0, 1] stays
 /// there, and equal numbers reflect alike at every wavelength (`tools/spectra/rgb_primaries.py`).

@@ -47,6 +47,16 @@ impl Response {
         }
     }
 
+    /// Three bands `width_nm` wide around wavelengths, nm.
+    pub fn narrow(middles_nm: [f64; 3], width_nm: f64) -> Self {
+        let half = 0.5 * width_nm;
+        Self {
+            name: "narrow bands".to_owned(),
+            channels: middles_nm
+                .map(|middle| Curve::new(vec![(middle - half, 1.0), (middle + half, 1.0)])),
+        }
+    }
+
     /// A camera that has a name: three of `camera_responses.csv`, others of the rawtoaces collection.
     ///
     /// # Errors
@@ -123,6 +133,12 @@ impl Response {
                 .map(|i| std::array::from_fn(|k| channels[k][i]))
                 .collect(),
         )
+    }
+
+    /// The area under each channel's curve, nm.
+    pub fn areas(&self) -> Spectrum {
+        let weight = |curve| parts_of(curve, None).iter().map(|part| part.weight).sum();
+        self.channels.each_ref().map(weight)
     }
 
     /// First and last wavelength at which a channel responds, nm.

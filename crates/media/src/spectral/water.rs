@@ -15,10 +15,26 @@ pub struct WaterSpectrum {
     pub b: Curve,
 }
 
+/// Name of the bands that leave a Jerlov type as it is by wavelength.
+pub const SPECTRAL: &str = "spectral";
+/// The same of the spectra that Williamson and Hollins measured.
+pub const SPECTRAL_MEASURED: &str = "spectral-measured";
 /// Largest coefficient of a user's table, 1/m.
 const LARGEST_PER_M: f64 = 1e4;
 
 impl WaterSpectrum {
+    /// A Jerlov type as `bands` name it, [`SPECTRAL`] or [`SPECTRAL_MEASURED`]; `None` for the names of three bands.
+    ///
+    /// # Errors
+    /// As [`Self::measured`].
+    pub fn of_bands(bands: &str, water_type: WaterType) -> Result<Option<Self>, MediaError> {
+        match bands {
+            SPECTRAL => Ok(Some(Self::jerlov(water_type))),
+            SPECTRAL_MEASURED => Self::measured(water_type).map(Some),
+            _ => Ok(None),
+        }
+    }
+
     /// A Jerlov type, 400 to 700 nm in steps of 10 nm.
     pub fn jerlov(water_type: WaterType) -> Self {
         Self::of(fine_spectrum(water_type))
@@ -29,20 +45,15 @@ impl WaterSpectrum {
     /// # Errors
     /// Types that they did not measure.
     pub fn measured(water_type: WaterType) -> Result<Self, MediaError> {
-        let samples = measured_spectrum(water_type);
-        if samples.is_empty() {
-            return Err(MediaError::NotCovered {
-                bands: "measured",
-                water_type: water_type.to_string(),
-                covered: WaterType::ALL
-                    .into_iter()
-                    .filter(|other| !measured_spectrum(*other).is_empty())
-                    .map(WaterType::name)
-                    .collect::<Vec<_>>()
-                    .join(" "),
-            });
+        Ok(Self::of(measured_spectrum(water_type)?))
+    }
+
+    /// What lies between two waters: this one at `weight` 0, `other` at 1.
+    pub fn towards(&self, other: &Self, weight: f64) -> Self {
+        Self {
+            a: self.a.towards(&other.a, weight),
+            b: self.b.towards(&other.b, weight),
         }
-        Ok(Self::of(samples))
     }
 
     /// Reads a table with the columns wavelength_nm, a_per_m and b_per_m.

@@ -76,7 +76,8 @@ fn narrow_intervals_lie_between_their_neighbours() -> Result<(), MediaError> {
 fn bad_bands_are_refused_by_name() {
     let text = |bands: &str| bands.parse::<Bands>().map_err(|e| e.to_string());
     let known = "mean, paper-printed, measured, camera:canon5d2, camera:nikon_d5100, \
-                 camera:imx219, or three intervals in nm such as 600-700,500-600,400-500";
+                 camera:imx219, or three intervals in nm such as 600-700,500-600,400-500; or by wavelength spectral, \
+                 spectral-measured";
     for unknown in ["", "average", "camera:nikon", "600-700,500-600"] {
         assert_eq!(
             text(unknown),

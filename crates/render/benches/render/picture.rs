@@ -42,7 +42,7 @@ pub fn bench(criterion: &mut Criterion) -> Result<(), SceneError> {
         encoding: Encoding::Srgb,
         bits: 8,
         noise: Some(Noise { a: 1e-3, b: 1e-5 }),
-        white_balance: uw_render::scene::WhiteBalance::None,
+        ..Sensor::default()
     };
     group.bench_function("sensor", |bencher| {
         bencher.iter(|| sensor.expose(black_box(&picture), 1));

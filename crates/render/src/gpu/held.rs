@@ -26,6 +26,8 @@ const MOST_GROUPS: u32 = 65_535;
 pub struct Look {
     /// Factor from radiance, W/(m² sr), to the linear signal.
     pub exposure: f64,
+    /// What becomes of the signal with noise, as in [`Sensor::colours`](crate::scene::Sensor::colours).
+    pub colours: [[f64; 3]; 3],
     /// Encoding of the signal.
     pub encoding: Encoding,
     /// Bits per channel, 8 or 16; of 16 the upper byte is shown.
@@ -155,6 +157,9 @@ impl<'a> Held<'a> {
             noise_b: noise.b as f32,
             noise_low: start as u32,
             noise_high: (start >> 32) as u32,
+            red: look.colours[0].map(|x| x as f32),
+            green: look.colours[1].map(|x| x as f32),
+            blue: look.colours[2].map(|x| x as f32),
             ..self.task()
         };
         self.run(&self.show, &task, texture, self.groups());
@@ -211,6 +216,12 @@ impl<'a> Held<'a> {
             noise_b: 0.0,
             noise_low: 0,
             noise_high: 0,
+            red: [1.0, 0.0, 0.0],
+            padding_1: 0,
+            green: [0.0, 1.0, 0.0],
+            padding_2: 0,
+            blue: [0.0, 0.0, 1.0],
+            padding_3: 0,
         }
     }
 

@@ -246,5 +246,11 @@ plain_records! {
         noise_b: f32,
         noise_low: u32,
         noise_high: u32,
+        red: [f32; 3],
+        padding_1: u32,
+        green: [f32; 3],
+        padding_2: u32,
+        blue: [f32; 3],
+        padding_3: u32,
     }
 }

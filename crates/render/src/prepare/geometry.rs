@@ -130,6 +130,15 @@ impl Geometry {
         })
     }
 
+    /// The same surfaces, whose light is what `emission` makes of theirs, W/(m² sr) per channel.
+    pub fn with_emission(&self, emission: impl Fn(Spectrum) -> Spectrum) -> Self {
+        let mut changed = self.clone();
+        for material in &mut changed.materials {
+            material.emission = emission(material.emission);
+        }
+        changed
+    }
+
     /// Nearest surface along the ray closer than `t_max`; the ray starts on `from`.
     pub fn closest(
         &self,

@@ -103,18 +103,16 @@ fn syntax_error(doc: &Document<'_>, error: &toml::de::Error) -> SceneError {
 }
 
 fn read_scene(root: &Table<'_>) -> Result<Scene, SceneError> {
-    let spectral = spectral::read(root)?;
-    let water = phase::read_water(root, spectral.as_ref())?;
+    let wavelengths = spectral::read(root)?;
+    let water = phase::read_water(root, wavelengths.spectral.as_ref())?;
     let surface = sections::read_surface(root)?;
     let sun = light::read_sun(root)?;
     let sky_radiance = light::read_sky(root)?;
     let camera = camera::read(root)?;
     let mut lamps = light::read_lamps(root)?;
     let mut objects = object::read_objects(root)?;
-    if let Some(spectral) = &spectral {
-        spectral.mean_reflectances(&mut objects.materials);
-    }
-    let sensor = sections::read_sensor(root, spectral.as_ref())?;
+    wavelengths.mean_reflectances(&mut objects.materials);
+    let sensor = sections::read_sensor(root, wavelengths.spectral.as_ref())?;
     let render = sections::read_render(root)?;
     let camera = choose_camera(root, camera, objects.gltf.camera)?;
     let mut warnings = objects.gltf.warnings;
@@ -133,6 +131,8 @@ fn read_scene(root: &Table<'_>) -> Result<Scene, SceneError> {
         more_lamps = kept;
     }
     light::append_named(&mut lamps, more_lamps);
+    warnings.extend(wavelengths.warnings);
+    let spectral = wavelengths.spectral;
     if let Some(spectral) = &spectral {
         warnings.extend(spectral.dark_channels(&lamps));
     }

@@ -247,7 +247,7 @@ pub enum TextureFilter {
 }
 
 /// From linear radiance to digital numbers.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sensor {
     /// How radiance becomes the linear signal y (1.0 is full scale).
     pub exposure: Exposure,
@@ -259,6 +259,8 @@ pub struct Sensor {
     pub noise: Option<Noise>,
     /// What the channels are multiplied by after the noise.
     pub white_balance: WhiteBalance,
+    /// What the camera's channels are turned into after that, row by row those of the stored picture.
+    pub color_matrix: [Spectrum; 3],
 }
 
 /// White balance.

@@ -32,8 +32,9 @@ const PHASE_FIELDS: [&str; 9] = [
     "file",
     "parts",
 ];
-/// The bands of a water type for which a scene names none.
-const DEFAULT_BANDS: &str = "mean";
+/// What `jerlov` may be besides the name of a type.
+const TYPES_EXPECTED: &str = "a Jerlov water type such as \"3C\", or what lies between two of them as { between = [\"1C\", \"3C\"], \
+     share = 0.4 }";
 /// Relative refractive index and backscatter fraction of the default phase function: the Fournier-Forand
 /// function closest to Petzold's average particle.
 const DEFAULT_PARTICLES: (f64, f64) = (1.10, 0.0183);
@@ -124,18 +125,35 @@ fn read_iops(table: &Table<'_>) -> Result<Iops, SceneError> {
             b: coefficient("b")?,
         });
     };
-    for field in ["a", "b"] {
-        table.refuse(field, "where water.jerlov is given")?;
+    let (first, second, share) = read_types(&jerlov)?;
+    // Without bands the water is known by wavelength and does not come here.
+    let place = table.optional("bands").unwrap_or(jerlov);
+    let bands = Bands::from_str(place.as_text()?).map_err(|error| refused(&place, error))?;
+    let of = |water_type| {
+        uw_media::channel_iops(water_type, &bands).map_err(|error| refused(&place, error))
+    };
+    Ok(of(first)?.towards(&of(second)?, share))
+}
+
+/// `jerlov`: two water types and the share of the second, in [0, 1].
+pub(super) fn read_types(jerlov: &Value<'_>) -> Result<(WaterType, WaterType, f64), SceneError> {
+    let one = |value: &Value<'_>| {
+        WaterType::from_str(value.as_text()?).map_err(|error| refused(value, error))
+    };
+    if !jerlov.is_table() {
+        if !jerlov.is_text() {
+            return Err(jerlov.invalid(TYPES_EXPECTED));
+        }
+        let only = one(jerlov)?;
+        return Ok((only, only, 0.0));
     }
-    let water_type =
-        WaterType::from_str(jerlov.as_text()?).map_err(|error| refused(&jerlov, error))?;
-    let bands_value = table.optional("bands");
-    let name = bands_value
-        .as_ref()
-        .map_or(Ok(DEFAULT_BANDS), |value| value.as_text())?;
-    let place = bands_value.as_ref().unwrap_or(&jerlov);
-    let bands = Bands::from_str(name).map_err(|error| refused(place, error))?;
-    uw_media::channel_iops(water_type, &bands).map_err(|error| refused(place, error))
+    let table = jerlov.as_table(&["between", "share"])?;
+    let between = table.required("between", "two Jerlov water types")?;
+    let [first, second] = &between.as_elements()?[..] else {
+        return Err(between.invalid("two Jerlov water types"));
+    };
+    let share = table.number("share", Range::closed(0.0, 1.0, ""))?;
+    Ok((one(first)?, one(second)?, share))
 }
 
 fn read_phase(value: &Value<'_>) -> Result<Phase, SceneError> {

@@ -1,13 +1,23 @@
 //! The small tables of a scene file: water surface, sensor, render defaults.
 
+use uw_media::Spectrum;
+
 use super::range::Range;
 use super::reader::Table;
+use super::value::Value;
 use super::{
     Encoding, Exposure, Noise, RenderSettings, SceneError, Sensor, Spectral, WaterSurface,
     WhiteBalance,
 };
 
-const SENSOR_FIELDS: [&str; 5] = ["exposure", "encoding", "bits", "noise", "white_balance"];
+const SENSOR_FIELDS: [&str; 6] = [
+    "exposure",
+    "encoding",
+    "bits",
+    "noise",
+    "white_balance",
+    "color_matrix",
+];
 /// Most samples per pixel.
 const MAX_SAMPLES: u32 = 1 << 30;
 
@@ -30,6 +40,7 @@ impl Default for Sensor {
             bits: 8,
             noise: None,
             white_balance: WhiteBalance::None,
+            color_matrix: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
         }
     }
 }
@@ -72,7 +83,24 @@ pub(super) fn read_sensor(
         bits,
         noise: read_noise(&table)?,
         white_balance: read_white_balance(&table, spectral)?,
+        color_matrix: read_color_matrix(&table)?.unwrap_or(default.color_matrix),
     }))
+}
+
+/// `color_matrix`: three rows of three numbers.
+fn read_color_matrix(sensor: &Table<'_>) -> Result<Option<[Spectrum; 3]>, SceneError> {
+    let Some(value) = sensor.optional("color_matrix") else {
+        return Ok(None);
+    };
+    let expected = "three rows of three numbers, the factors of r, g and b in each channel";
+    if !value.is_array() {
+        return Err(value.invalid(expected));
+    }
+    let [red, green, blue] = &value.as_elements()?[..] else {
+        return Err(value.invalid(expected));
+    };
+    let row = |value: &Value<'_>| value.as_numbers(Range::finite(""));
+    Ok(Some([row(red)?, row(green)?, row(blue)?]))
 }
 
 /// `white_balance`: "none", "gray", "d65" (what white is under daylight without water), or three factors.

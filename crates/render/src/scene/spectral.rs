@@ -1,20 +1,17 @@
-//! What a scene file says of wavelengths: `bands = "spectral"`, and the spectra of water, camera, lights and surfaces.
+//! What a scene file says of wavelengths: the spectra of water, camera, lights and surfaces.
 
 use std::fs;
-use std::str::FromStr;
 
-use uw_media::spectral::{self, Curve, ILLUMINANTS, RESPONSES, Response, WaterSpectrum};
-use uw_media::{Iops, Spectrum, WaterType};
+use uw_media::spectral::{self, Curve, ILLUMINANTS, RESPONSES, Response, SPECTRAL, WaterSpectrum};
+use uw_media::{Iops, Spectrum};
 
-use super::phase::refused;
+use super::light::{LAMP_FIELDS, SKY_FIELDS, SUN_FIELDS};
+use super::phase::{WATER_FIELDS, read_types, refused};
+use super::range::Range;
 use super::reader::Table;
 use super::value::Value;
 use super::{Lamp, Material, SceneError, Spectral};
 
-/// The bands of scenes by wavelength.
-pub(super) const SPECTRAL: &str = "spectral";
-/// The same with the spectra that Williamson and Hollins measured.
-pub(super) const SPECTRAL_MEASURED: &str = "spectral-measured";
 /// Share of a channel's response that may lie outside the water's table.
 const OUTSIDE_SHARE: f64 = 0.02;
 /// The clear sky's own spectra, by the sun's zenith angle.
@@ -22,12 +19,19 @@ const CLEAR_SKY: &str = "clear-sky";
 /// Wavelengths that a reflectance must cover, nm.
 const SEEN_NM: (f64, f64) = (400.0, 700.0);
 
-/// The water by wavelength, where the scene wants it so: `[water]` with `spectrum`, or with `jerlov` and spectral bands.
-pub(super) fn read_water(root: &Table<'_>) -> Result<Option<WaterSpectrum>, SceneError> {
-    let Some(water) = root.optional("water") else {
-        return Ok(None);
-    };
-    let table = water.as_table(&super::phase::WATER_FIELDS)?;
+/// What a scene says of wavelengths.
+pub(super) struct Wavelengths {
+    /// The scene by wavelength; `None` where the three channels are all there is.
+    pub(super) spectral: Option<Spectral>,
+    /// The camera's response.
+    pub(super) response: Response,
+    /// What is said and does not count in three bands, one sentence each.
+    pub(super) warnings: Vec<String>,
+}
+
+/// The water by wavelength; `None` where it is known in three bands.
+fn read_water(water: &Value<'_>) -> Result<Option<WaterSpectrum>, SceneError> {
+    let table = water.as_table(&WATER_FIELDS)?;
     let bands = table.optional("bands");
     if let Some(file) = table.optional("spectrum") {
         for field in ["jerlov", "a", "b"] {
@@ -44,102 +48,115 @@ pub(super) fn read_water(root: &Table<'_>) -> Result<Option<WaterSpectrum>, Scen
             .map(Some)
             .map_err(|error| file.unusable_file(&path, error.to_string()));
     }
-    let (Some(jerlov), Some(bands)) = (table.optional("jerlov"), bands) else {
+    let Some(jerlov) = table.optional("jerlov") else {
         return Ok(None);
     };
-    let water_type =
-        |_| WaterType::from_str(jerlov.as_text()?).map_err(|error| refused(&jerlov, error));
-    match bands.as_text()? {
-        SPECTRAL => Ok(Some(WaterSpectrum::jerlov(water_type(())?))),
-        SPECTRAL_MEASURED => WaterSpectrum::measured(water_type(())?)
-            .map(Some)
-            .map_err(|error| refused(&bands, error)),
-        _ => Ok(None),
+    for field in ["a", "b"] {
+        table.refuse(field, "where water.jerlov is given")?;
     }
+    let name = bands.as_ref().map_or(Ok(SPECTRAL), Value::as_text)?;
+    let of = |water_type| {
+        WaterSpectrum::of_bands(name, water_type)
+            .map_err(|error| refused(bands.as_ref().unwrap_or(&jerlov), error))
+    };
+    let (first, second, share) = read_types(&jerlov)?;
+    let between = |x: WaterSpectrum, y: WaterSpectrum| x.towards(&y, share);
+    Ok(of(first)?.zip(of(second)?).map(|(x, y)| between(x, y)))
 }
 
-/// All that is known of wavelengths; `None` where the three channels are all there is.
-pub(super) fn read(root: &Table<'_>) -> Result<Option<Spectral>, SceneError> {
-    let water = read_water(root)?;
-    let camera = root
-        .optional("camera")
-        .map(|camera| camera.as_table(&super::camera::FIELDS))
-        .transpose()?;
-    let response = camera
-        .as_ref()
-        .and_then(|camera| camera.optional("response"));
-    if water.is_none() {
-        if root.optional("water").is_some() {
-            refuse_spectra(root)?;
-            return Ok(None);
+/// All that is said of wavelengths.
+pub(super) fn read(root: &Table<'_>) -> Result<Wavelengths, SceneError> {
+    let in_water = root.optional("water");
+    let water = in_water.as_ref().map_or(Ok(None), read_water)?;
+    let given = spectra(root)?;
+    let response = match field_of(root, "camera", &super::camera::FIELDS, "response")? {
+        Some(value) => {
+            let response = read_response(&value)?;
+            check_seen(&value, &response)?;
+            response
         }
-        if response.is_none() && !has_spectra(root)? {
-            return Ok(None);
-        }
-    }
-    let camera_response = match &response {
-        Some(value) => read_response(value)?,
         None => Response::boxes(),
     };
-    check_seen(response.as_ref(), &camera_response)?;
-    if let Some(water) = &water {
-        let place = response.or_else(|| root.optional("water"));
-        check_covered(place.as_ref(), water, &camera_response)?;
-    }
-    let zenith_deg = match root.optional("sun") {
-        Some(sun) => sun
-            .as_table(&super::light::SUN_FIELDS)?
-            .optional("zenith_deg")
-            .map_or(Ok(0.0), |value| {
-                value.as_number(super::range::Range::finite("degrees"))
-            })?,
+    let zenith_deg = match field_of(root, "sun", &SUN_FIELDS, "zenith_deg")? {
+        Some(value) => value.as_number(Range::finite("degrees"))?,
         None => 0.0,
     };
-    let of = |table: &str, fields: &[&str], clear: fn(f64) -> Curve| {
-        let Some(value) = root.optional(table) else {
-            return Ok(None);
+    let light = |table, fields: &[&str], clear: fn(f64) -> Curve| {
+        let spectrum = field_of(root, table, fields, "spectrum")?;
+        let read = |value: &Value<'_>| match value.is_text() && value.as_text()? == CLEAR_SKY {
+            true => Ok(clear(zenith_deg)),
+            false => read_light(value),
         };
-        let Some(spectrum) = value.as_table(fields)?.optional("spectrum") else {
-            return Ok(None);
-        };
-        match spectrum.is_text() && spectrum.as_text()? == CLEAR_SKY {
-            true => Ok(Some(clear(zenith_deg))),
-            false => read_light(&spectrum).map(Some),
-        }
+        spectrum.as_ref().map(read).transpose()
     };
-    Ok(Some(Spectral {
-        sun: of("sun", &super::light::SUN_FIELDS, spectral::sunlight)?,
-        sky: of("sky", &super::light::SKY_FIELDS, spectral::sky_light)?,
+    let (sun, sky) = (
+        light("sun", &SUN_FIELDS, spectral::sunlight)?,
+        light("sky", &SKY_FIELDS, spectral::sky_light)?,
+    );
+    if in_water.is_some() && water.is_none() || in_water.is_none() && given.is_empty() {
+        return Ok(Wavelengths {
+            spectral: None,
+            response,
+            warnings: given.iter().map(not_used).collect(),
+        });
+    }
+    if let (Some(table), Some(water)) = (&in_water, &water) {
+        let camera = field_of(root, "camera", &super::camera::FIELDS, "response")?;
+        check_covered(camera.as_ref().unwrap_or(table), water, &response)?;
+    }
+    let of_lights = |value: &&Value<'_>| {
+        let lights = ["sun", "sky", "lamp"];
+        lights.iter().any(|of| value.path.starts_with(of))
+    };
+    let spectral = Spectral {
+        sun,
+        sky,
         water,
-        response: camera_response,
-        lights: spectra(root)?
-            .iter()
-            .filter(|value| {
-                ["sun", "sky", "lamp"]
-                    .iter()
-                    .any(|of| value.path.starts_with(of))
-            })
+        response: response.clone(),
+        lights: (given.iter().filter(of_lights))
             .map(|value| format!("{} {}", value.path, value.written()))
             .collect(),
-    }))
+    };
+    Ok(Wavelengths {
+        spectral: Some(spectral),
+        response,
+        warnings: Vec::new(),
+    })
 }
 
-/// The tables of a scene that may have a spectrum of light, and surfaces that may.
+/// A field of one of the file's tables.
+fn field_of<'d>(
+    root: &Table<'d>,
+    table: &str,
+    fields: &[&str],
+    field: &str,
+) -> Result<Option<Value<'d>>, SceneError> {
+    let Some(value) = root.optional(table) else {
+        return Ok(None);
+    };
+    Ok(value.as_table(fields)?.optional(field))
+}
+
+/// What three bands make of a spectrum.
+fn not_used(value: &Value<'_>) -> String {
+    let instead = match value.path.starts_with("object") {
+        true => "counts by its mean over each channel",
+        false => "does not count",
+    };
+    format!(
+        "{} {instead}: the water is known in three bands; with water.jerlov and water.bands = \"spectral\", or with \
+         water.spectrum, all light goes by wavelength",
+        value.path
+    )
+}
+
+/// All spectra and responses that a scene gives for its lights, surfaces and camera.
 fn spectra<'d>(root: &Table<'d>) -> Result<Vec<Value<'d>>, SceneError> {
     let mut found = Vec::new();
-    for (name, fields) in [
-        ("sun", &super::light::SUN_FIELDS[..]),
-        ("sky", &super::light::SKY_FIELDS[..]),
-    ] {
-        if let Some(value) = root.optional(name) {
-            found.extend(value.as_table(fields)?.optional("spectrum"));
-        }
-    }
+    found.extend(field_of(root, "sun", &SUN_FIELDS, "spectrum")?);
+    found.extend(field_of(root, "sky", &SKY_FIELDS, "spectrum")?);
     for lamp in root.elements("lamp")? {
-        found.extend(
-            lamp.as_table(&super::light::LAMP_FIELDS)?
-                .optional("spectrum"),
-        );
+        found.extend(lamp.as_table(&LAMP_FIELDS)?.optional("spectrum"));
     }
     for object in root.elements("object")? {
         let object = object.as_table(&super::object::OBJECT_FIELDS)?;
@@ -149,27 +166,13 @@ fn spectra<'d>(root: &Table<'d>) -> Result<Vec<Value<'d>>, SceneError> {
             found.extend(reflectance.optional("spectrum"));
         }
     }
-    if let Some(camera) = root.optional("camera") {
-        found.extend(
-            camera
-                .as_table(&super::camera::FIELDS)?
-                .optional("response"),
-        );
-    }
+    found.extend(field_of(
+        root,
+        "camera",
+        &super::camera::FIELDS,
+        "response",
+    )?);
     Ok(found)
-}
-
-fn has_spectra(root: &Table<'_>) -> Result<bool, SceneError> {
-    Ok(!spectra(root)?.is_empty())
-}
-
-fn refuse_spectra(root: &Table<'_>) -> Result<(), SceneError> {
-    match spectra(root)?.first() {
-        None => Ok(()),
-        Some(value) => Err(value.invalid(
-            "left out where the water is known in three bands; it goes with water.bands = \"spectral\" and jerlov or spectrum",
-        )),
-    }
 }
 
 /// The text of a file that a value names, and its path.
@@ -233,21 +236,20 @@ pub(super) fn read_reflectance(value: &Value<'_>) -> Result<Curve, SceneError> {
 }
 
 /// Every channel must see something.
-fn check_seen(place: Option<&Value<'_>>, response: &Response) -> Result<(), SceneError> {
+fn check_seen(place: &Value<'_>, response: &Response) -> Result<(), SceneError> {
     let seen = response.channel_values(None, |_| 1.0);
-    let dark = (0..3).find(|&k| seen[k] == 0.0);
-    match (place, dark) {
-        (Some(place), Some(k)) => Err(place.invalid_got(
+    match (0..3).find(|&k| seen[k] == 0.0) {
+        Some(k) => Err(place.invalid_got(
             "a response above 0 somewhere in each of r, g and b",
             format!("none in {}", ["r", "g", "b"][k]),
         )),
-        _ => Ok(()),
+        None => Ok(()),
     }
 }
 
 /// The water must be known where the camera sees.
 fn check_covered(
-    place: Option<&Value<'_>>,
+    place: &Value<'_>,
     water: &WaterSpectrum,
     response: &Response,
 ) -> Result<(), SceneError> {
@@ -258,20 +260,43 @@ fn check_covered(
         .min_by(|&a, &b| shares[a].total_cmp(&shares[b]))
         .unwrap_or(0);
     let outside = 1.0 - shares[worst];
-    match place {
-        Some(place) if outside > OUTSIDE_SHARE => Err(place.invalid_got(
-            format!(
-                "water that is known where the camera sees: its table ends at {low} and {high} nm, and at most {} % of a \
-                 channel may lie beyond",
-                100.0 * OUTSIDE_SHARE
-            ),
-            format!("{:.1} % of channel {}", 100.0 * outside, ["r", "g", "b"][worst]),
-        )),
-        _ => Ok(()),
+    if outside <= OUTSIDE_SHARE {
+        return Ok(());
+    }
+    Err(place.invalid_got(
+        format!(
+            "water that is known where the camera sees: its table ends at {low} and {high} nm, and at most {} % of a \
+             channel may lie beyond",
+            100.0 * OUTSIDE_SHARE
+        ),
+        format!("{:.1} % of channel {}", 100.0 * outside, ["r", "g", "b"][worst]),
+    ))
+}
+
+impl Wavelengths {
+    /// Gives materials with a spectrum its mean over each channel, for whoever sees three bands.
+    pub(super) fn mean_reflectances(&self, materials: &mut [Material]) {
+        let range_nm = self.spectral.as_ref().map(Spectral::range_nm);
+        for material in materials {
+            if let Some(curve) = &material.spectrum {
+                material.reflectance = self.response.channel_values(range_nm, |nm| curve.at(nm));
+            }
+        }
     }
 }
 
 impl Spectral {
+    /// Water by wavelength before a camera, under lights without spectra.
+    pub fn of(water: WaterSpectrum, response: Response) -> Self {
+        Self {
+            water: Some(water),
+            response,
+            sun: None,
+            sky: None,
+            lights: Vec::new(),
+        }
+    }
+
     /// Wavelengths that count, nm: those of the water's table.
     pub fn range_nm(&self) -> (f64, f64) {
         match &self.water {
@@ -281,7 +306,7 @@ impl Spectral {
     }
 
     /// Factors that make white white under daylight (D65), green keeping its own.
-    pub(super) fn daylight_gains(&self) -> Option<Spectrum> {
+    pub fn daylight_gains(&self) -> Option<Spectrum> {
         let daylight = spectral::illuminant("d65").ok()?;
         let values = self.response.channel_values(None, |nm| daylight.at(nm));
         values
@@ -318,16 +343,6 @@ impl Spectral {
                 false => 0.0,
             }),
             _ => [1.0; 3],
-        }
-    }
-
-    /// Gives materials with a spectrum its mean over each channel, for whoever sees three bands.
-    pub(super) fn mean_reflectances(&self, materials: &mut [Material]) {
-        for material in materials {
-            if let Some(curve) = &material.spectrum {
-                let range_nm = Some(self.range_nm());
-                material.reflectance = self.response.channel_values(range_nm, |nm| curve.at(nm));
-            }
         }
     }
 

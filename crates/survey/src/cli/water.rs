@@ -48,17 +48,12 @@ impl WaterArguments {
             return list(json);
         };
         let water_type: WaterType = name.parse().map_err(CliError::input)?;
-        match self.bands.as_deref() {
-            Some("spectral") => {
-                let spectrum = WaterSpectrum::jerlov(water_type);
-                return self.of_spectrum.run(&spectrum, name, json);
-            }
-            Some("spectral-measured") => {
-                let spectrum = WaterSpectrum::measured(water_type).map_err(CliError::input)?;
-                return self.of_spectrum.run(&spectrum, name, json);
-            }
-            _ => self.of_spectrum.refuse()?,
+        let bands = self.bands.as_deref().unwrap_or_default();
+        let spectrum = WaterSpectrum::of_bands(bands, water_type).map_err(CliError::input)?;
+        if let Some(spectrum) = spectrum {
+            return self.of_spectrum.run(&spectrum, name, json);
         }
+        self.of_spectrum.refuse()?;
         let bands: Bands = match &self.bands {
             Some(bands) => bands.parse().map_err(CliError::input)?,
             None => Bands::default(),

@@ -5,8 +5,9 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use uw_media::WaterType;
 
+use super::accuracy::Accuracy;
 use super::presets;
-use crate::environment::{WaterBody, WaterKind};
+use crate::environment::{WaterBands, WaterBody, WaterKind};
 use crate::scenery::textures::Pattern;
 use crate::vehicle::Vehicle;
 
@@ -35,34 +36,6 @@ pub enum TableFormat {
     Csv,
 }
 
-/// How well mean and contrast of an image must be known before its render stops: standard errors, 8-bit counts.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Accuracy {
-    /// Allowed standard error of contrast and mean, counts.
-    pub error_counts: f64,
-    /// Allowed besides, as a share of the value.
-    pub error_share: f64,
-    /// Fewest paths of a render.
-    pub least_paths: u32,
-    /// Most paths of a render.
-    pub most_paths: u32,
-    /// Distance of the pixels at which an image's statistics are taken, along both axes.
-    pub pixel_step: usize,
-}
-
-impl Default for Accuracy {
-    fn default() -> Self {
-        Self {
-            error_counts: 0.05,
-            error_share: 0.005,
-            least_paths: 4096,
-            most_paths: 65_536,
-            pixel_step: 2,
-        }
-    }
-}
-
 /// A dataset's configuration (TOML); every field but `format` has a default.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -75,6 +48,9 @@ pub struct DatasetConfig {
     pub textures: Vec<String>,
     /// Jerlov types, or mixtures such as "IB-II@0.4".
     pub water_types: Vec<String>,
+    /// How wavelengths become channels: "mean" and the other names of three bands, or by wavelength "spectral" and
+    /// "spectral-measured".
+    pub bands: String,
     /// Backscatter fractions of the phase function.
     pub backscatter_fractions: Vec<f64>,
     /// Depths of the camera, m.
@@ -111,6 +87,7 @@ impl Default for DatasetConfig {
             seed: 1,
             textures: vec!["hull_red".into(), "seabed".into()],
             water_types: WaterType::ALL.iter().map(ToString::to_string).collect(),
+            bands: WaterBands::default().to_string(),
             backscatter_fractions: vec![0.005, 0.01, 0.0183, 0.05],
             depths_m: vec![1.0, 3.0, 5.0],
             distances_m: vec![0.5, 1.0, 1.5, 2.0, 2.5, 3.0],
@@ -197,9 +174,10 @@ impl DatasetConfig {
                 ));
             }
         }
+        let bands: WaterBands = self.bands.parse().map_err(|e| format!("bands: {e}"))?;
         for name in &self.water_types {
-            name.parse::<WaterKind>()
-                .map_err(|e| format!("water_types: {e}"))?;
+            let water: WaterKind = name.parse().map_err(|e| format!("water_types: {e}"))?;
+            water.iops_in(bands).map_err(|e| format!("bands: {e}"))?;
         }
         if self.textures.is_empty() || self.water_types.is_empty() {
             return Err("textures and water_types must not be empty".into());
@@ -285,6 +263,11 @@ impl DatasetConfig {
             .collect()
     }
 
+    /// How wavelengths become channels.
+    pub fn water_bands(&self) -> WaterBands {
+        self.bands.parse().unwrap_or_default()
+    }
+
     /// All waters, types outermost.
     pub fn waters(&self) -> Vec<WaterBody> {
         let kinds = self.water_types.iter().filter_map(|t| t.parse().ok());
@@ -298,34 +281,6 @@ impl DatasetConfig {
                     })
             })
             .collect()
-    }
-}
-
-impl Accuracy {
-    fn check(&self) -> Result<(), String> {
-        for (field, value) in [
-            ("error_counts", self.error_counts),
-            ("error_share", self.error_share),
-        ] {
-            if !(value >= 0.0 && value.is_finite()) {
-                return Err(format!(
-                    "accuracy.{field} must be finite and >= 0, got {value}"
-                ));
-            }
-        }
-        if self.least_paths < 256 || self.most_paths < self.least_paths {
-            return Err(format!(
-                "accuracy.least_paths must be at least 256 and at most most_paths, got {} and {}",
-                self.least_paths, self.most_paths
-            ));
-        }
-        if !(1..=16).contains(&self.pixel_step) {
-            return Err(format!(
-                "accuracy.pixel_step must be 1 to 16, got {}",
-                self.pixel_step
-            ));
-        }
-        Ok(())
     }
 }
 
@@ -383,5 +338,21 @@ mod tests {
             ..DatasetConfig::default()
         };
         assert!(config.check().unwrap_err().contains("[0, 1], got 1.4"));
+        let in_bands = |bands: &str| DatasetConfig {
+            bands: bands.into(),
+            ..DatasetConfig::default()
+        };
+        assert_eq!(in_bands("spectral").check(), Ok(()));
+        let told = in_bands("narrow").check().unwrap_err();
+        assert!(
+            told.starts_with("bands: ") && told.contains("spectral"),
+            "{told}"
+        );
+        // Not all of the ten types were measured.
+        let told = in_bands("spectral-measured").check().unwrap_err();
+        assert!(
+            told.starts_with("bands: ") && told.contains("measured"),
+            "{told}"
+        );
     }
 }

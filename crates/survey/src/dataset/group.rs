@@ -9,7 +9,7 @@ use uw_render::scene::Scene;
 use super::plan::{Group, Render};
 use super::rows::{self, ImageRow};
 use super::{DatasetError, Workshop, pictures, store};
-use crate::environment::{View, scene};
+use crate::environment::{View, scene_in};
 use crate::estimate::fields::{Fields, GROUPS};
 use crate::estimate::radiance::{Estimates, Lattice, RadianceImage, Reflection, Source};
 use crate::estimate::statistics::{Shot, standard_errors};
@@ -77,15 +77,16 @@ pub(super) fn views<'w>(
     let target = workshop.target(group.pattern)?;
     let upright = group.tilt_deg == 0.0;
     let mut views: Vec<DepthView> = Vec::new();
+    let mut first: Option<Prepared> = None;
     for &depth_m in depths_m {
         let scene = group_scene(workshop, group, depth_m)?;
+        let prepared = first.get_or_insert_with(|| Prepared::build(&lamps_alone(&scene)));
         let model = match views.first() {
-            Some(first) => first.model.at(&scene),
+            Some(view) => view.model.at(&scene, prepared),
             None => {
                 // The walks' seed is the group's own.
                 let seed = group.lamps().seed(workshop.config.seed);
-                let prepared = Prepared::build(&lamps_alone(&scene));
-                TargetModel::new(&scene, &prepared, &target.pyramid, upright, seed)
+                TargetModel::new(&scene, prepared, &target.pyramid, upright, seed)
             }
         };
         let model = model.map_err(|e| {
@@ -111,8 +112,15 @@ pub(super) fn group_scene(
         distance_m: group.distance_m,
         tilt_deg: group.tilt_deg,
     };
-    let target = &workshop.target(group.pattern)?.target;
-    Ok(scene(&workshop.config.vehicle, &group.water, target, view)?)
+    let (config, target) = (workshop.config, &workshop.target(group.pattern)?.target);
+    let bands = config.water_bands();
+    Ok(scene_in(
+        &config.vehicle,
+        &group.water,
+        bands,
+        target,
+        view,
+    )?)
 }
 
 /// Reads or renders the light of a group; `name` may rename its renders.

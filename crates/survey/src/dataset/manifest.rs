@@ -23,7 +23,7 @@ pub(super) fn text(
     for water in config.waters() {
         let iops = water
             .jerlov
-            .iops()
+            .iops_in(config.water_bands())
             .map_err(|e| DatasetError::Inconsistent(e.to_string()))?;
         waters.push(json!({
             "name": water.name(), "type": water.jerlov.to_string(),

@@ -15,6 +15,7 @@
 //! Everything follows from the configuration and the names of the renders: neither the number of threads, nor
 //! interruptions, nor the parts in which it was made change a byte of the result.
 
+mod accuracy;
 mod check;
 mod check_files;
 mod config;
@@ -36,8 +37,9 @@ mod upward;
 mod verdict;
 mod views;
 
+pub use accuracy::Accuracy;
 pub use check::{CheckPlan, CheckReport, CheckedEntry, check};
-pub use config::{Accuracy, ConfigError, DatasetConfig, ExposureMode, TableFormat};
+pub use config::{ConfigError, DatasetConfig, ExposureMode, TableFormat};
 pub use merge::merge;
 pub use plan::{Counts, Shard};
 pub use table::{Column, WORDS, numbers};

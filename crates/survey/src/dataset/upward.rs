@@ -6,7 +6,7 @@ use uw_render::prepare::Prepared;
 
 use super::plan::Upward;
 use super::{DatasetError, Workshop};
-use crate::environment::{View, scene};
+use crate::environment::{View, scene_in};
 use crate::estimate::upward::UpwardSampler;
 
 /// Makes the render, unless it is there and as it was written.
@@ -22,7 +22,8 @@ pub(super) fn make(workshop: &Workshop, upward: &Upward) -> Result<(), DatasetEr
     let view = View::Up {
         depth_m: upward.depth_m,
     };
-    let scene = scene(&config.vehicle, &upward.water, &target.target, view)?;
+    let bands = config.water_bands();
+    let scene = scene_in(&config.vehicle, &upward.water, bands, &target.target, view)?;
     let prepared = Prepared::build(&scene);
     let mut sampler = UpwardSampler::new(&scene, &prepared, render.seed(config.seed))?;
     let mut samples = workshop.effort.least;

@@ -3,7 +3,7 @@
 use uw_render::scene::{Texture, TextureFilter};
 
 use super::{DatasetConfig, DatasetError};
-use crate::environment::{Target, View, scene};
+use crate::environment::{Target, View, scene_in};
 use crate::estimate::target_view::TargetView;
 
 /// Checks all views of `config`; the error names the first that sees past its target.
@@ -27,7 +27,8 @@ pub(super) fn check(config: &DatasetConfig) -> Result<(), DatasetError> {
                 distance_m,
                 tilt_deg,
             };
-            let scene = scene(&config.vehicle, water, &target, view)?;
+            let bands = config.water_bands();
+            let scene = scene_in(&config.vehicle, water, bands, &target, view)?;
             TargetView::new(&scene).map_err(|e| {
                 DatasetError::Config(format!(
                     "{} at depths_m {depth_m}, distances_m {distance_m}, tilts_deg {tilt_deg}: {e}",

@@ -16,6 +16,9 @@
 //! with the texture blurred in steps, [`pyramid`]). The fit uses the moments Σφ(L - V - E M) = 0, so that it is
 //! linear in the paths' radiance and unbiased at any number of them.
 //!
+//! Where the scene goes by wavelength, T, S, s and ρ are means over the wavelengths of a channel, weighted with the light
+//! of the source that reaches the target in each ([`source_light`]).
+//!
 //! The fit is made in [`fields::GROUPS`] groups of independent paths. Half of the groups give one image, the
 //! other half a second one ([`radiance`]); the variance of a patch is the **covariance of the two**, to which
 //! noise of the paths adds nothing in expectation, plus the variance that the sensor's noise and rounding
@@ -33,9 +36,11 @@ mod paths;
 pub mod pyramid;
 pub mod radiance;
 pub mod response;
+pub mod source_light;
 pub mod spread;
 pub mod statistics;
 pub mod target_image;
 pub mod target_model;
 pub mod target_view;
 pub mod upward;
+mod walks;

@@ -38,20 +38,18 @@ impl Source<'_> {
     /// The same with the texture's own value (level 0) and the fate of scattered rays given.
     fn reflected(&self, sight: &Sight, sharp: [f32; 3], rays: &Scattered) -> [f64; 3] {
         let (u, v) = self.view.tiles(sight.point);
-        let mut blurred = [
-            rays.levels(0)[0] * sharp[0],
-            rays.levels(1)[0] * sharp[1],
-            rays.levels(2)[0] * sharp[2],
-        ];
+        let direct = self.spread.unscattered(sight);
+        let seen = rays.colours().seen(sharp);
+        let mut blurred: [f32; 3] = std::array::from_fn(|k| rays.levels(k)[0] * seen[k]);
         for level in 1..self.pyramid.levels() {
             let weights: [f32; 3] = std::array::from_fn(|k| rays.levels(k)[level]);
             if weights == [0.0; 3] {
                 continue;
             }
-            let texel = self.pyramid.sample(level, u, v);
+            let texel = rays.colours().seen(self.pyramid.sample(level, u, v));
             (0..3).for_each(|k| blurred[k] += weights[k] * texel[k]);
         }
-        let transmitted = self.spread.transmittance(sight.range_m);
+        let (transmitted, sharp) = (direct.transmittance, direct.colours.seen(sharp));
         let scattered = rays.share(self.view.incidence(sight.direction));
         let guess = self.guess.at(sight.point);
         std::array::from_fn(|k| {

@@ -101,7 +101,7 @@ mod tests {
                 encoding: Encoding::Srgb,
                 bits: 8,
                 noise,
-                white_balance: uw_render::scene::WhiteBalance::None,
+                ..Sensor::default()
             };
             let response = CountResponse::new(&sensor);
             for level in [0.0_f32, 5e-4, 0.004, 0.21, 0.6, 0.985, 1.02] {

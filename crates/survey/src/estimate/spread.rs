@@ -1,31 +1,33 @@
 //! How the water between camera and target spreads the sight of it.
 
-use std::f64::consts::TAU;
-
 use uw_media::phase::PhaseTable;
-use uw_render::sampling::{Draws, LEADING, directions::turn};
 use uw_render::scene::Water;
 
-use super::basis::solve;
 use super::fields::GROUPS;
 use super::guess::Guess;
 use super::levels::{fit_levels, frequencies};
 use super::pyramid::TexturePyramid;
-use super::target_view::TargetView;
-
-/// Walks per channel and group; each group is a batch of draws of its own.
-const WALKS_PER_GROUP: u32 = 2048;
-/// Weight below which a walk is ended or strengthened at random.
-const ROULETTE_BELOW: f64 = 0.05;
-/// Scatterings after which a walk is given up; only reached in water that hardly absorbs.
-const MOST_SCATTERINGS: u32 = 2000;
+use super::source_light::{Colours, SeenLight, SourceLight};
+use super::target_view::{Sight, TargetView};
+use super::walks::{ByWavelength, Sums, Walker};
 
 /// What becomes of camera rays in one water and view, per channel.
 #[derive(Clone, Debug)]
 pub struct Spread {
     attenuation: [f64; 3],
+    /// In the place of `attenuation` where the scene goes by wavelength.
+    seen_light: Option<SeenLight>,
     all: Scattered,
     groups: Vec<Scattered>,
+}
+
+/// What an unscattered ray brings.
+#[derive(Clone, Copy, Debug)]
+pub struct Unscattered {
+    /// Transmittance per channel.
+    pub transmittance: [f64; 3],
+    /// What the channels see of the texture.
+    pub colours: Colours,
 }
 
 /// What becomes of scattered camera rays, per channel.
@@ -35,46 +37,27 @@ pub struct Scattered {
     share: [[f64; 3]; 3],
     /// Weights of the pyramid's levels, sum 1.
     levels: [Vec<f32>; 3],
-}
-
-/// The numbers that a walk is made of: evenly spread ones for its first choices, then random ones.
-struct Numbers {
-    draws: Draws,
-    used: usize,
-}
-
-impl Numbers {
-    fn next(&mut self) -> f64 {
-        self.used += 1;
-        if self.used <= LEADING {
-            self.draws.leading(self.used - 1)
-        } else {
-            self.draws.uniform()
-        }
-    }
+    /// What the channels see of the texture.
+    colours: Colours,
 }
 
 impl Spread {
-    /// Walks through `water` from the camera of `view` to the target. Each is weighted by the `guess` of the
-    /// irradiance where it ends over that at the point its image point sees.
+    /// Walks through `water` from the camera of `view` to the target, where the irradiance is as `guess` has it; `light`
+    /// is the source's where the scene goes by wavelength.
     pub fn new(
         water: &Water,
         phase: &PhaseTable,
         view: &TargetView,
-        guess: &Guess,
+        (guess, light): (&Guess, Option<&SourceLight>),
         pyramid: &TexturePyramid,
         seed: u64,
     ) -> Self {
+        let seen_light = light.map(|light| SeenLight::new(light, guess, view));
+        let wavelengths =
+            (light.zip(seen_light.as_ref())).map(|(light, seen)| ByWavelength { light, seen });
         let frequencies = frequencies(pyramid);
         let sums: [Vec<Sums>; 3] = std::array::from_fn(|k| {
-            let walker = Walker {
-                view,
-                phase,
-                guess,
-                channel: k,
-                absorption: water.iops.a[k],
-                scattering: water.iops.b[k],
-            };
+            let walker = Walker::new(water, phase, view, guess, wavelengths, k);
             let groups = 0..GROUPS as u32;
             groups
                 .map(|g| walker.walks(&frequencies, seed, g))
@@ -84,6 +67,7 @@ impl Spread {
         let scattered = |of: [&Sums; 3]| Scattered {
             share: of.map(Sums::share),
             levels: of.map(|s| fit_levels(pyramid, &frequencies, &s.transfer())),
+            colours: Sums::colours(of),
         };
         Self {
             attenuation: water.iops.c(),
@@ -91,28 +75,43 @@ impl Spread {
             groups: (0..GROUPS)
                 .map(|g| scattered(sums.each_ref().map(|groups| &groups[g])))
                 .collect(),
+            seen_light,
         }
     }
 
-    /// No water: nothing scatters.
-    pub fn none(pyramid: &TexturePyramid) -> Self {
+    /// No water: nothing scatters; `seen_light` where the scene goes by wavelength all the same.
+    pub fn none(pyramid: &TexturePyramid, seen_light: Option<SeenLight>) -> Self {
         let mut levels = vec![0.0; pyramid.levels()];
         levels[0] = 1.0;
         let nothing = Scattered {
             share: [[0.0; 3]; 3],
             levels: [levels.clone(), levels.clone(), levels],
+            colours: Colours::OWN,
         };
         Self {
             attenuation: [0.0; 3],
             groups: vec![nothing.clone(); GROUPS],
             all: nothing,
+            seen_light,
         }
     }
 
-    /// Transmittance of a ray of `range_m` per channel.
+    /// What the unscattered ray of `sight` brings.
     #[inline]
-    pub fn transmittance(&self, range_m: f64) -> [f64; 3] {
-        self.attenuation.map(|c| (-c * range_m).exp())
+    pub fn unscattered(&self, sight: &Sight) -> Unscattered {
+        match &self.seen_light {
+            None => Unscattered {
+                transmittance: self.attenuation.map(|c| (-c * sight.range_m).exp()),
+                colours: Colours::OWN,
+            },
+            Some(seen) => {
+                let point = seen.at(sight.image);
+                Unscattered {
+                    transmittance: point.transmittance(sight.range_m),
+                    colours: point.colours(),
+                }
+            }
+        }
     }
 
     /// What becomes of scattered rays, from all walks.
@@ -139,143 +138,11 @@ impl Scattered {
     pub fn levels(&self, channel: usize) -> &[f32] {
         &self.levels[channel]
     }
-}
 
-/// Walks of one channel.
-struct Walker<'a> {
-    view: &'a TargetView,
-    phase: &'a PhaseTable,
-    guess: &'a Guess,
-    channel: usize,
-    absorption: f64,
-    scattering: f64,
-}
-
-/// Sums over all walks.
-struct Sums {
-    /// Moments of m = 1/cos - 1: Σ m^0 .. m^4.
-    moments: [f64; 5],
-    /// Σ weight · m^0 .. m^2.
-    weights: [f64; 3],
-    /// Σ weight · cosines of the offset, per frequency.
-    waves: Vec<f64>,
-}
-
-impl Walker<'_> {
-    /// The walks of one group.
-    fn walks(&self, frequencies: &[f64], seed: u64, group: u32) -> Sums {
-        let mut sums = Sums {
-            moments: [0.0; 5],
-            weights: [0.0; 3],
-            waves: vec![0.0; frequencies.len()],
-        };
-        let (width, height) = self.view.size_px();
-        let draws = Draws::new(seed, self.channel as u32, group, 0, 0x5eed);
-        for walk in 0..WALKS_PER_GROUP {
-            let mut numbers = Numbers {
-                draws: draws.at(walk),
-                used: 0,
-            };
-            let (x, y) = (numbers.next() * width, numbers.next() * height);
-            let Some(sight) = self.view.sight(x, y) else {
-                continue;
-            };
-            let m = 1.0 / self.view.incidence(sight.direction) - 1.0;
-            let mut power = 1.0;
-            for sum in &mut sums.moments {
-                *sum += power;
-                power *= m;
-            }
-            let Some((end, weight)) = self.walk(sight.direction, sight.range_m, &mut numbers)
-            else {
-                continue;
-            };
-            let k = self.channel;
-            let weight = weight * self.guess.at(end)[k] / self.guess.at(sight.point)[k];
-            sums.weights[0] += weight;
-            sums.weights[1] += weight * m;
-            sums.weights[2] += weight * m * m;
-            let (dx, dy) = self.view.offset(sight.point, end);
-            for (wave, f) in sums.waves.iter_mut().zip(frequencies) {
-                *wave += 0.5 * weight * ((TAU * f * dx).cos() + (TAU * f * dy).cos());
-            }
-        }
-        sums
-    }
-
-    /// A walk that scatters at least once: where it meets the target, and its weight.
-    fn walk(
-        &self,
-        mut direction: glam::DVec3,
-        range_m: f64,
-        numbers: &mut Numbers,
-    ) -> Option<(glam::DVec3, f64)> {
-        let b = self.scattering;
-        let mut weight = -(-b * range_m).exp_m1();
-        if !(weight > 0.0) {
-            return None;
-        }
-        let first = -(-numbers.next() * weight).ln_1p() / b;
-        let mut origin = self.view.camera.position_m + first * direction;
-        weight *= (-self.absorption * first).exp();
-        for _ in 0..MOST_SCATTERINGS {
-            direction = turn(
-                direction,
-                self.phase.sample_x(numbers.next()),
-                numbers.next(),
-            );
-            let flight = -numbers.next().ln() / b;
-            let to_target = self
-                .view
-                .range_m(origin, direction)
-                .unwrap_or(f64::INFINITY);
-            let way = flight.min(to_target);
-            weight *= (-self.absorption * way).exp();
-            origin += way * direction;
-            if to_target <= flight {
-                return Some((origin, weight));
-            }
-            if weight < ROULETTE_BELOW {
-                if numbers.next() < 0.5 {
-                    return None;
-                }
-                weight *= 2.0;
-            }
-        }
-        None
-    }
-}
-
-impl Sums {
-    fn of_all(groups: &[Self]) -> Self {
-        let total = |of: fn(&Self) -> &[f64], i: usize| groups.iter().map(|g| of(g)[i]).sum();
-        Self {
-            moments: std::array::from_fn(|i| total(|g| &g.moments, i)),
-            weights: std::array::from_fn(|i| total(|g| &g.weights, i)),
-            waves: (0..groups[0].waves.len())
-                .map(|i| total(|g| &g.waves, i))
-                .collect(),
-        }
-    }
-
-    /// Least-squares polynomial of the weights in m; a constant where the view has no range of angles.
-    fn share(&self) -> [f64; 3] {
-        let s = &self.moments;
-        let mut matrix = vec![s[0], s[1], s[2], s[1], s[2], s[3], s[2], s[3], s[4]];
-        let mut right = self.weights.to_vec();
-        match solve(&mut matrix, &mut right) {
-            Some(()) if right.iter().all(|x| x.is_finite()) => [right[0], right[1], right[2]],
-            _ => [self.weights[0] / s[0].max(1.0), 0.0, 0.0],
-        }
-    }
-
-    /// Contrast left at each frequency by the scattered rays, relative to frequency 0.
-    fn transfer(&self) -> Vec<f64> {
-        let total = self.weights[0];
-        self.waves
-            .iter()
-            .map(|w| if total > 0.0 { w / total } else { 0.0 })
-            .collect()
+    /// What the channels see of the texture.
+    #[inline]
+    pub fn colours(&self) -> &Colours {
+        &self.colours
     }
 }
 
@@ -339,11 +206,13 @@ mod tests {
         };
         let (view, pyramid) = (view_of(d), pyramid());
         let table = PhaseTable::new(&phase);
-        let spread = Spread::new(&water, &table, &view, &Guess::Even, &pyramid, 3);
-        for cosine in [1.0, 0.87] {
-            let range = d / cosine;
+        let spread = Spread::new(&water, &table, &view, (&Guess::Even, None), &pyramid, 3);
+        for x in [640.0, 100.0] {
+            let sight = view.sight(x, 360.0).unwrap();
+            let (range, cosine) = (sight.range_m, view.incidence(sight.direction));
+            let direct = spread.unscattered(&sight).transmittance;
             for k in 0..3 {
-                let all = spread.transmittance(range)[k] + spread.scattered().share(cosine)[k];
+                let all = direct[k] + spread.scattered().share(cosine)[k];
                 let expected = (-a[k] * range).exp();
                 assert!(
                     (all / expected - 1.0).abs() < 2e-3,

@@ -5,9 +5,10 @@ use uw_render::prepare::Prepared;
 use uw_render::scene::Scene;
 
 use super::fields::{FieldSampler, Fields};
-use super::guess::Guess;
+use super::guess::{Guess, LampGuess};
 use super::pyramid::TexturePyramid;
 use super::radiance::{Lattice, Source};
+use super::source_light::{SeenLight, SourceLight};
 use super::spread::Spread;
 use super::target_view::{BeyondTarget, TargetView};
 
@@ -24,6 +25,8 @@ pub struct TargetModel<'p> {
     daylight_spread: Spread,
     lamps_spread: Spread,
     symmetric: bool,
+    /// Of the walks.
+    seed: u64,
 }
 
 impl<'p> TargetModel<'p> {
@@ -37,31 +40,37 @@ impl<'p> TargetModel<'p> {
         seed: u64,
     ) -> Result<Self, BeyondTarget> {
         let view = TargetView::new(scene)?;
-        let even = Guess::Even;
-        let lamps = Guess::lamps(scene, view.normal);
-        let spread = |guess: &Guess| match (&scene.water, &prepared.medium) {
-            (Some(water), Some(medium)) => {
-                Spread::new(water, &medium.phase, &view, guess, pyramid, seed)
-            }
-            _ => Spread::none(pyramid),
+        let (lamps, lamp_light) = lamp_guess(scene, prepared, &view);
+        let spread = |guess: &Guess, light: Option<&SourceLight>| {
+            spread(scene, prepared, &view, (guess, light), pyramid, seed)
         };
-        let (daylight_spread, lamps_spread) = (spread(&even), spread(&lamps));
+        let daylight = daylight(scene, prepared);
         Ok(Self {
+            daylight_spread: spread(&Guess::Even, daylight.as_ref()),
+            lamps_spread: spread(&lamps, lamp_light.as_ref()),
             view,
             pyramid,
-            even,
+            even: Guess::Even,
             lamps,
-            daylight_spread,
-            lamps_spread,
             symmetric: upright,
+            seed,
         })
     }
 
-    /// The same water, camera and target seen from another depth.
-    pub fn at(&self, scene: &Scene) -> Result<Self, BeyondTarget> {
+    /// The same water, camera and target seen from another depth; `prepared` is what the first one was made with.
+    pub fn at(&self, scene: &Scene, prepared: &Prepared) -> Result<Self, BeyondTarget> {
         let view = TargetView::new(scene)?;
+        // In three bands daylight is the same at all depths but for a factor.
+        let daylight_spread = match daylight(scene, prepared) {
+            None => self.daylight_spread.clone(),
+            light => {
+                let light = (&self.even, light.as_ref());
+                spread(scene, prepared, &view, light, self.pyramid, self.seed)
+            }
+        };
         Ok(Self {
-            lamps: Guess::lamps(scene, view.normal),
+            lamps: lamp_guess(scene, prepared, &view).0,
+            daylight_spread,
             view,
             ..self.clone()
         })
@@ -108,6 +117,51 @@ impl<'p> TargetModel<'p> {
     pub fn error_lattice(&self) -> Lattice {
         let patch = (self.view.camera.width / 10).min(self.view.camera.height / 6) as usize;
         self.lattice((patch / ERROR_PIXELS).max(1))
+    }
+}
+
+/// Daylight of a scene by wavelength; `None` in three bands.
+fn daylight(scene: &Scene, prepared: &Prepared) -> Option<SourceLight> {
+    let wavelengths = prepared.spectrum.as_ref()?;
+    Some(SourceLight::daylight(scene, wavelengths))
+}
+
+/// The guess for a scene's lamps, and their light by wavelength.
+fn lamp_guess(
+    scene: &Scene,
+    prepared: &Prepared,
+    view: &TargetView,
+) -> (Guess, Option<SourceLight>) {
+    let guess = LampGuess::new(scene, view.normal);
+    let Some(wavelengths) = &prepared.spectrum else {
+        return (Guess::Lamps(guess), None);
+    };
+    let light = SourceLight::lamps(&guess, wavelengths);
+    let (width, height) = view.size_px();
+    let guess = match view.sight(width / 2.0, height / 2.0) {
+        Some(centre) => guess.losing(light.lost_per_m(centre.point)),
+        None => guess,
+    };
+    (Guess::Lamps(guess), Some(light))
+}
+
+/// What the water between camera and target does to the sight of it, in the light of one source.
+fn spread(
+    scene: &Scene,
+    prepared: &Prepared,
+    view: &TargetView,
+    (guess, light): (&Guess, Option<&SourceLight>),
+    pyramid: &TexturePyramid,
+    seed: u64,
+) -> Spread {
+    match (&scene.water, &prepared.medium) {
+        (Some(water), Some(medium)) => {
+            Spread::new(water, &medium.phase, view, (guess, light), pyramid, seed)
+        }
+        _ => Spread::none(
+            pyramid,
+            light.map(|light| SeenLight::new(light, guess, view)),
+        ),
     }
 }
 

@@ -20,6 +20,8 @@ pub struct TargetView {
 /// A point of the target as an image point sees it.
 #[derive(Clone, Copy, Debug)]
 pub struct Sight {
+    /// Image coordinates in [-1, 1].
+    pub image: (f64, f64),
     /// Unit direction of the ray.
     pub direction: DVec3,
     /// Length of the ray, m.
@@ -61,6 +63,7 @@ impl TargetView {
         let direction = self.camera.direction(x, y);
         let range_m = self.range_m(self.camera.position_m, direction)?;
         Some(Sight {
+            image: self.unit_coordinates(x, y),
             direction,
             range_m,
             point: self.camera.position_m + range_m * direction,

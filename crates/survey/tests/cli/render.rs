@@ -51,11 +51,10 @@ fn layers_add_up_to_the_picture() {
         panic!("no normals");
     };
     assert!(normals.iter().all(|normal| *normal == [-1.0, 0.0, 0.0]));
-    assert!(
-        colour(&image, "reflectance")
-            .iter()
-            .all(|value| *value == [0.5, 0.4, 0.3])
-    );
+    // The colour of the scene file as the camera's three boxes see it by wavelength.
+    let near = |value: &[f32; 3]| (0..3).all(|k| (value[k] - [0.5, 0.4, 0.3][k]).abs() < 0.02);
+    let reflectance = colour(&image, "reflectance");
+    assert!(reflectance.iter().all(|v| near(v) && *v == reflectance[0]));
     let lit = |name: &str| colour(&image, name).as_flattened().iter().sum::<f32>() > 0.0;
     for name in [
         "ambient",

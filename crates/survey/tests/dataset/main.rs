@@ -195,23 +195,27 @@ fn twenty_kills_at_random_moments_change_no_byte() {
 
 #[test]
 fn a_folder_of_another_configuration_is_refused() {
-    let folder = tempfile::tempdir().expect("folder");
-    let other = DatasetConfig { seed: 2, ..tiny() };
-    std::fs::write(
-        folder.path().join("config.toml"),
-        other.to_text().expect("text"),
-    )
-    .expect("writable");
-    let observer = Observer {
-        progress: &|_| {},
-        tell: &|_| {},
-        cancel: &AtomicBool::new(false),
-    };
-    let assets = assets_dir().expect("assets");
-    let options = options(1, Shard::WHOLE);
-    let result = generate(&tiny(), folder.path(), &assets, &options, &observer);
-    assert!(
-        matches!(result, Err(DatasetError::OtherConfig { .. })),
-        "{result:?}"
-    );
+    for other in [
+        DatasetConfig { seed: 2, ..tiny() },
+        DatasetConfig {
+            bands: "spectral".into(),
+            ..tiny()
+        },
+    ] {
+        let folder = tempfile::tempdir().expect("folder");
+        let text = other.to_text().expect("text");
+        std::fs::write(folder.path().join("config.toml"), text).expect("writable");
+        let observer = Observer {
+            progress: &|_| {},
+            tell: &|_| {},
+            cancel: &AtomicBool::new(false),
+        };
+        let assets = assets_dir().expect("assets");
+        let options = options(1, Shard::WHOLE);
+        let result = generate(&tiny(), folder.path(), &assets, &options, &observer);
+        assert!(
+            matches!(result, Err(DatasetError::OtherConfig { .. })),
+            "{result:?}"
+        );
+    }
 }

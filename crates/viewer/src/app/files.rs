@@ -85,6 +85,7 @@ impl Viewer {
                 self.settings = settings;
                 self.geometry_changed = true;
                 self.picture.forget_probe();
+                self.pixel = None;
             }
             Err(error) => self
                 .toasts

@@ -15,7 +15,7 @@ pub use files::FilePurpose;
 use crate::guidance::Guidance;
 use crate::model::{Display, History, OpenScene, Settings, camera::Motion, recent::Recent};
 use crate::ui::{self, files::FileDialog, picture::PictureView, toasts::Toasts};
-use crate::worker::{Frame, Goal, RenderDevice, View, Worker};
+use crate::worker::{Frame, Goal, PixelSpectrum, RenderDevice, View, Worker};
 use files::Loading;
 
 /// Which panel is open.
@@ -85,6 +85,7 @@ pub struct Viewer {
     pub toasts: Toasts,
     pub(crate) files: Option<(FilePurpose, FileDialog)>,
     pub(crate) picture: PictureView,
+    pub(crate) pixel: Option<PixelSpectrum>,
     pub(crate) recent: Recent,
     pub(crate) assets: Option<PathBuf>,
     history: History<Settings>,
@@ -112,7 +113,7 @@ impl Viewer {
     ) -> std::io::Result<Self> {
         let view = View {
             display: Display::default(),
-            sensor: settings.sensor,
+            sensor: settings.sensor(),
             probing: false,
         };
         let for_worker = ctx.clone();
@@ -134,6 +135,7 @@ impl Viewer {
             toasts: Toasts::default(),
             files: None,
             picture: PictureView::new(options.canvas),
+            pixel: None,
             recent: options.recent,
             assets: options.assets,
             worker,
@@ -196,6 +198,7 @@ impl Viewer {
         egui::CentralPanel::default()
             .frame(egui::Frame::new())
             .show(ui, |ui| ui::picture::show(self, ui));
+        ui::pixel::show(self, &ctx);
         ui::files::show(self, &ctx);
         ui::help::show(self, &ctx);
         self.toasts.show(&ctx);

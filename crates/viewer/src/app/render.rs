@@ -38,7 +38,7 @@ impl Viewer {
         self.history.note(&self.settings, Instant::now());
         let view = View {
             display: self.display,
-            sensor: self.settings.sensor,
+            sensor: self.settings.sensor(),
             probing: self.picture.is_probing(),
         };
         if self.view.as_ref() != Some(&view) {

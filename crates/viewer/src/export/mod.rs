@@ -11,7 +11,7 @@ use crate::guidance::{
     Guidance,
     answer::{Answer, ScoreMap},
 };
-use crate::model::{Coefficients, Settings, water::spectrum_at};
+use crate::model::{Coefficients, Settings, water::scale_name};
 use crate::ui::{phase_plot, plots};
 
 /// A curve of a plot.
@@ -75,8 +75,9 @@ pub fn plots(settings: &Settings, guidance: &Guidance, path: &Path) -> Result<()
 fn panels(settings: &Settings, guidance: &Guidance) -> Vec<Panel> {
     let mut panels = Vec::new();
     if let Some(water) = &settings.water {
-        if let Coefficients::Jerlov { scale, .. } = water.coefficients {
-            panels.push(spectra(scale));
+        let rows = water.coefficients.rows();
+        if !rows.is_empty() {
+            panels.push(spectra(&water.coefficients, &rows));
         }
         if let Ok(phase) = water.phase.phase() {
             panels.push(phase_panel(water.phase.name(), phase_plot::curve(&phase)));
@@ -122,13 +123,16 @@ fn panel(title: String, x_label: &'static str, y_label: &'static str, curves: Ve
     }
 }
 
-fn spectra(scale: f64) -> Panel {
-    let rows = spectrum_at(scale);
+fn spectra(water: &Coefficients, rows: &[(f64, f64, f64)]) -> Panel {
     let curves = vec![
         curve("a", INK, rows.iter().map(|r| [r.0, r.1]).collect()),
         curve("b", AMBER, rows.iter().map(|r| [r.0, r.2]).collect()),
     ];
-    let title = format!("Jerlov {}", crate::model::water::scale_name(scale));
+    let title = match water {
+        Coefficients::Jerlov { scale, .. } => format!("Jerlov {}", scale_name(*scale)),
+        Coefficients::OfFile { path, .. } => path.clone(),
+        Coefficients::Direct(_) => String::new(),
+    };
     panel(title, "wavelength, nm", "1/m", curves)
 }
 

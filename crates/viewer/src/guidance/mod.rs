@@ -197,10 +197,8 @@ impl Guidance {
 
     /// Whether the water has changed since the calibration.
     pub fn is_outdated(&self, settings: &Settings) -> bool {
-        self.water_known.as_ref().is_some_and(|known| {
-            (&known.water, known.sun, known.sky_radiance)
-                != (&settings.water, settings.sun, settings.sky_radiance)
-        })
+        let known = self.water_known.as_ref();
+        known.is_some_and(|known| known.water_and_sky() != settings.water_and_sky())
     }
 
     /// What the vehicle knows now; `None` before a look from where it is.

@@ -10,10 +10,9 @@ use uw_render::{
     image::{Counts, ExrImage, LayerData, Picture, linear_to_srgb},
     layers::{self, RenderLayer},
     prepare::Prepared,
-    scene::Exposure,
+    scene::Sensor,
+    sensor::channel_means,
 };
-
-use super::SensorSettings;
 
 /// What of the render is shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -69,7 +68,7 @@ pub enum Pixels {
     /// On the host.
     Image(ColorImage),
     /// On the adapter of the window, with the sensor that took them.
-    Texture(Arc<Texture>, SensorSettings),
+    Texture(Arc<Texture>, Sensor),
 }
 
 /// A picture ready for the screen.
@@ -203,19 +202,14 @@ impl ShownLayer {
 }
 
 impl Shown {
-    /// A picture on the adapter of the window.
-    pub fn on_adapter(
-        texture: Arc<Texture>,
-        radiance: Vec<[f32; 3]>,
-        exposure: f64,
-        sensor: SensorSettings,
-    ) -> Self {
+    /// A picture on the adapter of the window, from a sensor that is set for it.
+    pub fn on_adapter(texture: Arc<Texture>, radiance: Vec<[f32; 3]>, sensor: Sensor) -> Self {
         Self {
             pixels: Pixels::Texture(texture, sensor),
             radiance,
             values: None,
             legend: None,
-            exposure,
+            exposure: sensor.exposure_factor_of(|| [1.0; 3]),
         }
     }
 
@@ -236,9 +230,10 @@ impl Shown {
                     data: vec![*self.radiance.get(index)?],
                     ..Picture::black(1, 1)
                 };
-                let mut sensor = sensor.build();
-                sensor.exposure = Exposure::Fixed(self.exposure);
-                sensor.noise = None;
+                let sensor = Sensor {
+                    noise: None,
+                    ..*sensor
+                };
                 bytes(&sensor.expose(&picture, NOISE_SEED).counts)
                     .first()
                     .copied()
@@ -252,10 +247,11 @@ pub fn is_photograph(display: &Display, lamps: usize) -> bool {
     display.layer.within(lamps) == ShownLayer::Picture && display.false_colour == FalseColour::Off
 }
 
-/// The same for the adapter: what the sensor makes of a picture at this exposure.
-pub fn look(sensor: &SensorSettings, exposure: f64) -> Look {
+/// The same for the adapter: what `sensor`, set for the picture, makes of it.
+pub fn look(sensor: &Sensor) -> Look {
     Look {
-        exposure,
+        exposure: sensor.exposure_factor_of(|| [1.0; 3]),
+        colours: sensor.color_matrix,
         encoding: sensor.encoding,
         bits: sensor.bits,
         noise: sensor.noise,
@@ -264,7 +260,7 @@ pub fn look(sensor: &SensorSettings, exposure: f64) -> Look {
 }
 
 /// The picture of `film` as `display` and `sensor` want it.
-pub fn compose(scene: &Prepared, film: &Film, display: &Display, sensor: &SensorSettings) -> Shown {
+pub fn compose(scene: &Prepared, film: &Film, display: &Display, sensor: &Sensor) -> Shown {
     let layer = display.layer.within(scene.lamps.len());
     let wanted: &[RenderLayer] = match &layer {
         ShownLayer::Picture => &[],
@@ -276,12 +272,9 @@ pub fn compose(scene: &Prepared, film: &Film, display: &Display, sensor: &Sensor
         ..
     } = layers::exr_image(scene, film, wanted);
     let values = layers.pop().map(|layer| layer.data);
-    let exposure = sensor.build().exposure_factor(&picture);
+    let sensor = sensor.set_for(channel_means(&picture));
     let (image, legend) = if display.false_colour == FalseColour::Off && !layer.is_single() {
-        (
-            photograph(&picture, values.as_ref(), layer, sensor, exposure),
-            None,
-        )
+        (photograph(&picture, values.as_ref(), layer, &sensor), None)
     } else {
         let single = single_values(&picture, values.as_ref());
         false_colours(&picture, &single, layer, display)
@@ -291,17 +284,16 @@ pub fn compose(scene: &Prepared, film: &Film, display: &Display, sensor: &Sensor
         radiance: picture.data,
         values,
         legend,
-        exposure,
+        exposure: sensor.exposure_factor_of(|| [1.0; 3]),
     }
 }
 
-/// What the sensor makes of a picture or of a colour layer; vectors and shares as they are.
+/// What the sensor, set for the picture, makes of it or of a colour layer; vectors and shares as they are.
 fn photograph(
     picture: &Picture,
     values: Option<&LayerData>,
     layer: ShownLayer,
-    sensor: &SensorSettings,
-    exposure: f64,
+    sensor: &Sensor,
 ) -> ColorImage {
     let size = [picture.width as usize, picture.height as usize];
     let plain = |data: &[[f32; 3]], of: fn(f32) -> f64| {
@@ -321,8 +313,6 @@ fn photograph(
         (_, Some(LayerData::Colour(colours))) => colours,
         _ => &picture.data,
     };
-    let mut sensor = sensor.build();
-    sensor.exposure = Exposure::Fixed(exposure);
     let frame = if std::ptr::eq(data, &picture.data) {
         sensor.expose(picture, NOISE_SEED)
     } else {

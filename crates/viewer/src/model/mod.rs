@@ -7,12 +7,14 @@ pub mod paths;
 pub mod recent;
 pub mod scene_text;
 pub mod settings;
+pub mod spectra;
 pub mod undo;
 pub mod water;
 
 pub use camera::CameraSettings;
 pub use display::{Display, FalseColour, ShownLayer};
 pub use open_scene::{OpenError, OpenScene};
-pub use settings::{LampSettings, SensorSettings, Settings, Sun, Surface};
+pub use settings::{Balance, LampSettings, SensorSettings, Settings, Sun, Surface};
+pub use spectra::{LightSpectrum, ResponseSettings};
 pub use undo::History;
-pub use water::{Coefficients, PhaseModel, Water};
+pub use water::{Coefficients, PhaseModel, Water, WaterBands};

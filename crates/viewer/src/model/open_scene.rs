@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::DVec3;
-use uw_media::{Bands, WaterType};
+use uw_media::WaterType;
 use uw_render::{
     prepare::Geometry,
     scene::{Scene, SceneError},
@@ -12,7 +12,8 @@ use uw_render::{
 
 use super::settings::rounded;
 use super::{
-    CameraSettings, Coefficients, LampSettings, PhaseModel, Settings, Sun, Surface, Water,
+    CameraSettings, Coefficients, LampSettings, LightSpectrum, PhaseModel, ResponseSettings,
+    SensorSettings, Settings, Sun, Surface, Water,
 };
 
 /// A scene cannot be opened.
@@ -111,24 +112,18 @@ impl OpenScene {
         let scene = Scene::parse(text, &base_dir, &path.display().to_string())?;
         // What the scene's reader has taken, this reads as well.
         let raw: toml::Table = toml::from_str(text).unwrap_or_default();
-        let settings = settings(&scene, &raw);
+        let settings = settings(&scene, &raw, &base_dir);
         let objects = match raw.get("object") {
             Some(toml::Value::Array(objects)) => objects.clone(),
             _ => Vec::new(),
         };
-        let by_wavelength = scene.spectral.as_ref().map(|_| {
-            "the scene is known by wavelength; this window shows and saves it in three bands, with the water's coefficients \
-             near zero range"
-                .to_owned()
-        });
-        let by_wavelength: Vec<String> = by_wavelength.into_iter().collect();
         let open = Self {
             path: Some(path.to_path_buf()),
             title: title(path),
             base_dir,
             objects,
             geometry: Arc::new(Geometry::build(&scene)),
-            warnings: [scene.warnings, by_wavelength].concat(),
+            warnings: scene.warnings,
         };
         Ok((open, settings))
     }
@@ -188,6 +183,7 @@ pub fn lamp_beside(settings: &Settings) -> LampSettings {
         position_m: camera.position_m - 0.5 * camera.right,
         forward: camera.forward,
         intensity: [10.0; 3],
+        spectrum: None,
         level_pct: 100.0,
         half_angle_deg: 50.0,
         falloff: uw_render::scene::Falloff::Cosine,
@@ -202,7 +198,11 @@ fn title(path: &Path) -> String {
     name.to_string_lossy().into_owned()
 }
 
-fn settings(scene: &Scene, raw: &toml::Table) -> Settings {
+fn settings(scene: &Scene, raw: &toml::Table, folder: &Path) -> Settings {
+    let text = |table: &str, field| raw.get(table)?.get(field)?.as_str();
+    let light = |entry: Option<&toml::Value>| LightSpectrum::read(entry?, folder);
+    let entry = |table: &str, field| raw.get(table)?.get(field);
+    let response = entry("camera", "response").and_then(|e| ResponseSettings::read(e, folder));
     let raw_lamps = match raw.get("lamp") {
         Some(toml::Value::Array(lamps)) => lamps.as_slice(),
         _ => &[],
@@ -212,12 +212,13 @@ fn settings(scene: &Scene, raw: &toml::Table) -> Settings {
         LampSettings {
             beam_file: beam.and_then(|f| f.as_str()).map(str::to_owned),
             of_gltf: i >= raw_lamps.len(),
+            spectrum: light(raw_lamps.get(i).and_then(|l| l.get("spectrum"))),
             ..LampSettings::from(lamp)
         }
     };
     Settings {
         water: scene.water.as_ref().map(|water| Water {
-            coefficients: coefficients(water, raw),
+            coefficients: coefficients(scene, water, raw),
             phase: phase(water, raw),
             refractive_index: water.refractive_index,
         }),
@@ -226,32 +227,59 @@ fn settings(scene: &Scene, raw: &toml::Table) -> Settings {
             refractive: s.refractive,
         }),
         sun: scene.sun.as_ref().map(Sun::from),
+        sun_spectrum: light(entry("sun", "spectrum")),
         sky_radiance: scene.sky_radiance,
+        sky_spectrum: light(entry("sky", "spectrum")),
+        response: response.unwrap_or_default(),
+        spectral_surfaces: scene.materials.iter().any(|m| m.spectrum.is_some()),
         camera: CameraSettings::from(&scene.camera),
         lamps: scene.lamps.iter().enumerate().map(lamp).collect(),
-        sensor: scene.sensor.unwrap_or_default().into(),
+        sensor: SensorSettings::read(
+            &scene.sensor.unwrap_or_default(),
+            text("sensor", "white_balance"),
+        ),
         samples_per_pixel: scene.render.samples_per_pixel,
         max_bounces: scene.render.max_bounces,
     }
 }
 
-fn coefficients(water: &uw_render::scene::Water, raw: &toml::Table) -> Coefficients {
-    let text = |field| raw.get("water")?.get(field)?.as_str();
-    let jerlov = text("jerlov").and_then(|name| name.parse::<WaterType>().ok());
-    // Of water by wavelength the coefficients near zero range.
-    let jerlov = jerlov.filter(|_| text("bands").is_none_or(|name| name.parse::<Bands>().is_ok()));
-    match jerlov {
-        Some(jerlov) => {
-            let scale = WaterType::ALL.iter().position(|&t| t == jerlov);
-            Coefficients::Jerlov {
-                scale: scale.unwrap_or(0) as f64,
-                bands: text("bands")
-                    .and_then(|name| name.parse::<Bands>().ok())
-                    .unwrap_or(Bands::Mean),
-            }
-        }
+fn coefficients(scene: &Scene, water: &uw_render::scene::Water, raw: &toml::Table) -> Coefficients {
+    let field = |name| raw.get("water")?.get(name);
+    let text = |name| field(name).and_then(toml::Value::as_str);
+    let bands = text("bands").and_then(|name| name.parse().ok());
+    let spectrum = scene.spectral.as_ref().and_then(|s| s.water.clone());
+    if let (Some(path), Some(spectrum)) = (text("spectrum"), spectrum) {
+        return Coefficients::OfFile {
+            path: path.to_owned(),
+            spectrum,
+        };
+    }
+    match field("jerlov").and_then(scale) {
+        Some(scale) => Coefficients::Jerlov {
+            scale,
+            bands: bands.unwrap_or_default(),
+        },
         None => Coefficients::Direct(water.iops),
     }
+}
+
+/// The place of a water type, or of what lies between two neighbours, along the types.
+fn scale(jerlov: &toml::Value) -> Option<f64> {
+    let index = |name: &toml::Value| {
+        let jerlov: WaterType = name.as_str()?.parse().ok()?;
+        WaterType::ALL.iter().position(|&t| t == jerlov)
+    };
+    let Some(between) = jerlov.get("between") else {
+        return index(jerlov).map(|i| i as f64);
+    };
+    let share = jerlov.get("share")?;
+    let share = share.as_float().or(share.as_integer().map(|i| i as f64))?;
+    let (first, second) = (
+        index(between.get(0)?)? as f64,
+        index(between.get(1)?)? as f64,
+    );
+    // Between types that are no neighbours the place is another water's.
+    ((second - first).abs() == 1.0 || share == 0.0).then(|| first + share * (second - first))
 }
 
 fn phase(water: &uw_render::scene::Water, raw: &toml::Table) -> PhaseModel {

@@ -6,16 +6,16 @@ use std::path::Path;
 use glam::DVec3;
 use toml::Value;
 use uw_render::image::{ImageError, write_atomically};
-use uw_render::scene::{Encoding, Exposure, Falloff};
+use uw_render::scene::{Encoding, Exposure, Falloff, Sensor};
 
 use super::paths::rebased;
 use super::{
-    CameraSettings, Coefficients, LampSettings, OpenScene, PhaseModel, SensorSettings, Settings,
-    Water, water,
+    Balance, CameraSettings, Coefficients, LampSettings, LightSpectrum, OpenScene, PhaseModel,
+    SensorSettings, Settings, Water, water,
 };
 
 /// Fields of a scene file that name a file.
-const FILE_FIELDS: [&str; 3] = ["gltf", "texture", "file"];
+const FILE_FIELDS: [&str; 4] = ["gltf", "texture", "file", "spectrum"];
 
 /// Writes the scene to `path`, whole or not at all.
 ///
@@ -56,11 +56,16 @@ pub fn scene_text(open: &OpenScene, settings: &Settings, folder: &Path) -> Strin
             "\n[sun]\nzenith_deg = {:?}\nazimuth_deg = {:?}\nirradiance = {:?}\n",
             sun.zenith_deg, sun.azimuth_deg, sun.irradiance
         );
+        write_spectrum(&mut text, settings.sun_spectrum.as_ref(), &moved);
     }
     if settings.sky_radiance != [0.0; 3] {
         let _ = write!(text, "\n[sky]\nradiance = {:?}\n", settings.sky_radiance);
+        write_spectrum(&mut text, settings.sky_spectrum.as_ref(), &moved);
     }
     write_camera(&mut text, &settings.camera);
+    if let Some(response) = &settings.response.entry {
+        let _ = writeln!(text, "response = {}", inline(&moved(response)));
+    }
     for lamp in settings.lamps.iter().filter(|lamp| !lamp.of_gltf) {
         write_lamp(&mut text, lamp, &moved);
     }
@@ -81,21 +86,23 @@ pub fn scene_text(open: &OpenScene, settings: &Settings, folder: &Path) -> Strin
 
 fn write_water(text: &mut String, water: &Water, moved: &dyn Fn(&Value) -> Value) {
     text.push_str("\n[water]\n");
-    match water.coefficients {
-        Coefficients::Jerlov { scale, bands } if scale.fract() == 0.0 => {
-            let (jerlov, ..) = water::neighbours(scale);
-            let _ = write!(text, "jerlov = \"{jerlov}\"\nbands = \"{bands}\"\n");
+    let _ = match &water.coefficients {
+        Coefficients::Jerlov { scale, bands } => {
+            let jerlov = match water::neighbours(*scale) {
+                (only, _, 0.0) => format!("\"{only}\""),
+                (first, second, share) => {
+                    format!("{{ between = [\"{first}\", \"{second}\"], share = {share:?} }}")
+                }
+            };
+            write!(text, "jerlov = {jerlov}\nbands = \"{bands}\"\n")
         }
-        other => {
-            if let Coefficients::Jerlov { scale, bands } = other {
-                let name = water::scale_name(scale);
-                let _ = writeln!(text, "# Jerlov {name}, bands {bands}");
-            }
-            if let Ok(iops) = other.iops() {
-                let _ = write!(text, "a = {:?}\nb = {:?}\n", iops.a, iops.b);
-            }
+        Coefficients::OfFile { path, .. } => {
+            let fields = [("spectrum".to_owned(), Value::from(path.as_str()))];
+            let entry = moved(&Value::Table(toml::Table::from_iter(fields)));
+            writeln!(text, "spectrum = {}", inline(&entry["spectrum"]))
         }
-    }
+        Coefficients::Direct(iops) => write!(text, "a = {:?}\nb = {:?}\n", iops.a, iops.b),
+    };
     let phase = match &water.phase {
         PhaseModel::OfFile { entry, .. } => inline(&moved(entry)),
         model => {
@@ -111,6 +118,16 @@ fn write_water(text: &mut String, water: &Water, moved: &dyn Fn(&Value) -> Value
         "phase = {phase}\nrefractive_index = {:?}\n",
         water.refractive_index
     );
+}
+
+fn write_spectrum(
+    text: &mut String,
+    spectrum: Option<&LightSpectrum>,
+    moved: &dyn Fn(&Value) -> Value,
+) {
+    if let Some(spectrum) = spectrum {
+        let _ = writeln!(text, "spectrum = {}", inline(&moved(&spectrum.entry)));
+    }
 }
 
 fn write_camera(text: &mut String, camera: &CameraSettings) {
@@ -159,6 +176,7 @@ fn write_lamp(text: &mut String, lamp: &LampSettings, moved: &dyn Fn(&Value) -> 
         lamp.half_angle_deg,
         lamp.radius_m
     );
+    write_spectrum(text, lamp.spectrum.as_ref(), moved);
 }
 
 fn write_sensor(text: &mut String, sensor: &SensorSettings) {
@@ -177,6 +195,15 @@ fn write_sensor(text: &mut String, sensor: &SensorSettings) {
     );
     if let Some(noise) = sensor.noise {
         let _ = writeln!(text, "noise = {{ a = {:?}, b = {:?} }}", noise.a, noise.b);
+    }
+    let _ = match sensor.white_balance {
+        Balance::None => Ok(()),
+        Balance::Gray => writeln!(text, "white_balance = \"gray\""),
+        Balance::Daylight => writeln!(text, "white_balance = \"d65\""),
+        Balance::Gains(gains) => writeln!(text, "white_balance = {gains:?}"),
+    };
+    if sensor.color_matrix != Sensor::default().color_matrix {
+        let _ = writeln!(text, "color_matrix = {:?}", sensor.color_matrix);
     }
 }
 

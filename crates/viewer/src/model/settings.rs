@@ -2,11 +2,13 @@
 
 use glam::DVec3;
 use uw_media::MediaError;
+use uw_media::spectral::{Curve, sky_light, sunlight};
 use uw_render::scene::{
-    Encoding, Exposure, Falloff, Lamp, Noise, RenderSettings, Scene, Sensor, WaterSurface,
+    Encoding, Exposure, Falloff, Lamp, Noise, RenderSettings, Scene, Sensor, Spectral,
+    WaterSurface, WhiteBalance,
 };
 
-use super::{CameraSettings, Water};
+use super::{CameraSettings, LightSpectrum, ResponseSettings, Water};
 
 /// The settings: what a scene file says, without the objects.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,10 +19,18 @@ pub struct Settings {
     pub surface: Option<Surface>,
     /// The sun.
     pub sun: Option<Sun>,
+    /// Relative spectrum of the sun's light.
+    pub sun_spectrum: Option<LightSpectrum>,
     /// Sky radiance, W/(m² sr).
     pub sky_radiance: [f64; 3],
+    /// Relative spectrum of the sky's light.
+    pub sky_spectrum: Option<LightSpectrum>,
     /// The camera.
     pub camera: CameraSettings,
+    /// Response of the camera's channels.
+    pub response: ResponseSettings,
+    /// Whether surfaces have reflectances by wavelength.
+    pub spectral_surfaces: bool,
     /// The lamps.
     pub lamps: Vec<LampSettings>,
     /// The sensor.
@@ -29,6 +39,16 @@ pub struct Settings {
     pub samples_per_pixel: u32,
     /// Largest number of scatterings and reflections; 0: unlimited.
     pub max_bounces: u32,
+}
+
+/// What daylight in the water hangs on, besides the surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WaterAndSky {
+    water: Option<Water>,
+    sun: Option<Sun>,
+    sky_radiance: [f64; 3],
+    spectra: [Option<LightSpectrum>; 2],
+    response: ResponseSettings,
 }
 
 /// The water surface.
@@ -62,6 +82,8 @@ pub struct LampSettings {
     pub forward: DVec3,
     /// Intensity on the axis at 100 %, W/sr.
     pub intensity: [f64; 3],
+    /// Relative spectrum of its light.
+    pub spectrum: Option<LightSpectrum>,
     /// Level, percent.
     pub level_pct: f64,
     /// Half angle of the cone, degrees, in (0, 180].
@@ -87,28 +109,40 @@ pub struct SensorSettings {
     pub bits: u32,
     /// Noise, where it is on.
     pub noise: Option<Noise>,
+    /// White balance.
+    pub white_balance: Balance,
+    /// What the channels become after it, row by row.
+    pub color_matrix: [[f64; 3]; 3],
 }
 
-impl From<Sensor> for SensorSettings {
-    fn from(sensor: Sensor) -> Self {
+/// White balance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Balance {
+    /// Channels as they are.
+    None,
+    /// The means of a picture's channels become equal.
+    Gray,
+    /// White is white under daylight (D65) without water.
+    Daylight,
+    /// Factors of R, G and B.
+    Gains([f64; 3]),
+}
+
+impl SensorSettings {
+    /// What a scene file says; `white_balance` is the file's own word, where it has one.
+    pub fn read(sensor: &Sensor, white_balance: Option<&str>) -> Self {
         Self {
             exposure: sensor.exposure,
             encoding: sensor.encoding,
             bits: sensor.bits,
             noise: sensor.noise,
-        }
-    }
-}
-
-impl SensorSettings {
-    /// The sensor as the renderer takes it.
-    pub fn build(&self) -> Sensor {
-        Sensor {
-            exposure: self.exposure,
-            encoding: self.encoding,
-            bits: self.bits,
-            noise: self.noise,
-            white_balance: uw_render::scene::WhiteBalance::None,
+            white_balance: match (white_balance, sensor.white_balance) {
+                (Some("d65"), _) => Balance::Daylight,
+                (_, WhiteBalance::None) => Balance::None,
+                (_, WhiteBalance::Gray) => Balance::Gray,
+                (_, WhiteBalance::Gains(gains)) => Balance::Gains(gains),
+            },
+            color_matrix: sensor.color_matrix,
         }
     }
 }
@@ -120,6 +154,7 @@ impl From<&Lamp> for LampSettings {
             position_m: lamp.position_m,
             forward: lamp.forward,
             intensity: lamp.intensity,
+            spectrum: None,
             level_pct: lamp.level_pct,
             half_angle_deg: lamp.half_angle_deg,
             falloff: lamp.falloff.clone(),
@@ -137,7 +172,7 @@ impl LampSettings {
             position_m: self.position_m,
             forward: self.forward,
             intensity: self.intensity,
-            spectrum: None,
+            spectrum: self.spectrum.as_ref().map(LightSpectrum::curve),
             level_pct: self.level_pct,
             half_angle_deg: self.half_angle_deg,
             falloff: self.falloff.clone(),
@@ -190,8 +225,11 @@ impl Settings {
     /// # Errors
     /// A parameter of the water outside its range.
     pub fn scene(&self) -> Result<Scene, MediaError> {
+        let water = self.water.as_ref();
         Ok(Scene {
-            water: self.water.as_ref().map(Water::build).transpose()?,
+            water: water
+                .map(|w| w.build(&self.response.response))
+                .transpose()?,
             surface: self.surface.map(|s| WaterSurface {
                 height_m: s.height_m,
                 refractive: s.refractive,
@@ -199,19 +237,96 @@ impl Settings {
             sun: self.sun.as_ref().map(Sun::build),
             sky_radiance: self.sky_radiance,
             camera: self.camera.build(),
-            spectral: None,
+            spectral: self.spectral()?,
             lamps: self.lit_lamps().map(LampSettings::build).collect(),
             quads: Vec::new(),
             meshes: Vec::new(),
             materials: Vec::new(),
             textures: Vec::new(),
-            sensor: Some(self.sensor.build()),
+            sensor: Some(self.sensor()),
             render: RenderSettings {
                 samples_per_pixel: self.samples_per_pixel,
                 max_bounces: self.max_bounces,
             },
             warnings: Vec::new(),
         })
+    }
+
+    /// The scene by wavelength; `None` where the three channels are all there is, as scene files have it.
+    fn spectral(&self) -> Result<Option<Spectral>, MediaError> {
+        let water = match &self.water {
+            Some(water) => water.coefficients.spectrum()?,
+            None => None,
+        };
+        let lights = self.lamps.iter().map(|lamp| &lamp.spectrum);
+        let mut lights = lights.chain([&self.sun_spectrum, &self.sky_spectrum]);
+        let is_said = self.spectral_surfaces
+            || self.response.entry.is_some()
+            || lights.any(|spectrum| spectrum.is_some());
+        if water.is_none() && (self.water.is_some() || !is_said) {
+            return Ok(None);
+        }
+        let zenith_deg = self.sun.map_or(0.0, |sun| sun.zenith_deg);
+        let of = |light: &Option<LightSpectrum>, clear: fn(f64) -> Curve| {
+            let curve = |light: &LightSpectrum| light.curve_or(|| clear(zenith_deg));
+            light.as_ref().map(curve)
+        };
+        Ok(Some(Spectral {
+            water,
+            response: self.response.response.clone(),
+            sun: of(&self.sun_spectrum, sunlight),
+            sky: of(&self.sky_spectrum, sky_light),
+            lights: self.named_lights(),
+        }))
+    }
+
+    /// Which light has which spectrum, for those who read a file.
+    fn named_lights(&self) -> Vec<String> {
+        let name = |of: &str, light: &Option<LightSpectrum>| {
+            let light = light.as_ref()?;
+            Some(format!("{of}.spectrum {}", light.entry))
+        };
+        let sun_and_sky = [
+            name("sun", &self.sun_spectrum),
+            name("sky", &self.sky_spectrum),
+        ];
+        let lamps = self.lamps.iter().zip(1..);
+        let lamps = lamps.map(|(lamp, i)| name(&format!("lamp {i}"), &lamp.spectrum));
+        sun_and_sky.into_iter().chain(lamps).flatten().collect()
+    }
+
+    /// The sensor as the renderer takes it.
+    pub fn sensor(&self) -> Sensor {
+        let sensor = &self.sensor;
+        Sensor {
+            exposure: sensor.exposure,
+            encoding: sensor.encoding,
+            bits: sensor.bits,
+            noise: sensor.noise,
+            white_balance: match sensor.white_balance {
+                Balance::None => WhiteBalance::None,
+                Balance::Gray => WhiteBalance::Gray,
+                Balance::Gains(gains) => WhiteBalance::Gains(gains),
+                Balance::Daylight => match self.spectral() {
+                    Ok(Some(spectral)) => spectral
+                        .daylight_gains()
+                        .map_or(WhiteBalance::None, WhiteBalance::Gains),
+                    _ => WhiteBalance::None,
+                },
+            },
+            color_matrix: sensor.color_matrix,
+        }
+    }
+
+    /// What daylight in the water hangs on, besides the surface's height.
+    pub fn water_and_sky(&self) -> WaterAndSky {
+        WaterAndSky {
+            water: self.water.clone(),
+            sun: self.sun,
+            sky_radiance: self.sky_radiance,
+            spectra: [self.sun_spectrum.clone(), self.sky_spectrum.clone()],
+            response: self.response.clone(),
+        }
     }
 
     /// The lamps that can be rendered: below the surface where there is one.

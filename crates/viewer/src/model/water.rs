@@ -1,10 +1,14 @@
 //! The water as the panel sets it.
 
+use std::fmt;
+use std::str::FromStr;
+
+use uw_media::spectral::{Response, SPECTRAL, SPECTRAL_MEASURED, WaterSpectrum};
 use uw_media::{
     Bands, Iops, MediaError, WaterType, channel_iops,
     phase::{Draine, FournierForand, HenyeyGreenstein, Phase, Rayleigh, Tabulated},
 };
-use uw_render::scene;
+use uw_render::scene::{self, Spectral};
 
 /// Water: coefficients, phase function, refractive index.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,17 +22,65 @@ pub struct Water {
 }
 
 /// Absorption and scattering per channel.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Coefficients {
     /// From the tables of the Jerlov types.
     Jerlov {
         /// Place along [`WaterType::ALL`], in [0, 9]; between two whole numbers a and b are mixed linearly.
         scale: f64,
         /// How wavelengths become channels.
-        bands: Bands,
+        bands: WaterBands,
+    },
+    /// By wavelength, from a file.
+    OfFile {
+        /// The path, as the scene file has it.
+        path: String,
+        /// What it holds.
+        spectrum: WaterSpectrum,
     },
     /// Set by hand, 1/m per channel.
     Direct(Iops),
+}
+
+/// How the wavelengths of a Jerlov type become channels.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum WaterBands {
+    /// They stay: all light goes by wavelength.
+    #[default]
+    Spectral,
+    /// The same with the spectra that Williamson and Hollins measured.
+    SpectralMeasured,
+    /// One coefficient for each channel.
+    Three(Bands),
+}
+
+impl WaterBands {
+    /// Whether light goes by wavelength.
+    pub fn is_spectral(&self) -> bool {
+        !matches!(self, Self::Three(_))
+    }
+}
+
+impl FromStr for WaterBands {
+    type Err = MediaError;
+
+    fn from_str(text: &str) -> Result<Self, MediaError> {
+        match text {
+            SPECTRAL => Ok(Self::Spectral),
+            SPECTRAL_MEASURED => Ok(Self::SpectralMeasured),
+            text => text.parse().map(Self::Three),
+        }
+    }
+}
+
+impl fmt::Display for WaterBands {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Spectral => f.write_str(SPECTRAL),
+            Self::SpectralMeasured => f.write_str(SPECTRAL_MEASURED),
+            Self::Three(bands) => bands.fmt(f),
+        }
+    }
 }
 
 /// A phase function with the parameters that can be set.
@@ -153,7 +205,7 @@ impl Default for Water {
         Self {
             coefficients: Coefficients::Jerlov {
                 scale: 2.0,
-                bands: Bands::Mean,
+                bands: WaterBands::Spectral,
             },
             phase: PhaseModel::DEFAULT,
             refractive_index: 1.34,
@@ -162,15 +214,70 @@ impl Default for Water {
 }
 
 impl Coefficients {
-    /// Absorption and scattering per channel, 1/m.
+    /// Absorption and scattering per channel, 1/m; of water by wavelength those near zero range for `response`.
     ///
     /// # Errors
     /// Bands that the tables do not cover.
-    pub fn iops(&self) -> Result<Iops, MediaError> {
+    pub fn iops(&self, response: &Response) -> Result<Iops, MediaError> {
+        let near = |spectrum| Spectral::of(spectrum, response.clone()).wideband();
         match self {
             Self::Direct(iops) => Ok(*iops),
-            Self::Jerlov { scale, bands } => between(*scale, |t| channel_iops(t, bands)),
+            Self::OfFile { spectrum, .. } => Ok(near(spectrum.clone())),
+            Self::Jerlov { scale, bands } => match bands {
+                WaterBands::Spectral => by_wavelength(*scale).map(near),
+                WaterBands::SpectralMeasured => measured(*scale).map(near),
+                WaterBands::Three(bands) => {
+                    let (first, second, share) = neighbours(*scale);
+                    let iops = channel_iops(first, bands)?;
+                    match share {
+                        0.0 => Ok(iops),
+                        share => Ok(iops.towards(&channel_iops(second, bands)?, share)),
+                    }
+                }
+            },
         }
+    }
+
+    /// The water by wavelength; `None` where it is known in three bands.
+    ///
+    /// # Errors
+    /// Types that were not measured.
+    pub fn spectrum(&self) -> Result<Option<WaterSpectrum>, MediaError> {
+        match self {
+            Self::Direct(_) => Ok(None),
+            Self::OfFile { spectrum, .. } => Ok(Some(spectrum.clone())),
+            Self::Jerlov { scale, bands } => match bands {
+                WaterBands::Spectral => by_wavelength(*scale).map(Some),
+                WaterBands::SpectralMeasured => measured(*scale).map(Some),
+                WaterBands::Three(_) => Ok(None),
+            },
+        }
+    }
+
+    /// What is drawn: (wavelength in nm, a, b in 1/m); nothing of coefficients without wavelengths.
+    pub fn rows(&self) -> Vec<(f64, f64, f64)> {
+        match (self, self.spectrum()) {
+            (_, Ok(Some(spectrum))) => {
+                let nodes = spectrum.a.nodes().iter();
+                nodes.map(|&(nm, a)| (nm, a, spectrum.b.at(nm))).collect()
+            }
+            (Self::Jerlov { scale, .. }, _) => spectrum_at(*scale),
+            _ => Vec::new(),
+        }
+    }
+}
+
+fn by_wavelength(scale: f64) -> Result<WaterSpectrum, MediaError> {
+    let (first, second, share) = neighbours(scale);
+    Ok(WaterSpectrum::jerlov(first).towards(&WaterSpectrum::jerlov(second), share))
+}
+
+fn measured(scale: f64) -> Result<WaterSpectrum, MediaError> {
+    let (first, second, share) = neighbours(scale);
+    let spectrum = WaterSpectrum::measured(first)?;
+    match share {
+        0.0 => Ok(spectrum),
+        share => Ok(spectrum.towards(&WaterSpectrum::measured(second)?, share)),
     }
 }
 
@@ -185,24 +292,6 @@ pub fn neighbours(scale: f64) -> (WaterType, WaterType, f64) {
         WaterType::ALL[second],
         scale - first as f64,
     )
-}
-
-/// What `of` gives for the types around `place`, mixed linearly.
-fn between(
-    scale: f64,
-    of: impl Fn(WaterType) -> Result<Iops, MediaError>,
-) -> Result<Iops, MediaError> {
-    let (first, second, weight) = neighbours(scale);
-    let low = of(first)?;
-    if weight == 0.0 {
-        return Ok(low);
-    }
-    let high = of(second)?;
-    let mix = |x: [f64; 3], y: [f64; 3]| std::array::from_fn(|k| x[k] + weight * (y[k] - x[k]));
-    Ok(Iops {
-        a: mix(low.a, high.a),
-        b: mix(low.b, high.b),
-    })
 }
 
 /// Absorption and scattering against wavelength at a place along the types: (wavelength in nm, a, b in 1/m).
@@ -236,9 +325,9 @@ impl Water {
     ///
     /// # Errors
     /// A parameter outside its range.
-    pub fn build(&self) -> Result<scene::Water, MediaError> {
+    pub fn build(&self, response: &Response) -> Result<scene::Water, MediaError> {
         Ok(scene::Water {
-            iops: self.coefficients.iops()?,
+            iops: self.coefficients.iops(response)?,
             phase: self.phase.phase()?,
             refractive_index: self.refractive_index,
         })
@@ -252,8 +341,8 @@ mod tests {
     #[test]
     fn whole_places_are_the_types_and_halves_lie_between() {
         let at = |scale| {
-            let bands = Bands::Mean;
-            let iops = Coefficients::Jerlov { scale, bands }.iops();
+            let bands = WaterBands::Three(Bands::Mean);
+            let iops = Coefficients::Jerlov { scale, bands }.iops(&Response::boxes());
             iops.expect("covered")
         };
         for (i, water_type) in WaterType::ALL.into_iter().enumerate() {
@@ -273,6 +362,8 @@ mod tests {
     fn bands_without_data_are_refused() {
         let scale = 0.0;
         let bands = Bands::Measured;
-        assert!(Coefficients::Jerlov { scale, bands }.iops().is_err());
+        let bands = WaterBands::Three(bands);
+        let iops = Coefficients::Jerlov { scale, bands }.iops(&Response::boxes());
+        assert!(iops.is_err());
     }
 }

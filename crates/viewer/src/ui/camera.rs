@@ -1,10 +1,11 @@
 //! The camera's part of the scene panel.
 
-use egui::{DragValue, Ui};
+use egui::{ComboBox, DragValue, Ui};
+use uw_media::spectral::RESPONSES;
 
-use super::knobs::{direction, heading, position, slider};
+use super::knobs::{direction, heading, list_height, position, slider};
 use crate::app::Viewer;
-use crate::model::camera::Motion;
+use crate::model::{ResponseSettings, camera::Motion, spectra::short_name};
 
 /// Shows the camera.
 pub fn show(app: &mut Viewer, ui: &mut Ui) {
@@ -49,6 +50,8 @@ pub fn show(app: &mut Viewer, ui: &mut Ui) {
         }
         ui.weak("proportions; saved with the scene");
     });
+    response(ui, &mut app.settings.response);
+    let camera = &app.settings.camera;
     if camera.distortion != [0.0; 5] {
         ui.weak(format!("distortion {:?}", camera.distortion));
     }
@@ -56,4 +59,31 @@ pub fn show(app: &mut Viewer, ui: &mut Ui) {
         "{:.2} m to what is in the middle",
         app.distance_ahead_m()
     ));
+}
+
+/// What the channels see of each wavelength.
+fn response(ui: &mut Ui, response: &mut ResponseSettings) {
+    const BOXES: &str = "boxes";
+    let chosen = response.entry.as_ref().map_or(BOXES, short_name).to_owned();
+    ComboBox::from_label("response")
+        .selected_text(&chosen)
+        .height(list_height(ui))
+        .show_ui(ui, |ui| {
+            for known in RESPONSES.split_whitespace() {
+                let name = match known {
+                    BOXES => "boxes (600-700, 500-600, 400-500 nm)",
+                    camera => camera,
+                };
+                if ui.selectable_label(chosen == known, name).clicked() {
+                    *response = match known {
+                        BOXES => ResponseSettings::default(),
+                        camera => ResponseSettings::named(camera).unwrap_or_default(),
+                    };
+                }
+            }
+        })
+        .response
+        .on_hover_text(
+            "What the camera's channels see of each wavelength; counts in water by wavelength",
+        );
 }

@@ -1,10 +1,12 @@
 //! Rows of knobs that panels share.
 
-use egui::{DragValue, Slider, SliderClamping, Ui};
+use egui::{ComboBox, DragValue, Slider, SliderClamping, Ui};
 use egui_plot::{AxisHints, GridInput, GridMark, Plot};
 use glam::DVec3;
+use uw_media::spectral::ILLUMINANTS;
 
 use super::theme::CHANNELS;
+use crate::model::{LightSpectrum, spectra::short_name};
 
 /// A slider with its name and unit.
 pub fn slider(
@@ -93,6 +95,31 @@ pub fn channels(ui: &mut Ui, name: &str, values: &mut [f64; 3], most: f64, unit:
         }
         ui.weak(unit);
     });
+}
+
+/// The spectrum of a light: even over each channel, one that has a name, or the file's own. `sky`: also that of the clear sky.
+pub fn light_spectrum(ui: &mut Ui, name: &str, spectrum: &mut Option<LightSpectrum>, sky: bool) {
+    const EVEN: &str = "even in each channel";
+    let chosen = spectrum
+        .as_ref()
+        .map_or(EVEN, |s| short_name(&s.entry))
+        .to_owned();
+    ComboBox::from_label(name)
+        .selected_text(&chosen)
+        .height(list_height(ui))
+        .show_ui(ui, |ui| {
+            if ui.selectable_label(chosen == EVEN, EVEN).clicked() {
+                *spectrum = None;
+            }
+            let clear = sky.then_some("clear-sky");
+            for known in clear.into_iter().chain(ILLUMINANTS.split_whitespace()) {
+                if ui.selectable_label(chosen == known, known).clicked() {
+                    *spectrum = LightSpectrum::named(known);
+                }
+            }
+        })
+        .response
+        .on_hover_text("Counts in water by wavelength; the brightness of each channel stays");
 }
 
 /// A point in the world.

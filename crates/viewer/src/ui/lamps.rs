@@ -3,7 +3,7 @@
 use egui::{CollapsingHeader, Ui};
 use uw_render::scene::Falloff;
 
-use super::knobs::{channels, direction, heading, position, slider};
+use super::knobs::{channels, direction, heading, light_spectrum, position, slider};
 use crate::app::Viewer;
 use crate::model::{LampSettings, open_scene::lamp_beside};
 
@@ -82,6 +82,9 @@ fn one(ui: &mut Ui, lamp: &mut LampSettings) {
         "°",
     );
     channels(ui, "intensity", &mut lamp.intensity, 1e5, "W/sr");
+    if !lamp.of_gltf {
+        light_spectrum(ui, "spectrum", &mut lamp.spectrum, false);
+    }
     let mut radius_mm = 1000.0 * lamp.radius_m;
     if slider(ui, "radius (0: point)", &mut radius_mm, 0.0..=200.0, " mm").changed() {
         lamp.radius_m = radius_mm / 1000.0;

@@ -13,6 +13,7 @@ pub mod operation;
 mod overlay;
 pub mod phase_plot;
 pub mod picture;
+pub mod pixel;
 pub mod plots;
 mod scale;
 pub mod scene;

@@ -10,7 +10,7 @@ use uw_render::prepare::Primitive;
 
 use super::canvas::Canvas;
 use super::scale::figure;
-use super::{overlay, theme};
+use super::{overlay, pixel, theme};
 use crate::app::Viewer;
 use crate::model::{CameraSettings, camera::Motion};
 use crate::worker::Frame;
@@ -216,6 +216,11 @@ fn navigate(app: &mut Viewer, ui: &Ui, response: &egui::Response, frame: &Frame)
             let motion = app.motion;
             app.move_camera(|camera| camera.step(motion, DVec3::new(0.0, 0.0, step)));
         }
+    }
+    if response.secondary_clicked()
+        && let Some(at) = app.picture.probe
+    {
+        pixel::ask(app, ui, at);
     }
     if response.double_clicked()
         && let Some(at) = app.picture.probe

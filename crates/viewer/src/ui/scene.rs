@@ -6,7 +6,7 @@ use uw_render::scene::{Encoding, Exposure, Noise};
 use super::knobs::{heading, list_height, log_slider};
 use super::{camera, lamps};
 use crate::app::{FilePurpose, Viewer};
-use crate::model::SensorSettings;
+use crate::model::{Balance, SensorSettings};
 
 /// Shows the panel.
 pub fn show(app: &mut Viewer, ui: &mut Ui) {
@@ -107,6 +107,7 @@ fn sensor(ui: &mut Ui, sensor: &mut SensorSettings, used: Option<f64>) {
         log_slider(ui, "photon noise a", &mut noise.a, 1e-6..=0.05, "");
         log_slider(ui, "read noise b", &mut noise.b, 1e-8..=0.01, "");
     }
+    balance(ui, &mut sensor.white_balance);
     ui.horizontal(|ui| {
         ui.label("encoding");
         ui.selectable_value(&mut sensor.encoding, Encoding::Srgb, "sRGB");
@@ -114,5 +115,21 @@ fn sensor(ui: &mut Ui, sensor: &mut SensorSettings, used: Option<f64>) {
         ui.separator();
         ui.selectable_value(&mut sensor.bits, 8, "8 bits");
         ui.selectable_value(&mut sensor.bits, 16, "16 bits");
+    });
+}
+
+fn balance(ui: &mut Ui, balance: &mut Balance) {
+    ui.horizontal(|ui| {
+        ui.label("white balance");
+        ui.selectable_value(balance, Balance::None, "none");
+        ui.selectable_value(balance, Balance::Gray, "gray")
+            .on_hover_text("Makes the means of the channels equal");
+        ui.selectable_value(balance, Balance::Daylight, "d65")
+            .on_hover_text(
+                "White is white under daylight without water, where light goes by wavelength",
+            );
+        if let Balance::Gains(gains) = balance {
+            ui.weak(format!("gains {gains:?}"));
+        }
     });
 }

@@ -26,7 +26,7 @@ pub const QUIT: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key
 const SPEED: f64 = 0.6;
 
 /// What the help lists: keys and what they do.
-pub const HELP: [(&str, &str); 19] = [
+pub const HELP: [(&str, &str); 20] = [
     ("Drag", "Orbit, or turn the view"),
     ("Shift + drag, middle drag", "Shift the view"),
     ("Wheel", "Closer, farther"),
@@ -34,6 +34,7 @@ pub const HELP: [(&str, &str); 19] = [
     ("R F", "Up, down"),
     ("Hover", "Probe: radiance, counts, depth"),
     ("Double click", "Look at this point"),
+    ("Right click", "Spectrum of the light of this pixel"),
     ("1 2 3", "Orbit, fly, vehicle"),
     ("Space", "Pause, go on"),
     ("Backspace", "Start the picture anew"),

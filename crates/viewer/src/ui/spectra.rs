@@ -1,12 +1,12 @@
-//! Absorption and scattering against wavelength, with the channels' intervals, whose ends can be dragged.
+//! Absorption and scattering against wavelength, with the response of the channels, or with their intervals, whose ends can
+//! be dragged.
 
 use egui::{Color32, Ui};
-use egui_plot::{Line, PlotPoint, PlotPoints, Span};
-use uw_media::{Bands, Interval};
+use egui_plot::{Line, Plot, PlotPoint, PlotPoints, PlotUi, Span};
+use uw_media::{Bands, Interval, spectral::Response};
 
 use super::knobs::{still_plot, x_axis, y_axis};
 use super::theme::{CHANNELS, channel_colours};
-use crate::model::water::spectrum_at;
 
 /// Wavelengths of the tables, nm.
 const RANGE_NM: (f64, f64) = (300.0, 700.0);
@@ -14,6 +14,8 @@ const RANGE_NM: (f64, f64) = (300.0, 700.0);
 const SCATTERING: Color32 = Color32::from_rgb(230, 160, 40);
 /// Narrowest interval that a drag makes, nm.
 const NARROWEST_NM: f64 = 5.0;
+/// Height of the plot, points.
+const HEIGHT: f32 = 150.0;
 /// How near the pointer must be to an end to take it, points on the screen.
 const REACH: f32 = 8.0;
 
@@ -29,9 +31,64 @@ pub fn intervals(bands: &Bands) -> [Interval; 3] {
 /// An end of an interval: its channel, and whether it is the upper one.
 type IntervalEnd = (usize, bool);
 
-/// Shows the plot; drags of the intervals' ends change `bands`.
-pub fn show(ui: &mut Ui, scale: f64, bands: &mut Bands) {
-    let spectrum = spectrum_at(scale);
+/// Wavelength, nm, and a and b, 1/m.
+type Rows = [(f64, f64, f64)];
+
+fn plot() -> Plot<'static> {
+    still_plot("spectra", HEIGHT)
+        .include_x(RANGE_NM.0)
+        .include_x(RANGE_NM.1)
+        .include_y(0.0)
+        .set_margin_fraction(egui::vec2(0.035, 0.08))
+        .custom_x_axes(vec![x_axis("wavelength, nm")])
+        .custom_y_axes(vec![y_axis("1/m")])
+}
+
+fn coefficients(plot: &mut PlotUi<'_>, rows: &Rows, ink: Color32) {
+    let mut line = |name: &str, of: fn(&(f64, f64, f64)) -> f64, colour: Color32| {
+        let points: Vec<_> = rows.iter().map(|row| [row.0, of(row)]).collect();
+        let line = Line::new(name, PlotPoints::new(points));
+        plot.line(line.color(colour).width(2.0));
+    };
+    line("absorption a", |row| row.1, ink);
+    line("scattering b", |row| row.2, SCATTERING);
+}
+
+fn caption(ui: &mut Ui) {
+    ui.horizontal(|ui| {
+        ui.colored_label(ui.visuals().text_color(), "— absorption a");
+        ui.colored_label(SCATTERING, "— scattering b");
+    });
+}
+
+/// Shows the plot with what the camera's channels respond to, the highest response as high as the highest coefficient.
+pub fn with_response(ui: &mut Ui, rows: &Rows, response: &Response) {
+    let colours = channel_colours(ui);
+    let ink = ui.visuals().text_color();
+    let most = rows
+        .iter()
+        .fold(0.0_f64, |most, row| most.max(row.1).max(row.2));
+    let nodes = || response.channels.iter().flat_map(|curve| curve.nodes());
+    let highest = nodes().fold(0.0_f64, |most, node| most.max(node.1));
+    plot().show(ui, |plot| {
+        for ((curve, colour), name) in response.channels.iter().zip(colours).zip(CHANNELS) {
+            let scaled = |&(nm, value): &(f64, f64)| [nm, value / highest * most];
+            let points: Vec<_> = curve.nodes().iter().map(scaled).collect();
+            plot.line(
+                Line::new(name, PlotPoints::new(points))
+                    .color(colour)
+                    .fill(0.0)
+                    .fill_alpha(0.2),
+            );
+        }
+        coefficients(plot, rows, ink);
+    });
+    caption(ui);
+    ui.weak(format!("coloured: response of {}", response.name));
+}
+
+/// Shows the plot with the intervals of `bands`; drags of their ends change it.
+pub fn with_intervals(ui: &mut Ui, rows: &Rows, bands: &mut Bands) {
     let mut spans = intervals(bands);
     let shaded = matches!(
         bands,
@@ -41,15 +98,7 @@ pub fn show(ui: &mut Ui, scale: f64, bands: &mut Bands) {
     let ink = ui.visuals().text_color();
     let taken_id = ui.scope_id().with("taken end");
     let taken: Option<IntervalEnd> = ui.data(|d| d.get_temp(taken_id)).flatten();
-    let height = 150.0;
-    let plot = still_plot("spectra", height)
-        .include_x(RANGE_NM.0)
-        .include_x(RANGE_NM.1)
-        .include_y(0.0)
-        .set_margin_fraction(egui::vec2(0.035, 0.08))
-        .custom_x_axes(vec![x_axis("wavelength, nm")])
-        .custom_y_axes(vec![y_axis("1/m")]);
-    let shown = plot.show(ui, |plot| {
+    let shown = plot().show(ui, |plot| {
         if shaded {
             for ((span, colour), name) in spans.iter().zip(colours).zip(CHANNELS) {
                 plot.span(
@@ -60,19 +109,9 @@ pub fn show(ui: &mut Ui, scale: f64, bands: &mut Bands) {
                 );
             }
         }
-        let line = |name: &str, of: fn(&(f64, f64, f64)) -> f64, colour: Color32| {
-            let points: Vec<_> = spectrum.iter().map(|row| [row.0, of(row)]).collect();
-            Line::new(name, PlotPoints::new(points))
-                .color(colour)
-                .width(2.0)
-        };
-        plot.line(line("absorption a", |row| row.1, ink));
-        plot.line(line("scattering b", |row| row.2, SCATTERING));
+        coefficients(plot, rows, ink);
     });
-    ui.horizontal(|ui| {
-        ui.colored_label(ink, "— absorption a");
-        ui.colored_label(SCATTERING, "— scattering b");
-    });
+    caption(ui);
     if !shaded {
         return;
     }

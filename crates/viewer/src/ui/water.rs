@@ -1,12 +1,12 @@
 //! The water panel: an ocean of any kind.
 
 use egui::{ComboBox, Slider, Ui};
-use uw_media::{Bands, WaterType, phase::PhaseFunction};
+use uw_media::{Bands, WaterType, phase::PhaseFunction, spectral::Response};
 
-use super::knobs::{channels, heading, list_height, log_slider, slider};
+use super::knobs::{channels, heading, light_spectrum, list_height, log_slider, slider};
 use super::{phase_plot, spectra};
 use crate::app::{FilePurpose, Viewer};
-use crate::model::{Coefficients, PhaseModel, Sun, Surface, Water, water};
+use crate::model::{Coefficients, PhaseModel, Sun, Surface, Water, WaterBands, water};
 
 /// Shows the panel.
 pub fn show(app: &mut Viewer, ui: &mut Ui) {
@@ -18,8 +18,9 @@ pub fn show(app: &mut Viewer, ui: &mut Ui) {
         (false, Some(_)) => app.settings.water = None,
         _ => {}
     }
+    let response = app.settings.response.response.clone();
     if let Some(water) = &mut app.settings.water {
-        coefficients(ui, &mut water.coefficients);
+        coefficients(ui, &mut water.coefficients, &response);
         phase(ui, &mut water.phase);
         slider(
             ui,
@@ -41,10 +42,11 @@ pub fn show(app: &mut Viewer, ui: &mut Ui) {
     });
 }
 
-fn coefficients(ui: &mut Ui, coefficients: &mut Coefficients) {
+fn coefficients(ui: &mut Ui, coefficients: &mut Coefficients, response: &Response) {
     heading(ui, "Absorption a and scattering b");
-    types(ui, coefficients);
-    let before = coefficients.iops();
+    types(ui, coefficients, response);
+    let before = coefficients.iops(response);
+    let rows = coefficients.rows();
     match coefficients {
         Coefficients::Jerlov { scale, bands } => {
             let last = (WaterType::ALL.len() - 1) as f64;
@@ -56,10 +58,18 @@ fn coefficients(ui: &mut Ui, coefficients: &mut Coefficients) {
             )
             .on_hover_text("Mixes a and b of neighbouring types");
             bands_box(ui, bands);
-            spectra::show(ui, *scale, bands);
+            match bands {
+                WaterBands::Three(bands) => spectra::with_intervals(ui, &rows, bands),
+                _ => spectra::with_response(ui, &rows, response),
+            }
+        }
+        Coefficients::OfFile { path, .. } => {
+            ui.weak(format!("by wavelength, from {path}"));
+            spectra::with_response(ui, &rows, response);
         }
         Coefficients::Direct(_) => {}
     }
+    let is_spectral = matches!(coefficients.spectrum(), Ok(Some(_)));
     let mut iops = match before {
         Ok(iops) => iops,
         Err(error) => {
@@ -67,6 +77,10 @@ fn coefficients(ui: &mut Ui, coefficients: &mut Coefficients) {
             return;
         }
     };
+    if is_spectral {
+        ui.weak("Light goes by wavelength. Near zero range the channels have:")
+            .on_hover_text("Set one of these, and the water is known in three bands from then on");
+    }
     let shown = iops;
     channels(ui, "a", &mut iops.a, 20.0, "1/m");
     channels(ui, "b", &mut iops.b, 20.0, "1/m");
@@ -85,12 +99,12 @@ fn triple(values: [f64; 3], digits: usize) -> String {
 }
 
 /// A button per type, and one for coefficients of one's own.
-fn types(ui: &mut Ui, coefficients: &mut Coefficients) {
+fn types(ui: &mut Ui, coefficients: &mut Coefficients, response: &Response) {
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 3.0;
         let (scale, bands) = match coefficients {
             Coefficients::Jerlov { scale, bands } => (Some(*scale), *bands),
-            Coefficients::Direct(_) => (None, Bands::Mean),
+            Coefficients::Direct(_) | Coefficients::OfFile { .. } => (None, WaterBands::default()),
         };
         for (i, water_type) in WaterType::ALL.into_iter().enumerate() {
             let chosen = scale == Some(i as f64);
@@ -101,32 +115,50 @@ fn types(ui: &mut Ui, coefficients: &mut Coefficients) {
                 };
             }
         }
+        let own = matches!(coefficients, Coefficients::Direct(_));
         if ui
-            .selectable_label(scale.is_none(), "own")
-            .on_hover_text("Set a and b below")
+            .selectable_label(own, "own")
+            .on_hover_text("Set a and b of three bands below")
             .clicked()
-            && let Ok(iops) = coefficients.iops()
+            && let Ok(iops) = coefficients.iops(response)
         {
             *coefficients = Coefficients::Direct(iops);
         }
     });
 }
 
-fn bands_box(ui: &mut Ui, bands: &mut Bands) {
-    let own = Bands::Intervals(spectra::intervals(bands));
+fn bands_box(ui: &mut Ui, bands: &mut WaterBands) {
+    let intervals = match &*bands {
+        WaterBands::Three(bands) => spectra::intervals(bands),
+        _ => spectra::intervals(&Bands::Mean),
+    };
+    let own = Bands::Intervals(intervals);
+    let three = |bands| WaterBands::Three(bands);
     ComboBox::from_label("wavelengths to channels")
         .selected_text(match &*bands {
-            Bands::Intervals(_) => "own intervals".to_owned(),
+            WaterBands::Three(Bands::Intervals(_)) => "own intervals".to_owned(),
             other => other.to_string(),
         })
         .height(list_height(ui))
         .show_ui(ui, |ui| {
+            ui.selectable_value(bands, WaterBands::Spectral, "spectral")
+                .on_hover_text("Each sample has a wavelength for each channel: right at any range");
+            ui.selectable_value(
+                bands,
+                WaterBands::SpectralMeasured,
+                "spectral-measured (IB II III 1C 3C 5C)",
+            );
             let cameras = uw_media::Camera::ALL.map(Bands::Camera);
             for choice in [Bands::Mean, Bands::Measured].into_iter().chain(cameras) {
-                ui.selectable_value(bands, choice, choice.to_string());
+                ui.selectable_value(bands, three(choice), choice.to_string())
+                    .on_hover_text("One coefficient for each channel: right near zero range");
             }
-            ui.selectable_value(bands, own, "own intervals");
-            ui.selectable_value(bands, Bands::PaperPrinted, "paper-printed (misprints)");
+            ui.selectable_value(bands, three(own), "own intervals");
+            ui.selectable_value(
+                bands,
+                three(Bands::PaperPrinted),
+                "paper-printed (misprints)",
+            );
         });
 }
 
@@ -230,6 +262,8 @@ fn light(app: &mut Viewer, ui: &mut Ui) {
         slider(ui, "zenith angle", &mut sun.zenith_deg, 0.0..=89.0, "°");
         slider(ui, "azimuth", &mut sun.azimuth_deg, -180.0..=180.0, "°");
         channels(ui, "irradiance", &mut sun.irradiance, 1e4, "W/m²");
+        light_spectrum(ui, "spectrum of the sun", &mut settings.sun_spectrum, true);
     }
     channels(ui, "sky", &mut settings.sky_radiance, 1e4, "W/(m² sr)");
+    light_spectrum(ui, "spectrum of the sky", &mut settings.sky_spectrum, true);
 }

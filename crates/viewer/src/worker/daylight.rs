@@ -11,7 +11,7 @@ use uw_render::{
 };
 
 use super::Job;
-use crate::model::{Settings, Sun, Surface, Water};
+use crate::model::{Settings, Surface, settings::WaterAndSky};
 
 /// Age of a job from which its field is solved: settings that last less, as while a slider is dragged, need none.
 const WORTH_IT: Duration = Duration::from_millis(150);
@@ -21,20 +21,16 @@ const NAP: Duration = Duration::from_millis(10);
 /// What a field of daylight hangs on.
 #[derive(Clone, Debug, PartialEq)]
 struct Cause {
-    water: Option<Water>,
+    water_and_sky: WaterAndSky,
     surface: Option<Surface>,
-    sun: Option<Sun>,
-    sky_radiance: [f64; 3],
     camera_height_m: f64,
 }
 
 impl Cause {
     fn of(settings: &Settings) -> Self {
         Self {
-            water: settings.water.clone(),
+            water_and_sky: settings.water_and_sky(),
             surface: settings.surface,
-            sun: settings.sun,
-            sky_radiance: settings.sky_radiance,
             camera_height_m: settings.camera.position_m.z,
         }
     }

@@ -176,16 +176,15 @@ impl<'a> Engine<'a> {
                 statistics,
             } if gpu.is_shared() && display::is_photograph(&view.display, scene.lamps.len()) => {
                 let size_px = [scene.camera.width, scene.camera.height];
-                let mean = statistics.mean.iter().sum::<f64>() / 3.0;
-                let exposure = view.sensor.build().exposure_factor_of(|| mean);
+                let sensor = view.sensor.set_for(statistics.mean);
                 let texture = textures.take(gpu, size_px)?;
-                stepper.show(&display::look(&view.sensor, exposure), &texture)?;
+                stepper.show(&display::look(&sensor), &texture)?;
                 let radiance = if view.probing {
                     stepper.radiance()?
                 } else {
                     Vec::new()
                 };
-                Ok(Shown::on_adapter(texture, radiance, exposure, view.sensor))
+                Ok(Shown::on_adapter(texture, radiance, sensor))
             }
             _ => {
                 let film = self.film()?;

@@ -39,7 +39,7 @@ pub(super) fn serve(
         let written = match &export {
             Export::Exr { path, layers } => write_exr(stage, &film, path, layers.as_deref()),
             Export::Photograph { path, seed } => {
-                let frame = sensor.build().expose(&layers::picture(&film), *seed);
+                let frame = sensor.expose(&layers::picture(&film), *seed);
                 write_frame(path, &frame)
             }
         };

@@ -7,10 +7,13 @@
 mod daylight;
 mod engine;
 mod exports;
+mod pixel;
 mod refine;
 mod run;
 mod stages;
 mod textures;
+
+pub use pixel::PixelSpectrum;
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -18,9 +21,14 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
-use uw_render::{backend::Device, layers::RenderLayer, prepare::Geometry, scene::Camera};
+use uw_render::{
+    backend::Device,
+    layers::RenderLayer,
+    prepare::Geometry,
+    scene::{Camera, Sensor},
+};
 
-use crate::model::{Display, SensorSettings, Settings, display::Shown};
+use crate::model::{Display, Settings, display::Shown};
 
 /// A render that is wanted.
 #[derive(Clone, Debug)]
@@ -59,7 +67,7 @@ pub struct View {
     /// Layer and colours.
     pub display: Display,
     /// The sensor.
-    pub sensor: SensorSettings,
+    pub sensor: Sensor,
     /// Whether radiances are wanted on the host, for the probe; without a window's adapter they always come.
     pub probing: bool,
 }

@@ -51,7 +51,7 @@ fn dragging_a_slider_neither_freezes_nor_leaks_nor_lies() {
         let water = harness.state_mut().settings.water.as_mut().expect("water");
         water.coefficients = Coefficients::Jerlov {
             scale: 4.5 + 4.5 * (f64::from(i) * 0.05).sin(),
-            bands: uw_media::Bands::Mean,
+            bands: uw_viewer::model::WaterBands::Spectral,
         };
         let before = cpu_time::ThreadTime::now();
         harness.step();

@@ -60,8 +60,10 @@ pub(crate) fn set(harness: &mut Harness<'_, Viewer>, label: &str, value: f64) {
 fn the_water_panel_sets_the_water() {
     let mut harness = viewer();
     let iops = |h: &Harness<'_, Viewer>| {
-        let water = h.state().settings.water.clone().expect("water");
-        water.coefficients.iops().expect("covered")
+        let settings = &h.state().settings;
+        let water = settings.water.as_ref().expect("water");
+        let response = &settings.response.response;
+        water.coefficients.iops(response).expect("covered")
     };
     let before = (iops(&harness), harness.state().generation());
     click(&mut harness, "7C");

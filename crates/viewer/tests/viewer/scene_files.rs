@@ -69,18 +69,93 @@ fn every_knob_is_saved() {
 }
 
 #[test]
-fn a_mixture_of_types_is_saved_as_its_coefficients() {
+fn a_mixture_of_types_is_saved_as_such() {
     let folder = tempfile::tempdir().expect("folder");
     let (open, mut settings) = small();
-    let water = settings.water.as_mut().expect("water");
-    water.coefficients = Coefficients::Jerlov {
-        scale: 5.5,
-        bands: uw_media::Bands::Mean,
-    };
-    let mixed = water.coefficients.iops().expect("covered");
-    let (_, read) = saved(&open, &settings, folder.path());
-    let coefficients = read.water.expect("water").coefficients;
-    assert_eq!(coefficients, Coefficients::Direct(mixed));
+    for bands in ["spectral", "spectral-measured", "mean", "camera:imx219"] {
+        let water = settings.water.as_mut().expect("water");
+        water.coefficients = Coefficients::Jerlov {
+            scale: 5.5,
+            bands: bands.parse().expect("known"),
+        };
+        let (_, read) = saved(&open, &settings, folder.path());
+        assert_eq!(read, settings);
+        let scene = settings.scene().expect("covered");
+        assert_eq!(scene.spectral.is_some(), bands.starts_with("spectral"));
+    }
+}
+
+/// A scene that says of every light, of a surface and of the camera what it is by wavelength.
+const SPECTRAL: &str = r#"format = "uw-scene/1"
+water = { spectrum = "tables/water.csv" }
+surface = { height_m = 0.0 }
+sun = { zenith_deg = 40.0, irradiance = [1.0, 1.0, 1.0], spectrum = "clear-sky" }
+sky = { radiance = [0.1, 0.1, 0.1], spectrum = { file = "tables/sky.csv" } }
+camera = { position_m = [0.0, 0.0, -3.0], forward = [1.0, 0.0, 0.0], hfov_deg = 60.0, width = 64, height = 36, response = { file = "tables/camera.csv" } }
+sensor = { exposure = { auto_mean = 0.4 }, white_balance = "d65", color_matrix = [[1.5, -0.5, 0.0], [0.0, 1.0, 0.0], [0.0, -0.25, 1.25]] }
+[[lamp]]
+name = "left"
+position_m = [0.0, 0.3, -3.0]
+intensity = [1.0, 1.0, 1.0]
+spectrum = "led-5000k"
+[[object]]
+plane = { center_m = [1.5, 0.0, -3.0], normal = [-1.0, 0.0, 0.0], up = [0.0, 0.0, 1.0], size_m = [4.0, 4.0] }
+reflectance = { spectrum = "tables/patch.csv" }
+"#;
+
+/// Nothing of what is known by wavelength is lost on the way through the window to a file elsewhere, and the window renders
+/// what the file says.
+#[test]
+fn spectra_of_all_kinds_survive_saving_elsewhere() {
+    let (from, to) = (
+        tempfile::tempdir().expect("folder"),
+        tempfile::tempdir().expect("folder"),
+    );
+    let tables = from.path().join("tables");
+    std::fs::create_dir(&tables).expect("made");
+    for (name, columns, from_values, to_values) in [
+        ("water", "a_per_m,b_per_m", vec![0.1, 0.2], vec![0.6, 0.1]),
+        ("sky", "relative", vec![2.0], vec![1.0]),
+        ("camera", "r,g,b", vec![0.1, 0.2, 1.0], vec![1.0, 0.3, 0.1]),
+        ("patch", "reflectance", vec![0.1], vec![0.9]),
+    ] {
+        let mut text = format!("wavelength_nm,{columns}\n");
+        for step in 0..=8 {
+            let share = f64::from(step) / 8.0;
+            let values = from_values.iter().zip(&to_values);
+            let values = values.map(|(x, y): (&f64, &f64)| (x + share * (y - x)).to_string());
+            let row: Vec<String> = values.collect();
+            text += &format!("{},{}\n", 380 + 45 * step, row.join(","));
+        }
+        std::fs::write(tables.join(name).with_extension("csv"), text).expect("written");
+    }
+    let path = from.path().join("spectral.toml");
+    std::fs::write(&path, SPECTRAL).expect("written");
+    let file = uw_render::scene::Scene::read(&path).expect("valid");
+    let (open, settings) = OpenScene::read(&path).expect("valid");
+    let (again, read) = saved(&open, &settings, to.path());
+    assert!(again.warnings.is_empty(), "{:?}", again.warnings);
+    for settings in [&settings, &read] {
+        let scene = settings.scene().expect("valid");
+        let (own, shown) = (file.spectral.as_ref(), scene.spectral.as_ref());
+        let (own, shown) = (own.expect("spectral"), shown.expect("spectral"));
+        assert_eq!(shown.water, own.water);
+        assert_eq!(shown.response.channels, own.response.channels);
+        assert_eq!((&shown.sun, &shown.sky), (&own.sun, &own.sky));
+        assert_eq!(scene.lamps[0].spectrum, file.lamps[0].spectrum);
+        assert_eq!(scene.sensor, file.sensor);
+        assert!(own.sun.is_some() && own.sky.is_some() && file.lamps[0].spectrum.is_some());
+    }
+    // In three bands the same file opens with a word about what does not count, and loses nothing either.
+    let mut in_bands = settings.clone();
+    in_bands.water.as_mut().expect("water").coefficients = Coefficients::Direct(Iops {
+        a: [0.3, 0.1, 0.05],
+        b: [0.2, 0.25, 0.3],
+    });
+    let (again, read) = saved(&open, &in_bands, to.path());
+    assert_eq!(again.warnings.len(), 5, "{:?}", again.warnings);
+    assert!(read.scene().expect("valid").spectral.is_none());
+    assert_eq!(read.lamps[0].spectrum, settings.lamps[0].spectrum);
 }
 
 #[test]

@@ -25,7 +25,7 @@ pub(crate) fn repository() -> PathBuf {
 pub(crate) fn view(settings: &Settings) -> View {
     View {
         display: Display::default(),
-        sensor: settings.sensor,
+        sensor: settings.sensor(),
         probing: false,
     }
 }

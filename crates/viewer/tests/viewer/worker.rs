@@ -199,7 +199,7 @@ fn water_that_cannot_be_is_answered_and_the_worker_lives() {
     if let Some(water) = &mut settings.water {
         water.coefficients = Coefficients::Jerlov {
             scale: 0.0,
-            bands: uw_media::Bands::Measured,
+            bands: uw_viewer::model::WaterBands::SpectralMeasured,
         };
     }
     worker.submit(job(1, &open, &settings));

@@ -13,6 +13,9 @@ use crate::{
 
 /// Bytes of a row of a copied texture are a multiple of this.
 const ROW_BYTES: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT;
+/// Channels as they are, and mixed.
+const PLAIN: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+const MIXED: [[f64; 3]; 3] = [[1.6, -0.5, -0.1], [0.0, 0.9, 0.0], [0.1, -0.2, 1.1]];
 /// Samples of the batches.
 const BATCHES: [u32; 4] = [1, 1, 2, 4];
 
@@ -60,7 +63,8 @@ fn expected(picture: &Picture, look: &Look) -> Vec<[u8; 3]> {
         encoding: look.encoding,
         bits: look.bits,
         noise: look.noise,
-        white_balance: crate::scene::WhiteBalance::None,
+        color_matrix: look.colours,
+        ..Sensor::default()
     };
     let bytes: Vec<u8> = match sensor.expose(picture, look.noise_seed).counts {
         Counts::Bits8(counts) => counts,
@@ -114,6 +118,7 @@ fn the_texture_holds_what_the_host_would_show() {
         ] {
             let look = Look {
                 exposure,
+                colours: if bits == 8 { PLAIN } else { MIXED },
                 encoding,
                 bits,
                 noise,
@@ -202,6 +207,7 @@ fn the_held_film_is_the_hosts() {
     let texture = gpu.texture([64, 64]).expect("fits");
     let look = Look {
         exposure: 3.0,
+        colours: PLAIN,
         encoding: Encoding::Srgb,
         bits: 8,
         noise: None,

@@ -1,0 +1,109 @@
+//! The window that shows the spectrum of the light of a pixel.
+
+use egui::{Ui, Window};
+use egui_plot::{Line, PlotPoints, Polygon};
+use glam::DVec2;
+use uw_render::ray_spectrum::BandRadiance;
+
+use super::knobs::{still_plot, x_axis, y_axis};
+use super::theme::{CHANNELS, channel_colours};
+use crate::app::Viewer;
+use crate::worker::PixelSpectrum;
+
+/// Size of the plot, points.
+const SIZE: egui::Vec2 = egui::vec2(380.0, 200.0);
+
+/// Asks for the spectrum at a place of the picture, in [0, 1] from its upper left corner.
+pub fn ask(app: &mut Viewer, ui: &Ui, at: DVec2) {
+    let ctx = ui.ctx().clone();
+    let wake = move || ctx.request_repaint();
+    match PixelSpectrum::start(&app.settings, &app.open.geometry, at, wake) {
+        Ok(pixel) => app.pixel = Some(pixel),
+        Err(error) => app.toasts.error(format!("cannot start a thread: {error}")),
+    }
+}
+
+/// Shows the window while there is something to show.
+pub fn show(app: &mut Viewer, ctx: &egui::Context) {
+    let Some(pixel) = &mut app.pixel else {
+        return;
+    };
+    pixel.poll();
+    let mut open = true;
+    let title = format!("Light of pixel {}, {}", pixel.pixel.x, pixel.pixel.y);
+    let is_old = !pixel.settings.same_light(&app.settings);
+    Window::new(title)
+        .id(egui::Id::unique("pixel"))
+        .open(&mut open)
+        .resizable(false)
+        .default_width(SIZE.x)
+        .show(ctx, |ui| {
+            match &pixel.bands {
+                None => {
+                    ui.horizontal(|ui| {
+                        ui.spinner();
+                        ui.label("tracing its ray by wavelength...");
+                    });
+                }
+                Some(Ok(bands)) => plot(ui, pixel, bands),
+                Some(Err(message)) => {
+                    ui.label(message);
+                }
+            }
+            if is_old {
+                ui.weak("of earlier settings; right-click the picture again for these");
+            }
+        });
+    if !open {
+        app.pixel = None;
+    }
+}
+
+fn plot(ui: &mut Ui, pixel: &PixelSpectrum, bands: &[BandRadiance]) {
+    let ink = ui.visuals().text_color();
+    let colours = channel_colours(ui);
+    let response = &pixel.settings.response.response;
+    let most = bands
+        .iter()
+        .fold(0.0_f64, |most, band| most.max(band.radiance));
+    let nodes = || response.channels.iter().flat_map(|curve| curve.nodes());
+    let highest = nodes().fold(0.0_f64, |most, node| most.max(node.1));
+    still_plot("pixel", SIZE.y)
+        .width(SIZE.x)
+        .include_y(0.0)
+        .custom_x_axes(vec![x_axis("wavelength, nm")])
+        .custom_y_axes(vec![y_axis("W/(m² sr)")])
+        .show(ui, |plot| {
+            for ((curve, colour), name) in response.channels.iter().zip(colours).zip(CHANNELS) {
+                let scaled = |&(nm, value): &(f64, f64)| [nm, value / highest * most];
+                let points: Vec<_> = curve.nodes().iter().map(scaled).collect();
+                let line = Line::new(name, PlotPoints::new(points));
+                plot.line(line.color(colour.gamma_multiply(0.4)));
+            }
+            let at = |sign: f64| {
+                move |band: &BandRadiance| {
+                    [
+                        band.wavelength_nm,
+                        band.radiance + sign * band.standard_error,
+                    ]
+                }
+            };
+            let upper = bands.iter().map(at(1.0));
+            let around: Vec<_> = upper.chain(bands.iter().rev().map(at(-1.0))).collect();
+            plot.polygon(
+                Polygon::new("± 1 standard error", PlotPoints::new(around))
+                    .fill_color(ink.gamma_multiply(0.25))
+                    .stroke(egui::Stroke::NONE),
+            );
+            let points: Vec<_> = bands.iter().map(at(0.0)).collect();
+            plot.line(
+                Line::new("radiance", PlotPoints::new(points))
+                    .color(ink)
+                    .width(2.0),
+            );
+        });
+    ui.weak(format!(
+        "in bands of 10 nm, with its standard error; coloured: response of {}",
+        response.name
+    ));
+}
