@@ -79,25 +79,25 @@ fn measure(path: &Path, device: &Device) -> String {
     settings.camera = settings.camera.resized(SIZE.0, SIZE.1);
     let view = View {
         display: Display::default(),
-        sensor: settings.sensor,
+        sensor: settings.sensor(),
         probing: false,
     };
     let goal = Goal {
         samples_per_pixel: 1,
         target_error: None,
     };
-    let place = RenderDevice {
+    let render_device = RenderDevice {
         device: device.clone(),
         threads: None,
     };
-    let worker = Worker::start(place, view, goal, || {}).expect("a thread");
+    let worker = Worker::start(render_device, view, goal, || {}).expect("a thread");
     let (mut restarts, mut times) = (Vec::new(), Vec::new());
     let mut size = (0, 0);
     for i in 1..=CHANGES {
         if let Some(water) = &mut settings.water {
-            let place = 9.0 * f64::from(i) / f64::from(CHANGES);
-            let bands = uw_media::Bands::Mean;
-            water.coefficients = Coefficients::Jerlov { place, bands };
+            let scale = 9.0 * f64::from(i) / f64::from(CHANGES);
+            let bands = uw_viewer::model::WaterBands::Spectral;
+            water.coefficients = Coefficients::Jerlov { scale, bands };
         }
         worker.submit(Job {
             generation: u64::from(i),

@@ -36,8 +36,8 @@ impl eframe::App for Dragged {
         let age = self.start.elapsed();
         if let Some(water) = &mut self.viewer.settings.water {
             water.coefficients = Coefficients::Jerlov {
-                place: 4.5 + 4.5 * (3.0 * age.as_secs_f64()).sin(),
-                bands: uw_media::Bands::Mean,
+                scale: 4.5 + 4.5 * (3.0 * age.as_secs_f64()).sin(),
+                bands: uw_viewer::model::WaterBands::Spectral,
             };
         }
         self.viewer.show(ui);
@@ -72,7 +72,7 @@ pub fn drag(scene: &Path, backend: Backend) -> Result<String, String> {
         Box::new(move |creation| {
             let state = creation.wgpu_render_state.as_ref();
             let options = Options {
-                place: RenderDevice {
+                render_device: RenderDevice {
                     device: window::renderer(state, backend, None)?,
                     threads: None,
                 },

@@ -60,6 +60,7 @@ impl<'a> VehicleCamera<'a> {
         };
         let mut made = scene(vehicle, &stand_in, &self.target, view)?;
         made.water = self.set.water.clone();
+        made.spectral = self.set.spectral.clone();
         made.sun = self.set.sun;
         made.sky_radiance = self.set.sky_radiance;
         Ok(made)

@@ -181,7 +181,7 @@ impl Guidance {
                     self.profile = Some(profile);
                     toasts.info("Calibrated");
                 }
-                Done::Looked(look) => self.look = Some(Arc::new(look)),
+                Done::Looked(look) => self.look = Some(look),
                 Done::Checked(check) => self.check = Some(check),
                 Done::Failed(message) => toasts.error(message),
                 Done::All => self.task = None,

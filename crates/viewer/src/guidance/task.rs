@@ -65,7 +65,7 @@ pub enum Done {
     /// A profile.
     Calibrated(Arc<Profile>),
     /// A look.
-    Looked(Look),
+    Looked(Arc<Look>),
     /// What a suggestion gives.
     Checked(Check),
     /// It did not work, and why.
@@ -201,7 +201,7 @@ impl Run {
             }
         };
         self.progress(0, 1, format!("looking from {:.2} m", here.distance_m));
-        self.send(Message::Done(Done::Looked(camera.look(here)?)));
+        self.send(Message::Done(Done::Looked(Arc::new(camera.look(here)?))));
         Ok(())
     }
 }

@@ -279,7 +279,7 @@ fn scale(jerlov: &toml::Value) -> Option<f64> {
         index(between.get(1)?)? as f64,
     );
     // Between types that are no neighbours the place is another water's.
-    ((second - first).abs() == 1.0 || share == 0.0).then(|| first + share * (second - first))
+    ((second - first).abs() == 1.0 || share == 0.0).then_some(first + share * (second - first))
 }
 
 fn phase(water: &uw_render::scene::Water, raw: &toml::Table) -> PhaseModel {
