@@ -3,7 +3,7 @@
 use uw_calib::json::{FieldError, Object};
 
 use super::sections::positive;
-use crate::links::Patience;
+use crate::links::Pauses;
 use crate::links::dvl::{DvlConfig, DvlDistance};
 use crate::links::mavlink::{Lamps, MavlinkConfig};
 use crate::links::rosbridge::RosbridgeConfig;
@@ -47,7 +47,7 @@ pub(super) fn dvl(object: &Object) -> Result<Option<DvlConfig>, FieldError> {
     Ok(address(object)?.map(|address| DvlConfig {
         address,
         distance,
-        patience: Patience::default(),
+        pauses: Pauses::default(),
     }))
 }
 
@@ -118,6 +118,6 @@ pub(super) fn rosbridge(object: &Object) -> Result<Option<RosbridgeConfig>, Fiel
         address,
         service: service.unwrap_or_else(|| "/uwguide/suggest".to_owned()),
         service_type: service_type.unwrap_or_else(|| "std_srvs/srv/Trigger".to_owned()),
-        patience: Patience::default(),
+        pauses: Pauses::default(),
     }))
 }

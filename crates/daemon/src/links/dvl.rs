@@ -14,7 +14,7 @@ use tokio::io::BufReader;
 use tokio::net::TcpStream;
 use tokio::time::timeout;
 
-use super::{Backoff, Feeder, Patience};
+use super::{Backoff, Feeder, Pauses};
 use uw_guidance::beams;
 use uw_guidance::wire::frame::{Frame, Lines};
 
@@ -31,7 +31,7 @@ pub struct DvlConfig {
     /// What is taken as distance.
     pub distance: DvlDistance,
     /// Pauses before connecting again.
-    pub patience: Patience,
+    pub pauses: Pauses,
 }
 
 /// What is taken as distance.
@@ -45,7 +45,7 @@ pub enum DvlDistance {
 
 /// Feeds the service for ever.
 pub async fn run(config: DvlConfig, mut feeder: Feeder) {
-    let mut backoff = Backoff::new("dvl", config.patience);
+    let mut backoff = Backoff::new("dvl", config.pauses);
     loop {
         let mut useful = false;
         let ended = listen(&config, &mut feeder, &mut useful).await;

@@ -19,14 +19,14 @@ pub mod rosbridge;
 
 /// Pauses before connecting again: the first, doubled each time up to the last.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Patience {
+pub struct Pauses {
     /// After the first failure.
     pub first: Duration,
     /// After many.
     pub last: Duration,
 }
 
-impl Default for Patience {
+impl Default for Pauses {
     fn default() -> Self {
         Self {
             first: Duration::from_millis(500),
@@ -111,16 +111,16 @@ impl Feeder {
 /// The pauses of one link.
 struct Backoff {
     name: &'static str,
-    patience: Patience,
+    pauses: Pauses,
     pause: Duration,
 }
 
 impl Backoff {
-    fn new(name: &'static str, patience: Patience) -> Self {
+    fn new(name: &'static str, pauses: Pauses) -> Self {
         Self {
             name,
-            patience,
-            pause: patience.first,
+            pauses,
+            pause: pauses.first,
         }
     }
 
@@ -132,9 +132,9 @@ impl Backoff {
             Err(error) => tracing::warn!(link, %error, "connecting again"),
         }
         if useful {
-            self.pause = self.patience.first;
+            self.pause = self.pauses.first;
         }
         sleep(self.pause).await;
-        self.pause = (2 * self.pause).min(self.patience.last);
+        self.pause = (2 * self.pause).min(self.pauses.last);
     }
 }

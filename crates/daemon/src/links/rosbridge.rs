@@ -16,7 +16,7 @@ use tokio_tungstenite::client_async_with_config;
 use tokio_tungstenite::tungstenite::Message;
 use tokio_tungstenite::tungstenite::protocol::WebSocketConfig;
 
-use super::{Backoff, Feeder, Patience};
+use super::{Backoff, Feeder, Pauses};
 
 /// How long connecting may take.
 const CONNECT_TIME: Duration = Duration::from_secs(5);
@@ -35,12 +35,12 @@ pub struct RosbridgeConfig {
     /// Its type.
     pub service_type: String,
     /// Pauses before connecting again.
-    pub patience: Patience,
+    pub pauses: Pauses,
 }
 
 /// Offers the service for ever.
 pub async fn run(config: RosbridgeConfig, mut feeder: Feeder) {
-    let mut backoff = Backoff::new("rosbridge", config.patience);
+    let mut backoff = Backoff::new("rosbridge", config.pauses);
     loop {
         let mut useful = false;
         let ended = offer(&config, &mut feeder, &mut useful).await;

@@ -11,13 +11,13 @@ use tokio_tungstenite::tungstenite::Message;
 use uw_daemon::links::dvl::{DvlConfig, DvlDistance};
 use uw_daemon::links::mavlink::{Lamps, MavlinkConfig};
 use uw_daemon::links::rosbridge::RosbridgeConfig;
-use uw_daemon::links::{Feeder, Patience, dvl, mavlink, rosbridge};
+use uw_daemon::links::{Feeder, Pauses, dvl, mavlink, rosbridge};
 use uw_guidance::Service;
 use uw_guidance::service::Session;
 
 use crate::client::{PATIENCE, service, suggest, with};
 
-const SOON: Patience = Patience {
+const SOON: Pauses = Pauses {
     first: Duration::from_millis(20),
     last: Duration::from_millis(100),
 };
@@ -80,7 +80,7 @@ fn a_doppler_log_feeds_the_distance_through_cuts_and_rubbish() {
     let config = DvlConfig {
         address,
         distance: DvlDistance::Beams,
-        patience: SOON,
+        pauses: SOON,
     };
     linked.runtime.spawn(dvl::run(config, linked.feeder()));
     let (mut stream, _) = log.accept().unwrap();
@@ -258,7 +258,7 @@ fn ros_calls_the_service_and_gets_the_reply() {
         address,
         service: "/uwguide/suggest".to_owned(),
         service_type: "example/srv/Json".to_owned(),
-        patience: SOON,
+        pauses: SOON,
     };
     linked
         .runtime
