@@ -3,8 +3,9 @@
 use std::io::{BufRead, BufReader, Write};
 use std::net::TcpStream;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Output};
 
+use crate::program::Program;
 use crate::support::{Numbers, profile};
 
 const MODEL: &str = concat!(
@@ -32,23 +33,11 @@ fn message(output: &Output) -> String {
 
 #[test]
 fn it_tells_its_port_answers_and_ends_on_sigterm() {
-    let dir = folder();
-    let arguments = [
-        "--model",
-        MODEL,
-        "--profile",
-        "profile.json",
-        "--listen",
-        "127.0.0.1:0",
-    ];
-    let mut child = uwguide(dir.path(), &arguments)
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    // Its model gives nothing to warn of, so the address is in the first line.
+    let mut program = Program::folder().start(&["--listen", "127.0.0.1:0"]);
     let mut line = String::new();
-    BufReader::new(child.stderr.take().unwrap())
-        .read_line(&mut line)
-        .unwrap();
+    let stderr = program.stderr.as_mut().unwrap();
+    stderr.read_line(&mut line).unwrap();
     let address = line
         .strip_prefix("uwguide listening on ")
         .expect(&line)
@@ -60,12 +49,7 @@ fn it_tells_its_port_answers_and_ends_on_sigterm() {
     let mut reply = String::new();
     BufReader::new(&stream).read_line(&mut reply).unwrap();
     assert!(reply.contains("\"status\":\"ok\""), "{reply}");
-    let ended = Command::new("kill")
-        .args(["-TERM", &child.id().to_string()])
-        .status()
-        .unwrap();
-    assert!(ended.success());
-    assert_eq!(child.wait().unwrap().code(), Some(0));
+    assert_eq!(program.end(), Some(0));
 }
 
 #[test]
