@@ -3,27 +3,29 @@
     target/release/uw dataset mean.toml -o mean
     target/release/uw dataset spectral.toml -o spectral
     python3 tools/dataset_bands.py mean spectral
+    python3 tools/dataset_bands.py mean spectral --channel r
 
-Both have the same grid and `tables = ["csv"]`. A cell is the mean over textures and channels of the size of the change of
-contrast, in percent of the first set's label, and in brackets its mean with sign; one table per lamp level.
+The configurations differ in `bands` alone (docs/dataset.md has one). A cell is the mean over textures and channels of the
+size of the change of contrast, in percent of the first set's label, and in brackets its mean with sign; one table per lamp
+level.
 """
 
+import argparse
 import collections
 import pathlib
-import sys
 
 WATERS = "I IA IB II III 1C 3C 5C 7C 9C".split()
 
 
-def labels(folder):
-    """Contrast per channel by water, texture, distance (m) and lamp level (%)."""
+def labels(folder, channels):
+    """Contrast of the channels by water, texture, distance (m) and lamp level (%)."""
     found = {}
     for path in sorted(pathlib.Path(folder, "images").glob("*/*.csv")):
         texture, distance = path.stem.split("_tilt0_d")
         for line in path.read_text().splitlines():
             numbers = [float(cell) for cell in line.split(",")[:9]]
             key = (path.parent.name.split("_")[0], texture, float(distance), numbers[1])
-            found[key] = numbers[6:9]
+            found[key] = [numbers[6 + "rgb".index(channel)] for channel in channels]
     return found
 
 
@@ -51,7 +53,13 @@ def table(first, second, light_pct):
 
 
 def main():
-    first, second = labels(sys.argv[1]), labels(sys.argv[2])
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("first")
+    parser.add_argument("second")
+    parser.add_argument("--channel", choices=["r", "g", "b"], help="one channel instead of all three")
+    args = parser.parse_args()
+    channels = args.channel or "rgb"
+    first, second = labels(args.first, channels), labels(args.second, channels)
     for light_pct in sorted({key[3] for key in first}):
         table(first, second, light_pct)
 

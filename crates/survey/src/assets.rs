@@ -18,13 +18,13 @@ pub struct AssetsNotFound {
 /// The folder of assets: named by `UW_ASSETS`, or `assets` in the working directory, beside the program's
 /// build folder, or in the sources it was built from.
 pub fn assets_dir() -> Result<PathBuf, AssetsNotFound> {
-    let mut places = Vec::new();
+    let mut folders = Vec::new();
     if let Some(named) = std::env::var_os(ASSETS_VARIABLE) {
-        places.push(PathBuf::from(named));
+        folders.push(PathBuf::from(named));
     } else {
-        places.push(PathBuf::from("assets"));
+        folders.push(PathBuf::from("assets"));
         if let Ok(program) = std::env::current_exe() {
-            places.extend(
+            folders.extend(
                 program
                     .ancestors()
                     .skip(1)
@@ -32,14 +32,14 @@ pub fn assets_dir() -> Result<PathBuf, AssetsNotFound> {
                     .map(|p| p.join("assets")),
             );
         }
-        places.push(PathBuf::from(concat!(
+        folders.push(PathBuf::from(concat!(
             env!("CARGO_MANIFEST_DIR"),
             "/../../assets"
         )));
     }
-    let found = places.iter().find(|p| p.join("textures").is_dir());
+    let found = folders.iter().find(|p| p.join("textures").is_dir());
     found.cloned().ok_or_else(|| AssetsNotFound {
-        looked_at: places
+        looked_at: folders
             .iter()
             .map(|p| p.display().to_string())
             .collect::<Vec<_>>()

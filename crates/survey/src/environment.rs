@@ -3,12 +3,13 @@
 mod water;
 
 pub(crate) use water::WATER_INDEX;
-pub use water::{WaterBands, WaterBody, WaterKind};
+pub use water::{MEAN, WaterBody, WaterKind};
 
 use std::path::Path;
 
 use glam::{DVec2, DVec3};
 use uw_media::MediaError;
+use uw_media::spectral::WaterBands;
 use uw_render::scene::{
     Camera, Encoding, Exposure, Falloff, Lamp, Material, Noise, Quad, RenderSettings, Scene,
     Sensor, Sun, Texture, TextureFilter, WaterSurface,
@@ -105,7 +106,7 @@ pub fn scene(
     target: &Target,
     view: View,
 ) -> Result<Scene, EnvironmentError> {
-    scene_in(vehicle, water, WaterBands::default(), target, view)
+    scene_in(vehicle, water, MEAN, target, view)
 }
 
 /// The same in `bands`.

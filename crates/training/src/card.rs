@@ -154,16 +154,20 @@ pub fn ranges(table: &Table, rows: &[usize]) -> Vec<[f32; 2]> {
 /// rows in which nothing changes; `None` where there is no such row. Where the table tells the errors of that contrast, rows
 /// are left out in which they are above a tenth of the allowance: there the misfit would be the picture's.
 pub fn residual_here(model: &Model, table: &Table, rows: &[usize]) -> Option<[f64; 2]> {
-    let place = |name: &str| inputs(table.offsets).iter().position(|i| i.name == name);
-    let std = [place("std_r")?, place("std_g")?, place("std_b")?];
-    let (distance, light) = (place("distance")?, place("light")?);
+    let column_of = |name: &str| inputs(table.offsets).iter().position(|i| i.name == name);
+    let std = [
+        column_of("std_r")?,
+        column_of("std_g")?,
+        column_of("std_b")?,
+    ];
+    let (distance, light) = (column_of("distance")?, column_of("light")?);
     let stays = |row: &[f32; INPUTS]| match table.offsets {
-        Offsets::Delta => match (place("delta_distance"), place("delta_light")) {
+        Offsets::Delta => match (column_of("delta_distance"), column_of("delta_light")) {
             (Some(d), Some(l)) => row[d] == 0.0 && row[l] == 0.0,
             _ => false,
         },
         Offsets::Target | Offsets::Ahead => {
-            match (place("target_distance"), place("target_light")) {
+            match (column_of("target_distance"), column_of("target_light")) {
                 (Some(d), Some(l)) => row[d] == row[distance] && row[l] == row[light],
                 _ => false,
             }
@@ -193,8 +197,8 @@ pub fn residual_here(model: &Model, table: &Table, rows: &[usize]) -> Option<[f6
         .collect();
     misfits.sort_by(f64::total_cmp);
     let at = |share: f64| {
-        let place = (share * misfits.len() as f64).ceil() as usize;
-        misfits.get(place.max(1) - 1).copied()
+        let rank = (share * misfits.len() as f64).ceil() as usize;
+        misfits.get(rank.max(1) - 1).copied()
     };
     Some([at(0.5)?, at(0.99)?])
 }

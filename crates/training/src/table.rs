@@ -228,7 +228,7 @@ fn std_errors(
     let mut found = STD_ERRORS.map(|name| (name, 0));
     for (name, at) in &mut found {
         match position(path, header, name)? {
-            Some(place) => *at = place,
+            Some(column) => *at = column,
             None => return Ok(None),
         }
     }
@@ -237,9 +237,9 @@ fn std_errors(
 
 /// Where `column` stands in the header, if it does.
 fn position(path: &Path, header: &[&str], column: &'static str) -> Result<Option<usize>, Error> {
-    let mut places = (0..header.len()).filter(|&at| header[at] == column);
-    let first = places.next();
-    match places.next() {
+    let mut columns = (0..header.len()).filter(|&at| header[at] == column);
+    let first = columns.next();
+    match columns.next() {
         None => Ok(first),
         Some(_) => Err(Error::DuplicateColumn {
             path: path.to_path_buf(),

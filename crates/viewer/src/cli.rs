@@ -143,7 +143,9 @@ fn start(args: &Args) -> Result<(), Failure> {
         native_options(&args),
         Box::new(move |creation| {
             let mut options = options;
-            if let Err(error) = place(&args, creation.wgpu_render_state.as_ref(), &mut options) {
+            if let Err(error) =
+                choose_device(&args, creation.wgpu_render_state.as_ref(), &mut options)
+            {
                 keep(&for_app, Err(Failure::Input(error.to_string())));
                 return Err(error.into());
             }
@@ -262,7 +264,11 @@ impl AdviceFiles {
 }
 
 /// Sets where pictures are rendered.
-fn place(args: &Args, window: Option<&RenderState>, options: &mut Options) -> Result<(), GpuError> {
+fn choose_device(
+    args: &Args,
+    window: Option<&RenderState>,
+    options: &mut Options,
+) -> Result<(), GpuError> {
     let backend = match args.backend {
         BackendName::Auto => Backend::Auto,
         BackendName::Cpu => Backend::Cpu,

@@ -107,10 +107,10 @@ fn ranges(report: &Value) -> Option<Vec<Option<f64>>> {
         .as_array()?
         .iter()
         .zip(0..)
-        .map(|(beam, place)| {
+        .map(|(beam, index)| {
             let valid = beam.get("beam_valid").and_then(Value::as_bool) == Some(true);
             let range_m = beam.get("distance").and_then(Value::as_f64);
-            let number = beam.get("id").and_then(Value::as_u64).unwrap_or(place);
+            let number = beam.get("id").and_then(Value::as_u64).unwrap_or(index);
             (number, range_m.filter(is_range).filter(|_| valid))
         })
         .collect();

@@ -2,17 +2,19 @@
 //!
 //! Between its nodes a spectrum is a straight line. The value of a channel with response w is ∫ L(λ) w(λ) dλ / ∫ w(λ) dλ.
 
+mod bands;
 mod curve;
 mod named;
 mod response;
 mod table;
 mod water;
 
+pub use bands::{JerlovWater, WaterBands};
 pub use curve::Curve;
 pub use named::{ILLUMINANTS, illuminant, sky_light, sunlight};
 pub use response::{RESPONSES, Response};
 pub use table::{TableError, read_columns};
-pub use water::{SPECTRAL, SPECTRAL_MEASURED, WaterSpectrum};
+pub use water::WaterSpectrum;
 
 /// Reflectances of the red, the green and the blue that linear sRGB mixes, in [0, 1]: each mixture of numbers in [0, 1] stays
 /// there, and equal numbers reflect alike at every wavelength (`tools/spectra/rgb_primaries.py`).

@@ -4,7 +4,7 @@ use crate::error::MediaError;
 use crate::iops::Iops;
 use crate::jerlov::{SpectralIop, WaterType, fine_spectrum, measured_spectrum};
 
-use super::{Curve, TableError, read_columns};
+use super::{Curve, Response, TableError, read_columns};
 
 /// Absorption and scattering by wavelength, water itself included.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,26 +15,10 @@ pub struct WaterSpectrum {
     pub b: Curve,
 }
 
-/// Name of the bands that leave a Jerlov type as it is by wavelength.
-pub const SPECTRAL: &str = "spectral";
-/// The same of the spectra that Williamson and Hollins measured.
-pub const SPECTRAL_MEASURED: &str = "spectral-measured";
 /// Largest coefficient of a user's table, 1/m.
 const LARGEST_PER_M: f64 = 1e4;
 
 impl WaterSpectrum {
-    /// A Jerlov type as `bands` name it, [`SPECTRAL`] or [`SPECTRAL_MEASURED`]; `None` for the names of three bands.
-    ///
-    /// # Errors
-    /// As [`Self::measured`].
-    pub fn of_bands(bands: &str, water_type: WaterType) -> Result<Option<Self>, MediaError> {
-        match bands {
-            SPECTRAL => Ok(Some(Self::jerlov(water_type))),
-            SPECTRAL_MEASURED => Self::measured(water_type).map(Some),
-            _ => Ok(None),
-        }
-    }
-
     /// A Jerlov type, 400 to 700 nm in steps of 10 nm.
     pub fn jerlov(water_type: WaterType) -> Self {
         Self::of(fine_spectrum(water_type))
@@ -85,6 +69,15 @@ impl WaterSpectrum {
         Iops {
             a: wavelengths_nm.map(|nm| self.a.at(nm)),
             b: wavelengths_nm.map(|nm| self.b.at(nm)),
+        }
+    }
+
+    /// Coefficients of the channels of `response` near zero range, 1/m.
+    pub fn near_zero_range(&self, response: &Response) -> Iops {
+        let range = Some(self.range_nm());
+        Iops {
+            a: response.channel_values(range, |nm| self.a.at(nm)),
+            b: response.channel_values(range, |nm| self.b.at(nm)),
         }
     }
 

@@ -30,7 +30,7 @@ pub(super) struct CellTable {
     pub(super) cells: u32,
 }
 
-/// Rows under construction. Each addition returns its place, that of its first row or, where it says so, of its first word.
+/// Rows under construction. Each addition returns its address, that of its first row or, where it says so, of its first word.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Rows(Vec<u64>);
 
@@ -41,13 +41,13 @@ impl Rows {
         self.0
     }
 
-    /// The place of the next row, at which the next word goes.
+    /// The address of the next row, at which the next word goes.
     fn next_row(&mut self) -> u32 {
         self.0.resize(self.0.len().next_multiple_of(WIDTH), 0);
         (self.0.len() / WIDTH) as u32
     }
 
-    /// Numbers; their place is that of the first word.
+    /// Numbers; their address is that of the first word.
     fn floats(&mut self, values: impl IntoIterator<Item = f64>) -> u32 {
         let address = self.0.len() as u32;
         self.0.extend(values.into_iter().map(word_of));
@@ -63,7 +63,7 @@ impl Rows {
         address
     }
 
-    /// Whole numbers; their place is that of the first word.
+    /// Whole numbers; their address is that of the first word.
     fn whole(&mut self, values: impl IntoIterator<Item = u32>) -> u32 {
         let address = self.0.len() as u32;
         self.0.extend(values.into_iter().map(u64::from));
@@ -85,22 +85,22 @@ impl Rows {
         }
     }
 
-    /// ln of the tail of the order law up to the largest order; the place is that of the first word.
+    /// ln of the tail of the order law up to the largest order; the address is that of the first word.
     pub(super) fn orders(&mut self, law: &OrderLaw, largest: usize) -> u32 {
         self.floats((0..=largest).map(|k| law.ln_tail(k)))
     }
 
-    /// Direction numbers of the Sobol sequence, 32 per dimension; the place is that of the first word.
+    /// Direction numbers of the Sobol sequence, 32 per dimension; the address is that of the first word.
     pub(super) fn sobol(&mut self) -> u32 {
         self.whole(DIRECTIONS.iter().flatten().copied())
     }
 
-    /// A table of relative intensities; the place is that of the first word.
+    /// A table of relative intensities; the address is that of the first word.
     pub(super) fn falloff(&mut self, table: &[f64]) -> u32 {
         self.floats(table.iter().copied())
     }
 
-    /// Small lamps in the image: whole pixels and the rest of the centre, and ln of the range of distances; the place is
+    /// Small lamps in the image: whole pixels and the rest of the centre, and ln of the range of distances; the address is
     /// that of the first word.
     pub(super) fn spots(&mut self, spots: &[(glam::DVec2, f64)]) -> u32 {
         self.floats(spots.iter().flat_map(|&(centre, octaves)| {
@@ -152,7 +152,7 @@ impl FarRows {
         self.0.as_chunks().0.to_vec()
     }
 
-    /// Records of whole rows; the place is that of the first row.
+    /// Records of whole rows; the address is that of the first row.
     pub(super) fn records<T: bytemuck::Pod>(&mut self, records: &[T]) -> u32 {
         const { assert!(size_of::<T>().is_multiple_of(4 * WIDTH)) };
         let address = (self.0.len() / WIDTH) as u32;

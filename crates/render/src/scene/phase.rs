@@ -5,7 +5,8 @@ use std::str::FromStr;
 use uw_media::phase::{
     Draine, FournierForand, HenyeyGreenstein, Mixture, Phase, Rayleigh, Tabulated,
 };
-use uw_media::{Bands, Iops, MediaError, WaterType, meant};
+use uw_media::spectral::{JerlovWater, Response, WaterBands};
+use uw_media::{Iops, MediaError, WaterType, meant};
 
 use super::range::Range;
 use super::reader::Table;
@@ -111,32 +112,57 @@ pub(super) fn read_water(
 }
 
 fn read_iops(table: &Table<'_>) -> Result<Iops, SceneError> {
-    let Some(jerlov) = table.optional("jerlov") else {
-        if table.optional("a").is_none() && table.optional("b").is_none() {
-            return Err(table.missing("jerlov", "a Jerlov water type, or a and b in 1/m"));
-        }
-        table.refuse(
-            "bands",
-            "where water.a and water.b are given, which hold for the channels as they are",
-        )?;
-        let coefficient = |field| table.numbers(field, Range::non_negative("1/m"));
-        return Ok(Iops {
-            a: coefficient("a")?,
-            b: coefficient("b")?,
-        });
-    };
-    let (first, second, share) = read_types(&jerlov)?;
-    // Without bands the water is known by wavelength and does not come here.
-    let place = table.optional("bands").unwrap_or(jerlov);
-    let bands = Bands::from_str(place.as_text()?).map_err(|error| refused(&place, error))?;
-    let of = |water_type| {
-        uw_media::channel_iops(water_type, &bands).map_err(|error| refused(&place, error))
-    };
-    Ok(of(first)?.towards(&of(second)?, share))
+    if let Some(jerlov) = read_jerlov(table)? {
+        let iops = jerlov.bands.iops(jerlov.water, &Response::boxes());
+        return iops.map_err(|error| refused(&jerlov.source, error));
+    }
+    if table.optional("a").is_none() && table.optional("b").is_none() {
+        return Err(table.missing("jerlov", "a Jerlov water type, or a and b in 1/m"));
+    }
+    table.refuse(
+        "bands",
+        "where water.a and water.b are given, which hold for the channels as they are",
+    )?;
+    let coefficient = |field| table.numbers(field, Range::non_negative("1/m"));
+    Ok(Iops {
+        a: coefficient("a")?,
+        b: coefficient("b")?,
+    })
 }
 
-/// `jerlov`: two water types and the share of the second, in [0, 1].
-pub(super) fn read_types(jerlov: &Value<'_>) -> Result<(WaterType, WaterType, f64), SceneError> {
+/// What `[water]` says of Jerlov's types.
+pub(super) struct Jerlov<'d> {
+    pub(super) water: JerlovWater,
+    pub(super) bands: WaterBands,
+    /// The value to blame where the bands do not cover the water.
+    pub(super) source: Value<'d>,
+}
+
+/// Reads `jerlov` and `bands` of `[water]`; `None` without the first.
+pub(super) fn read_jerlov<'d>(table: &Table<'d>) -> Result<Option<Jerlov<'d>>, SceneError> {
+    let Some(jerlov) = table.optional("jerlov") else {
+        return Ok(None);
+    };
+    for field in ["a", "b"] {
+        table.refuse(field, "where water.jerlov is given")?;
+    }
+    let water = read_types(&jerlov)?;
+    let (bands, source) = match table.optional("bands") {
+        None => (WaterBands::default(), jerlov),
+        Some(value) => {
+            let bands = value.as_text()?.parse();
+            (bands.map_err(|error| refused(&value, error))?, value)
+        }
+    };
+    Ok(Some(Jerlov {
+        water,
+        bands,
+        source,
+    }))
+}
+
+/// The type or the two types of `jerlov`.
+fn read_types(jerlov: &Value<'_>) -> Result<JerlovWater, SceneError> {
     let one = |value: &Value<'_>| {
         WaterType::from_str(value.as_text()?).map_err(|error| refused(value, error))
     };
@@ -144,16 +170,18 @@ pub(super) fn read_types(jerlov: &Value<'_>) -> Result<(WaterType, WaterType, f6
         if !jerlov.is_text() {
             return Err(jerlov.invalid(TYPES_EXPECTED));
         }
-        let only = one(jerlov)?;
-        return Ok((only, only, 0.0));
+        return one(jerlov).map(JerlovWater::from);
     }
     let table = jerlov.as_table(&["between", "share"])?;
     let between = table.required("between", "two Jerlov water types")?;
-    let [first, second] = &between.as_elements()?[..] else {
+    let [from, to] = &between.as_elements()?[..] else {
         return Err(between.invalid("two Jerlov water types"));
     };
-    let share = table.number("share", Range::closed(0.0, 1.0, ""))?;
-    Ok((one(first)?, one(second)?, share))
+    Ok(JerlovWater {
+        from: one(from)?,
+        to: one(to)?,
+        share: table.number("share", Range::closed(0.0, 1.0, ""))?,
+    })
 }
 
 fn read_phase(value: &Value<'_>) -> Result<Phase, SceneError> {

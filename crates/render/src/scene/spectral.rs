@@ -2,11 +2,13 @@
 
 use std::fs;
 
-use uw_media::spectral::{self, Curve, ILLUMINANTS, RESPONSES, Response, SPECTRAL, WaterSpectrum};
+use uw_media::spectral::{
+    self, Curve, ILLUMINANTS, RESPONSES, Response, WaterBands, WaterSpectrum,
+};
 use uw_media::{Iops, Spectrum};
 
 use super::light::{LAMP_FIELDS, SKY_FIELDS, SUN_FIELDS};
-use super::phase::{WATER_FIELDS, read_types, refused};
+use super::phase::{WATER_FIELDS, read_jerlov, refused};
 use super::range::Range;
 use super::reader::Table;
 use super::value::Value;
@@ -38,7 +40,7 @@ fn read_water(water: &Value<'_>) -> Result<Option<WaterSpectrum>, SceneError> {
             table.refuse(field, "where water.spectrum is given")?;
         }
         if let Some(bands) = &bands
-            && bands.as_text()? != SPECTRAL
+            && bands.as_text()?.parse() != Ok(WaterBands::Spectral)
         {
             return Err(bands.invalid("\"spectral\" where water.spectrum is given"));
         }
@@ -48,20 +50,13 @@ fn read_water(water: &Value<'_>) -> Result<Option<WaterSpectrum>, SceneError> {
             .map(Some)
             .map_err(|error| file.unusable_file(&path, error.to_string()));
     }
-    let Some(jerlov) = table.optional("jerlov") else {
-        return Ok(None);
-    };
-    for field in ["a", "b"] {
-        table.refuse(field, "where water.jerlov is given")?;
+    match read_jerlov(&table)? {
+        Some(jerlov) => jerlov
+            .bands
+            .spectrum(jerlov.water)
+            .map_err(|error| refused(&jerlov.source, error)),
+        None => Ok(None),
     }
-    let name = bands.as_ref().map_or(Ok(SPECTRAL), Value::as_text)?;
-    let of = |water_type| {
-        WaterSpectrum::of_bands(name, water_type)
-            .map_err(|error| refused(bands.as_ref().unwrap_or(&jerlov), error))
-    };
-    let (first, second, share) = read_types(&jerlov)?;
-    let between = |x: WaterSpectrum, y: WaterSpectrum| x.towards(&y, share);
-    Ok(of(first)?.zip(of(second)?).map(|(x, y)| between(x, y)))
 }
 
 /// All that is said of wavelengths.
@@ -317,16 +312,12 @@ impl Spectral {
 
     /// Coefficients of the channels near zero range.
     pub fn wideband(&self) -> Iops {
-        let Some(water) = &self.water else {
-            return Iops {
+        match &self.water {
+            Some(water) => water.near_zero_range(&self.response),
+            None => Iops {
                 a: [0.0; 3],
                 b: [0.0; 3],
-            };
-        };
-        let range = Some(water.range_nm());
-        Iops {
-            a: self.response.channel_values(range, |nm| water.a.at(nm)),
-            b: self.response.channel_values(range, |nm| water.b.at(nm)),
+            },
         }
     }
 

@@ -43,11 +43,11 @@ fn folder_of(path: &Path) -> PathBuf {
 
 /// Whether two paths lead to the same place, as far as the folders on the way exist.
 pub(crate) fn same_file(one: &Path, other: &Path) -> bool {
-    let place = |path: &Path| {
+    let folder = |path: &Path| {
         let folder = fs::canonicalize(folder_of(path)).ok()?;
         Some(folder.join(path.file_name()?))
     };
-    one == other || place(one).is_some_and(|place_of_one| place(other) == Some(place_of_one))
+    one == other || folder(one).is_some_and(|folder_of_one| folder(other) == Some(folder_of_one))
 }
 
 /// Writes a file, whole or not at all.

@@ -4,8 +4,8 @@ use std::io::{self, Write};
 
 use clap::{ArgGroup, Args};
 use serde_json::json;
-use uw_media::spectral::WaterSpectrum;
-use uw_media::{Bands, Iops, WaterType, channel_iops};
+use uw_media::spectral::{Response, WaterBands, WaterSpectrum};
+use uw_media::{Bands, Iops, WaterType};
 
 use super::error::CliError;
 use super::numbers::significant;
@@ -48,17 +48,17 @@ impl WaterArguments {
             return list(json);
         };
         let water_type: WaterType = name.parse().map_err(CliError::input)?;
-        let bands = self.bands.as_deref().unwrap_or_default();
-        let spectrum = WaterSpectrum::of_bands(bands, water_type).map_err(CliError::input)?;
-        if let Some(spectrum) = spectrum {
+        let bands = match &self.bands {
+            Some(bands) => bands.parse().map_err(CliError::input)?,
+            None => WaterBands::Three(Bands::default()),
+        };
+        let spectrum = bands.spectrum(water_type.into());
+        if let Some(spectrum) = spectrum.map_err(CliError::input)? {
             return self.of_spectrum.run(&spectrum, name, json);
         }
         self.of_spectrum.refuse()?;
-        let bands: Bands = match &self.bands {
-            Some(bands) => bands.parse().map_err(CliError::input)?,
-            None => Bands::default(),
-        };
-        let iops = channel_iops(water_type, &bands).map_err(CliError::input)?;
+        let iops = bands.iops(water_type.into(), &Response::boxes());
+        let iops = iops.map_err(CliError::input)?;
         output::to_stdout(|out| {
             if json {
                 write_json(out, water_type, &bands, &iops)
@@ -90,7 +90,7 @@ fn write_table(out: &mut dyn Write, iops: &Iops) -> io::Result<()> {
 fn write_json(
     out: &mut dyn Write,
     water_type: WaterType,
-    bands: &Bands,
+    bands: &WaterBands,
     iops: &Iops,
 ) -> io::Result<()> {
     let water = json!({

@@ -4,10 +4,11 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use uw_media::WaterType;
+use uw_media::spectral::WaterBands;
 
 use super::accuracy::Accuracy;
 use super::presets;
-use crate::environment::{WaterBands, WaterBody, WaterKind};
+use crate::environment::{MEAN, WaterBody, WaterKind};
 use crate::scenery::textures::Pattern;
 use crate::vehicle::Vehicle;
 
@@ -87,7 +88,7 @@ impl Default for DatasetConfig {
             seed: 1,
             textures: vec!["hull_red".into(), "seabed".into()],
             water_types: WaterType::ALL.iter().map(ToString::to_string).collect(),
-            bands: WaterBands::default().to_string(),
+            bands: MEAN.to_string(),
             backscatter_fractions: vec![0.005, 0.01, 0.0183, 0.05],
             depths_m: vec![1.0, 3.0, 5.0],
             distances_m: vec![0.5, 1.0, 1.5, 2.0, 2.5, 3.0],
@@ -265,7 +266,7 @@ impl DatasetConfig {
 
     /// How wavelengths become channels.
     pub fn water_bands(&self) -> WaterBands {
-        self.bands.parse().unwrap_or_default()
+        self.bands.parse().unwrap_or(MEAN)
     }
 
     /// All waters, types outermost.

@@ -50,7 +50,7 @@ fn draw<B: DrawingBackend>(area: &DrawingArea<B, Shift>, visits: &[Visit]) -> Re
         .y_label_area_size(60)
         .build_cartesian_2d(0.0..visits.len() as f64, 0.0..top)
         .map_err(text)?;
-    let place = |x: &f64| {
+    let label = |x: &f64| {
         let visit = (x - 0.5).round();
         let on_centre = (x - 0.5 - visit).abs() < 1e-6;
         visits
@@ -68,7 +68,7 @@ fn draw<B: DrawingBackend>(area: &DrawingArea<B, Shift>, visits: &[Visit]) -> Re
         .configure_mesh()
         .disable_x_mesh()
         .x_labels(2 * visits.len() + 1)
-        .x_label_formatter(&place)
+        .x_label_formatter(&label)
         .y_desc("mean contrast, 8-bit counts")
         .label_style(("sans-serif", 14))
         .draw()

@@ -206,8 +206,8 @@ fn draw_chart<B: DrawingBackend>(
         chart.draw_series(dashes).map_err(text)?;
         let style = (FONT, 13).into_font().color(&GREY);
         let style = style.pos(Pos::new(HPos::Left, VPos::Bottom));
-        let place = Text::new(name, (1.1 * x.start, 1.05 * level), style);
-        chart.draw_series([place]).map_err(text)?;
+        let label = Text::new(name, (1.1 * x.start, 1.05 * level), style);
+        chart.draw_series([label]).map_err(text)?;
     }
     for curve in curves {
         let colour = colour(curves, &curve.scene);
@@ -259,11 +259,11 @@ fn draw_legend<B: DrawingBackend>(
         y += LINE;
     }
     for (index, renderer) in renderers.iter().enumerate() {
-        let (place, line) = ((18, y), GREY.stroke_width(2));
+        let (centre, line) = ((18, y), GREY.stroke_width(2));
         match MARKS[index % MARKS.len()] {
-            Mark::Cross => area.draw(&Cross::new(place, 5, line)),
-            Mark::Triangle => area.draw(&TriangleMarker::new(place, 6, GREY.filled())),
-            Mark::Ring => area.draw(&Circle::new(place, 5, line)),
+            Mark::Cross => area.draw(&Cross::new(centre, 5, line)),
+            Mark::Triangle => area.draw(&TriangleMarker::new(centre, 6, GREY.filled())),
+            Mark::Ring => area.draw(&Circle::new(centre, 5, line)),
         }
         .map_err(text)?;
         write(renderer, y)?;

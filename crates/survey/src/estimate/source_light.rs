@@ -279,9 +279,9 @@ impl SeenLight {
     /// Between the points, at image coordinates in [-1, 1].
     pub(super) fn at(&self, (p, q): (f64, f64)) -> PointLight {
         let cell = |coordinate: f64, points: usize| {
-            let place = 0.5 * (coordinate + 1.0) * (points - 1) as f64;
-            let before = (place.max(0.0) as usize).min(points - 2);
-            (before, (place - before as f64).clamp(0.0, 1.0))
+            let cells = 0.5 * (coordinate + 1.0) * (points - 1) as f64;
+            let before = (cells.max(0.0) as usize).min(points - 2);
+            (before, (cells - before as f64).clamp(0.0, 1.0))
         };
         let ((column, s), (row, t)) = (cell(p, COLUMNS), cell(q, ROWS));
         let point = |row: usize, column: usize| &self.points[row * COLUMNS + column];

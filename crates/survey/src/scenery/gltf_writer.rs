@@ -64,14 +64,14 @@ pub fn glb_bytes(
 pub fn tiled_glb_bytes(
     name: &str,
     mesh: &Mesh,
-    places: &[Vec3],
+    positions: &[Vec3],
     texture: &str,
 ) -> Result<Vec<u8>, SceneryError> {
     let mut document = Document::default();
     let primitive = document.primitive(mesh, 0);
-    let nodes: Vec<Value> = places
+    let nodes: Vec<Value> = positions
         .iter()
-        .map(|&place| json!({"mesh": 0, "translation": y_up(place)}))
+        .map(|&position| json!({"mesh": 0, "translation": y_up(position)}))
         .collect();
     let root = json!({
         "asset": {"version": "2.0", "generator": concat!("uw-survey ", env!("CARGO_PKG_VERSION"))},

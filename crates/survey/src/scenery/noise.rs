@@ -220,13 +220,13 @@ mod tests {
         seed: 11,
     };
 
-    fn places() -> impl Iterator<Item = [f32; 2]> {
+    fn points() -> impl Iterator<Item = [f32; 2]> {
         (0..4000).map(|i| [unit(i, 1), unit(i, 2)])
     }
 
     #[test]
     fn noise_repeats_with_the_unit_square() {
-        for [u, v] in places() {
+        for [u, v] in points() {
             // Dyadic coordinates, so that adding 1 loses no bits.
             let at = [(u * 1024.0).floor() / 1024.0, (v * 1024.0).floor() / 1024.0];
             let moved = [at[0] + 1.0, at[1] - 1.0];
@@ -239,7 +239,7 @@ mod tests {
 
     #[test]
     fn noise_fills_its_range_and_has_no_bias() {
-        let values: Vec<f32> = places()
+        let values: Vec<f32> = points()
             .map(|at| NoiseLattice::square(64, 3).gradient(at))
             .collect();
         let mean = values.iter().sum::<f32>() / values.len() as f32;
@@ -248,13 +248,13 @@ mod tests {
         // Standard error of the mean is 0.3 / √4000 = 0.005.
         assert!(mean.abs() < 0.025, "mean {mean}");
         assert!((0.05..0.2).contains(&variance), "variance {variance}");
-        assert!(places().all(|at| (0.0..=1.0).contains(&LATTICE.ridged(at, 5))));
+        assert!(points().all(|at| (0.0..=1.0).contains(&LATTICE.ridged(at, 5))));
     }
 
     #[test]
     fn cellular_noise_finds_what_a_search_of_all_cells_finds() {
         let lattice = NoiseLattice::square(6, 5);
-        for at in places().take(500) {
+        for at in points().take(500) {
             let mut distances = Vec::new();
             for row in -6..12 {
                 for column in -6..12 {

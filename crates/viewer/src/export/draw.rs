@@ -41,8 +41,8 @@ fn draw<B: DrawingBackend>(area: &DrawingArea<B, Shift>, panels: &[Panel]) -> Re
     uw_survey::plot::use_font()?;
     let text = |e: DrawingAreaErrorKind<B::ErrorType>| e.to_string();
     area.fill(&WHITE).map_err(text)?;
-    for (place, panel) in area.split_evenly((panels.len(), 1)).iter().zip(panels) {
-        draw_panel(place, panel).map_err(text)?;
+    for (cell, panel) in area.split_evenly((panels.len(), 1)).iter().zip(panels) {
+        draw_panel(cell, panel).map_err(text)?;
     }
     area.present().map_err(text)
 }

@@ -224,8 +224,8 @@ impl Guidance {
         else {
             return;
         };
-        let places = [Arc::as_ptr(profile) as usize, Arc::as_ptr(model) as usize];
-        let question = (now, self.objective, self.size_px(), places);
+        let identities = [Arc::as_ptr(profile) as usize, Arc::as_ptr(model) as usize];
+        let question = (now, self.objective, self.size_px(), identities);
         if self
             .answer
             .as_ref()

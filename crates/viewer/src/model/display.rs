@@ -136,9 +136,9 @@ impl FalseColour {
         if t.is_nan() {
             return Color32::GRAY;
         }
-        let place = t.clamp(0.0, 1.0) * (anchors.len() - 1) as f32;
-        let first = (place as usize).min(anchors.len() - 2);
-        let weight = place - first as f32;
+        let fraction = t.clamp(0.0, 1.0) * (anchors.len() - 1) as f32;
+        let first = (fraction as usize).min(anchors.len() - 2);
+        let weight = fraction - first as f32;
         let [r, g, b] = std::array::from_fn(|k| {
             let (x, y) = (
                 f32::from(anchors[first][k]),
@@ -152,7 +152,7 @@ impl FalseColour {
 
 impl Legend {
     /// Place of a value on the scale, in [0, 1] between its ends.
-    pub fn place(&self, value: f32) -> f32 {
+    pub fn fraction(&self, value: f32) -> f32 {
         if self.logarithmic {
             (value / self.low).ln() / (self.high / self.low).ln()
         } else {
@@ -374,7 +374,7 @@ fn false_colours(
             if value == f32::INFINITY {
                 Color32::BLACK
             } else {
-                colours.colour(legend.place(value))
+                colours.colour(legend.fraction(value))
             }
         })
         .collect();
@@ -454,8 +454,8 @@ mod tests {
             colours: FalseColour::Viridis,
             logarithmic: true,
         };
-        assert!((legend.place(0.1) - 0.5).abs() < 1e-6);
+        assert!((legend.fraction(0.1) - 0.5).abs() < 1e-6);
         legend.logarithmic = false;
-        assert!((legend.place(0.505) - 0.5).abs() < 1e-6);
+        assert!((legend.fraction(0.505) - 0.5).abs() < 1e-6);
     }
 }

@@ -17,4 +17,5 @@ pub use open_scene::{OpenError, OpenScene};
 pub use settings::{Balance, LampSettings, SensorSettings, Settings, Sun, Surface};
 pub use spectra::{LightSpectrum, ResponseSettings};
 pub use undo::History;
-pub use water::{Coefficients, PhaseModel, Water, WaterBands};
+pub use uw_media::spectral::WaterBands;
+pub use water::{Coefficients, PhaseModel, Water};

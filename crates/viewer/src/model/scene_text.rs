@@ -5,6 +5,7 @@ use std::path::Path;
 
 use glam::DVec3;
 use toml::Value;
+use uw_media::spectral::JerlovWater;
 use uw_render::image::{ImageError, write_atomically};
 use uw_render::scene::{Encoding, Exposure, Falloff, Sensor};
 
@@ -89,9 +90,11 @@ fn write_water(text: &mut String, water: &Water, moved: &dyn Fn(&Value) -> Value
     let _ = match &water.coefficients {
         Coefficients::Jerlov { scale, bands } => {
             let jerlov = match water::neighbours(*scale) {
-                (only, _, 0.0) => format!("\"{only}\""),
-                (first, second, share) => {
-                    format!("{{ between = [\"{first}\", \"{second}\"], share = {share:?} }}")
+                JerlovWater {
+                    from, share: 0.0, ..
+                } => format!("\"{from}\""),
+                JerlovWater { from, to, share } => {
+                    format!("{{ between = [\"{from}\", \"{to}\"], share = {share:?} }}")
                 }
             };
             write!(text, "jerlov = {jerlov}\nbands = \"{bands}\"\n")
@@ -212,7 +215,7 @@ fn vector(v: DVec3) -> String {
 }
 
 /// A value in one line.
-fn inline(value: &Value) -> String {
+pub(super) fn inline(value: &Value) -> String {
     match value {
         Value::Table(table) => {
             let fields = table.iter().map(|(k, v)| format!("{k} = {}", inline(v)));

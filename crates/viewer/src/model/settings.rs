@@ -8,6 +8,7 @@ use uw_render::scene::{
     WaterSurface, WhiteBalance,
 };
 
+use super::scene_text::inline;
 use super::{CameraSettings, LightSpectrum, ResponseSettings, Water};
 
 /// The settings: what a scene file says, without the objects.
@@ -280,18 +281,18 @@ impl Settings {
         }))
     }
 
-    /// Which light has which spectrum, for those who read a file.
+    /// Which light has which spectrum, in the words of scene files.
     fn named_lights(&self) -> Vec<String> {
         let name = |of: &str, light: &Option<LightSpectrum>| {
             let light = light.as_ref()?;
-            Some(format!("{of}.spectrum {}", light.entry))
+            Some(format!("{of}spectrum {}", inline(&light.entry)))
         };
         let sun_and_sky = [
-            name("sun", &self.sun_spectrum),
-            name("sky", &self.sky_spectrum),
+            name("sun.", &self.sun_spectrum),
+            name("sky.", &self.sky_spectrum),
         ];
         let lamps = self.lamps.iter().zip(1..);
-        let lamps = lamps.map(|(lamp, i)| name(&format!("lamp {i}"), &lamp.spectrum));
+        let lamps = lamps.map(|(lamp, i)| name(&format!("lamp {i} "), &lamp.spectrum));
         sun_and_sky.into_iter().chain(lamps).flatten().collect()
     }
 

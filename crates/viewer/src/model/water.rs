@@ -1,14 +1,11 @@
 //! The water as the panel sets it.
 
-use std::fmt;
-use std::str::FromStr;
-
-use uw_media::spectral::{Response, SPECTRAL, SPECTRAL_MEASURED, WaterSpectrum};
+use uw_media::spectral::{JerlovWater, Response, WaterBands, WaterSpectrum};
 use uw_media::{
-    Bands, Iops, MediaError, WaterType, channel_iops,
+    Iops, MediaError, WaterType,
     phase::{Draine, FournierForand, HenyeyGreenstein, Phase, Rayleigh, Tabulated},
 };
-use uw_render::scene::{self, Spectral};
+use uw_render::scene;
 
 /// Water: coefficients, phase function, refractive index.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,47 +37,6 @@ pub enum Coefficients {
     },
     /// Set by hand, 1/m per channel.
     Direct(Iops),
-}
-
-/// How the wavelengths of a Jerlov type become channels.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum WaterBands {
-    /// They stay: all light goes by wavelength.
-    #[default]
-    Spectral,
-    /// The same with the spectra that Williamson and Hollins measured.
-    SpectralMeasured,
-    /// One coefficient for each channel.
-    Three(Bands),
-}
-
-impl WaterBands {
-    /// Whether light goes by wavelength.
-    pub fn is_spectral(&self) -> bool {
-        !matches!(self, Self::Three(_))
-    }
-}
-
-impl FromStr for WaterBands {
-    type Err = MediaError;
-
-    fn from_str(text: &str) -> Result<Self, MediaError> {
-        match text {
-            SPECTRAL => Ok(Self::Spectral),
-            SPECTRAL_MEASURED => Ok(Self::SpectralMeasured),
-            text => text.parse().map(Self::Three),
-        }
-    }
-}
-
-impl fmt::Display for WaterBands {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Spectral => f.write_str(SPECTRAL),
-            Self::SpectralMeasured => f.write_str(SPECTRAL_MEASURED),
-            Self::Three(bands) => bands.fmt(f),
-        }
-    }
 }
 
 /// A phase function with the parameters that can be set.
@@ -219,22 +175,10 @@ impl Coefficients {
     /// # Errors
     /// Bands that the tables do not cover.
     pub fn iops(&self, response: &Response) -> Result<Iops, MediaError> {
-        let near = |spectrum| Spectral::of(spectrum, response.clone()).wideband();
         match self {
             Self::Direct(iops) => Ok(*iops),
-            Self::OfFile { spectrum, .. } => Ok(near(spectrum.clone())),
-            Self::Jerlov { scale, bands } => match bands {
-                WaterBands::Spectral => by_wavelength(*scale).map(near),
-                WaterBands::SpectralMeasured => measured(*scale).map(near),
-                WaterBands::Three(bands) => {
-                    let (first, second, share) = neighbours(*scale);
-                    let iops = channel_iops(first, bands)?;
-                    match share {
-                        0.0 => Ok(iops),
-                        share => Ok(iops.towards(&channel_iops(second, bands)?, share)),
-                    }
-                }
-            },
+            Self::OfFile { spectrum, .. } => Ok(spectrum.near_zero_range(response)),
+            Self::Jerlov { scale, bands } => bands.iops(neighbours(*scale), response),
         }
     }
 
@@ -246,11 +190,7 @@ impl Coefficients {
         match self {
             Self::Direct(_) => Ok(None),
             Self::OfFile { spectrum, .. } => Ok(Some(spectrum.clone())),
-            Self::Jerlov { scale, bands } => match bands {
-                WaterBands::Spectral => by_wavelength(*scale).map(Some),
-                WaterBands::SpectralMeasured => measured(*scale).map(Some),
-                WaterBands::Three(_) => Ok(None),
-            },
+            Self::Jerlov { scale, bands } => bands.spectrum(neighbours(*scale)),
         }
     }
 
@@ -267,44 +207,29 @@ impl Coefficients {
     }
 }
 
-fn by_wavelength(scale: f64) -> Result<WaterSpectrum, MediaError> {
-    let (first, second, share) = neighbours(scale);
-    Ok(WaterSpectrum::jerlov(first).towards(&WaterSpectrum::jerlov(second), share))
-}
-
-fn measured(scale: f64) -> Result<WaterSpectrum, MediaError> {
-    let (first, second, share) = neighbours(scale);
-    let spectrum = WaterSpectrum::measured(first)?;
-    match share {
-        0.0 => Ok(spectrum),
-        share => Ok(spectrum.towards(&WaterSpectrum::measured(second)?, share)),
-    }
-}
-
-/// The two types around a place along [`WaterType::ALL`] and the weight of the second, in [0, 1).
-pub fn neighbours(scale: f64) -> (WaterType, WaterType, f64) {
+/// The water at a place along [`WaterType::ALL`]: between two neighbours, the share in [0, 1).
+pub fn neighbours(scale: f64) -> JerlovWater {
     let last = WaterType::ALL.len() - 1;
     let scale = scale.clamp(0.0, last as f64);
     let first = (scale.floor() as usize).min(last);
-    let second = (first + 1).min(last);
-    (
-        WaterType::ALL[first],
-        WaterType::ALL[second],
-        scale - first as f64,
-    )
+    JerlovWater {
+        from: WaterType::ALL[first],
+        to: WaterType::ALL[(first + 1).min(last)],
+        share: scale - first as f64,
+    }
 }
 
 /// Absorption and scattering against wavelength at a place along the types: (wavelength in nm, a, b in 1/m).
 pub fn spectrum_at(scale: f64) -> Vec<(f64, f64, f64)> {
-    let (first, second, weight) = neighbours(scale);
-    uw_media::spectrum(first)
+    let JerlovWater { from, to, share } = neighbours(scale);
+    uw_media::spectrum(from)
         .iter()
-        .zip(uw_media::spectrum(second))
+        .zip(uw_media::spectrum(to))
         .map(|(x, y)| {
             (
                 x.wavelength_nm,
-                x.a + weight * (y.a - x.a),
-                x.b + weight * (y.b - x.b),
+                x.a + share * (y.a - x.a),
+                x.b + share * (y.b - x.b),
             )
         })
         .collect()
@@ -312,11 +237,11 @@ pub fn spectrum_at(scale: f64) -> Vec<(f64, f64, f64)> {
 
 /// A name of the place, such as "3C" or "1C-3C, 40 %".
 pub fn scale_name(scale: f64) -> String {
-    let (first, second, weight) = neighbours(scale);
-    if weight == 0.0 {
-        first.name().to_owned()
+    let JerlovWater { from, to, share } = neighbours(scale);
+    if share == 0.0 {
+        from.name().to_owned()
     } else {
-        format!("{first}-{second}, {:.0} %", 100.0 * weight)
+        format!("{from}-{to}, {:.0} %", 100.0 * share)
     }
 }
 
@@ -336,6 +261,8 @@ impl Water {
 
 #[cfg(test)]
 mod tests {
+    use uw_media::{Bands, channel_iops};
+
     use super::*;
 
     #[test]

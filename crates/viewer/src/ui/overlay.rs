@@ -48,11 +48,11 @@ pub fn note(ui: &Ui, picture: Rect, taken: Option<Rect>, text: &str) {
     shown(ui, "note", at, Align2::LEFT_TOP, galley);
 }
 
-/// Shows what the probe tells: below the picture where `place` has room there, else at its lower left, left of what is
+/// Shows what the probe tells: below the picture where `area` has room there, else at its lower left, left of what is
 /// `taken`.
-pub fn probe(ui: &Ui, place: Rect, picture: Rect, taken: Option<Rect>, text: &str) {
+pub fn probe(ui: &Ui, area: Rect, picture: Rect, taken: Option<Rect>, text: &str) {
     let below = laid_out(ui, text, width_beside(picture, None));
-    let room = place.bottom() - picture.bottom() - MARGIN;
+    let room = area.bottom() - picture.bottom() - MARGIN;
     if below.size().y + 2.0 * PADDING <= room {
         let at = picture.left_bottom() + vec2(MARGIN, 0.5 * MARGIN);
         shown(ui, "probe", at, Align2::LEFT_TOP, below);

@@ -67,21 +67,21 @@ pub fn render_size(camera: &CameraSettings, limit: DVec2) -> (u32, u32) {
 
 /// Shows the picture and what belongs on it.
 pub fn show(app: &mut Viewer, ui: &mut Ui) {
-    let place = ui.available_rect_before_wrap();
-    let pixels = place.size() * ui.ctx().pixels_per_point();
+    let area = ui.available_rect_before_wrap();
+    let pixels = area.size() * ui.ctx().pixels_per_point();
     app.picture.size_px = Some(DVec2::new(
         f64::from(pixels.x.floor().max(16.0)),
         f64::from(pixels.y.floor().max(16.0)),
     ));
     let camera = &app.settings.camera;
-    let rect = fitted(place, vec2(camera.width as f32, camera.height as f32));
+    let rect = fitted(area, vec2(camera.width as f32, camera.height as f32));
     let response = ui.interact(rect, ui.scope_id().with("picture"), Sense::click_and_drag());
     response.widget_info(|| WidgetInfo::labeled(Role::Image, true, "Picture"));
     let backdrop = theme::backdrop(ui);
     let Some(frame) = app.frame().cloned() else {
-        ui.painter().rect_filled(place, 0.0, backdrop);
+        ui.painter().rect_filled(area, 0.0, backdrop);
         ui.painter().text(
-            place.center(),
+            area.center(),
             Align2::CENTER_CENTER,
             "Preparing the first picture...",
             FontId::proportional(18.0),
@@ -90,7 +90,7 @@ pub fn show(app: &mut Viewer, ui: &mut Ui) {
         return;
     };
     // The edges of what is filled are blurred and lie under the picture.
-    for part in around(place, rect.shrink(1.0)) {
+    for part in around(area, rect.shrink(1.0)) {
         ui.painter().rect_filled(part, 0.0, backdrop);
     }
     if !app.picture.canvas.draw(ui, rect, &frame) {
@@ -106,15 +106,15 @@ pub fn show(app: &mut Viewer, ui: &mut Ui) {
         DVec2::new(f64::from(at.x), f64::from(at.y))
     });
     if let Some(text) = app.picture.probe.and_then(|at| probe_text(&frame, at)) {
-        overlay::probe(ui, place, rect, taken, &text);
+        overlay::probe(ui, area, rect, taken, &text);
     }
     navigate(app, ui, &response, &frame);
 }
 
 /// The largest rectangle of these proportions in the middle of `place`.
-fn fitted(place: Rect, proportions: Vec2) -> Rect {
-    let scale = (place.size() / proportions).min_elem();
-    Rect::from_center_size(place.center(), proportions * scale)
+fn fitted(area: Rect, proportions: Vec2) -> Rect {
+    let scale = (area.size() / proportions).min_elem();
+    Rect::from_center_size(area.center(), proportions * scale)
 }
 
 /// What `inner` leaves of `outer`. Only this is filled: where the window is drawn without a GPU, pixels that are drawn twice

@@ -1,12 +1,13 @@
 //! The window that shows the spectrum of the light of a pixel.
 
 use egui::{Ui, Window};
-use egui_plot::{Line, PlotPoints, Polygon};
+use egui_plot::{Line, PlotPoints};
 use glam::DVec2;
 use uw_render::ray_spectrum::BandRadiance;
 
 use super::knobs::{still_plot, x_axis, y_axis};
-use super::theme::{CHANNELS, channel_colours};
+use super::spectra::responses;
+use super::theme::channel_colours;
 use crate::app::Viewer;
 use crate::worker::PixelSpectrum;
 
@@ -66,41 +67,22 @@ fn plot(ui: &mut Ui, pixel: &PixelSpectrum, bands: &[BandRadiance]) {
     let most = bands
         .iter()
         .fold(0.0_f64, |most, band| most.max(band.radiance));
-    let nodes = || response.channels.iter().flat_map(|curve| curve.nodes());
-    let highest = nodes().fold(0.0_f64, |most, node| most.max(node.1));
     still_plot("pixel", SIZE.y)
         .width(SIZE.x)
         .include_y(0.0)
         .custom_x_axes(vec![x_axis("wavelength, nm")])
         .custom_y_axes(vec![y_axis("W/(m² sr)")])
         .show(ui, |plot| {
-            for ((curve, colour), name) in response.channels.iter().zip(colours).zip(CHANNELS) {
-                let scaled = |&(nm, value): &(f64, f64)| [nm, value / highest * most];
-                let points: Vec<_> = curve.nodes().iter().map(scaled).collect();
-                let line = Line::new(name, PlotPoints::new(points));
-                plot.line(line.color(colour.gamma_multiply(0.4)));
+            responses(plot, response, colours, most);
+            for band in bands {
+                let (nm, error) = (band.wavelength_nm, band.standard_error);
+                let ends = [-error, error].map(|off| [nm, band.radiance + off]);
+                let bar = Line::new("± 1 standard error", PlotPoints::new(ends.to_vec()));
+                plot.line(bar.color(ink));
             }
-            let at = |sign: f64| {
-                move |band: &BandRadiance| {
-                    [
-                        band.wavelength_nm,
-                        band.radiance + sign * band.standard_error,
-                    ]
-                }
-            };
-            let upper = bands.iter().map(at(1.0));
-            let around: Vec<_> = upper.chain(bands.iter().rev().map(at(-1.0))).collect();
-            plot.polygon(
-                Polygon::new("± 1 standard error", PlotPoints::new(around))
-                    .fill_color(ink.gamma_multiply(0.25))
-                    .stroke(egui::Stroke::NONE),
-            );
-            let points: Vec<_> = bands.iter().map(at(0.0)).collect();
-            plot.line(
-                Line::new("radiance", PlotPoints::new(points))
-                    .color(ink)
-                    .width(2.0),
-            );
+            let points = bands.iter().map(|band| [band.wavelength_nm, band.radiance]);
+            let line = Line::new("radiance", PlotPoints::new(points.collect()));
+            plot.line(line.color(ink).width(2.0));
         });
     ui.weak(format!(
         "in bands of 10 nm, with its standard error; coloured: response of {}",

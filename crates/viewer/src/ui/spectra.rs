@@ -61,6 +61,19 @@ fn caption(ui: &mut Ui) {
     });
 }
 
+/// Draws what a camera's channels respond to, the highest response as high as `most`.
+pub fn responses(plot: &mut PlotUi<'_>, response: &Response, colours: [Color32; 3], most: f64) {
+    let nodes = || response.channels.iter().flat_map(|curve| curve.nodes());
+    let highest = nodes().fold(0.0_f64, |most, node| most.max(node.1));
+    for ((curve, colour), name) in response.channels.iter().zip(colours).zip(CHANNELS) {
+        let scaled = |&(nm, value): &(f64, f64)| [nm, value / highest * most];
+        let points: Vec<_> = curve.nodes().iter().map(scaled).collect();
+        // The edges of a box lie in one column of pixels each, which the plot would take for a band and fill.
+        let line = Line::new(name, PlotPoints::new(points)).allow_band(false);
+        plot.line(line.color(colour));
+    }
+}
+
 /// Shows the plot with what the camera's channels respond to, the highest response as high as the highest coefficient.
 pub fn with_response(ui: &mut Ui, rows: &Rows, response: &Response) {
     let colours = channel_colours(ui);
@@ -68,19 +81,8 @@ pub fn with_response(ui: &mut Ui, rows: &Rows, response: &Response) {
     let most = rows
         .iter()
         .fold(0.0_f64, |most, row| most.max(row.1).max(row.2));
-    let nodes = || response.channels.iter().flat_map(|curve| curve.nodes());
-    let highest = nodes().fold(0.0_f64, |most, node| most.max(node.1));
     plot().show(ui, |plot| {
-        for ((curve, colour), name) in response.channels.iter().zip(colours).zip(CHANNELS) {
-            let scaled = |&(nm, value): &(f64, f64)| [nm, value / highest * most];
-            let points: Vec<_> = curve.nodes().iter().map(scaled).collect();
-            plot.line(
-                Line::new(name, PlotPoints::new(points))
-                    .color(colour)
-                    .fill(0.0)
-                    .fill_alpha(0.2),
-            );
-        }
+        responses(plot, response, colours, most);
         coefficients(plot, rows, ink);
     });
     caption(ui);

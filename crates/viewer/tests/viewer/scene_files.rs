@@ -133,6 +133,11 @@ fn spectra_of_all_kinds_survive_saving_elsewhere() {
     std::fs::write(&path, SPECTRAL).expect("written");
     let file = uw_render::scene::Scene::read(&path).expect("valid");
     let (open, settings) = OpenScene::read(&path).expect("valid");
+    let lights = |scene: uw_render::scene::Scene| scene.spectral.expect("spectral").lights;
+    assert_eq!(
+        lights(settings.scene().expect("valid")),
+        lights(file.clone())
+    );
     let (again, read) = saved(&open, &settings, to.path());
     assert!(again.warnings.is_empty(), "{:?}", again.warnings);
     for settings in [&settings, &read] {

@@ -152,9 +152,9 @@ impl Hull {
         for strake in 0..=self.seams_m().len() {
             let girth = strake as f32 * plates.strake_m;
             let first_m = -f64::from(plates.from_butt_m(&self.tile, [0.0, girth]));
-            let places = (-1..).map(|k| first_m + f64::from(k) * f64::from(plates.plate_m));
+            let ends_m = (-1..).map(|k| first_m + f64::from(k) * f64::from(plates.plate_m));
             butts.extend(
-                places
+                ends_m
                     .skip_while(|&m| m < 0.0)
                     .take_while(|&m| m < HULL_M[0]),
             );

@@ -78,9 +78,9 @@ fn reflectances_are_plausible_and_use_their_range() {
 }
 
 /// Mean absolute difference between horizontal and vertical neighbours `step` texels apart.
-fn difference(pattern: Pattern, width: u32, places: impl Iterator<Item = (u32, bool)>) -> f32 {
+fn difference(pattern: Pattern, width: u32, points: impl Iterator<Item = (u32, bool)>) -> f32 {
     let (mut sum, mut count) = (0.0, 0.0);
-    for (line, vertical) in places {
+    for (line, vertical) in points {
         for along in 0..width {
             let at = |across: u32| {
                 let across = across % width;
@@ -132,17 +132,17 @@ fn seen(pattern: Pattern, distance_m: f32, corner_m: TilePoint) -> PatchGrid {
     let pixel_m = distance_m * TWO_TAN_30_DEG / WIDTH as f32;
     let tile = tile(pattern);
     // Each pixel is the mean of places about 3 mm apart.
-    let places = (pixel_m / 0.003).round().max(1.0) as usize;
+    let points = (pixel_m / 0.003).round().max(1.0) as usize;
     let pixel = |i: usize| {
         let mut sum = [0.0; 3];
-        for place in 0..places * places {
-            let shift = [place % places, place / places].map(|k| (k as f32 + 0.5) / places as f32);
+        for point in 0..points * points {
+            let shift = [point % points, point / points].map(|k| (k as f32 + 0.5) / points as f32);
             let at = [
                 corner_m[0] + ((i % WIDTH) as f32 + shift[0]) * pixel_m,
                 corner_m[1] + ((i / WIDTH) as f32 + shift[1]) * pixel_m,
             ];
             let reflectance = pattern.reflectance_at(&tile, at);
-            (0..3).for_each(|k| sum[k] += reflectance[k] / (places * places) as f32);
+            (0..3).for_each(|k| sum[k] += reflectance[k] / (points * points) as f32);
         }
         sum
     };
