@@ -33,7 +33,10 @@ pub fn show(app: &mut Viewer, ctx: &egui::Context) {
     let mut open = true;
     let title = format!("Light of pixel {}, {}", pixel.pixel.x, pixel.pixel.y);
     let is_old = !pixel.settings.same_light(&app.settings);
+    // Beside the panel and over the picture's corner, away from its middle.
+    let corner = ctx.content_rect().right_top() + egui::vec2(-SIZE.x - 40.0, 40.0);
     Window::new(title)
+        .default_pos(corner)
         .id(egui::Id::unique("pixel"))
         .open(&mut open)
         .resizable(false)

@@ -429,3 +429,42 @@ fn a_recorded_operation_is_played_and_the_camera_follows() {
         v.guidance.operation.as_ref().is_some_and(|o| o.at == 5)
     });
 }
+
+#[test]
+fn a_right_click_shows_the_spectrum_of_a_pixel() {
+    let mut harness = viewer();
+    until(&mut harness, "a picture", |v| v.frame().is_some());
+    harness.run_steps(3);
+    let middle = harness.get_by_label("Picture").rect().center();
+    harness.hover_at(middle);
+    harness.run_steps(2);
+    harness.get_by_label("Picture").click_secondary();
+    harness.run_steps(3);
+    let start = Instant::now();
+    while harness
+        .query_by_label_contains("in bands of 10 nm")
+        .is_none()
+    {
+        harness.step();
+        assert!(start.elapsed() < PATIENCE, "no spectrum came");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    assert!(
+        harness
+            .query_by_label_contains("Light of pixel 80, 45")
+            .is_some()
+    );
+    // Of other settings it is told to be old.
+    assert!(
+        harness
+            .query_by_label_contains("of earlier settings")
+            .is_none()
+    );
+    harness.state_mut().settings.sky_radiance = [0.7; 3];
+    harness.run_steps(2);
+    assert!(
+        harness
+            .query_by_label_contains("of earlier settings")
+            .is_some()
+    );
+}
