@@ -4,7 +4,7 @@
 import package::common::layout::{HAS_QUADS, HAS_TEXTURES, HAS_TRIANGLES, NONE, Spectrum, scene, texels};
 import package::common::settings::{node_count, quad_count};
 import package::common::tables::{material_at, node_at, quad_at, quad_normal, table_row, triangle_corner, triangle_edge_1, triangle_edge_2, triangle_material, triangle_normal_0, triangle_normal_1, triangle_normal_2, triangle_smooth_shaded, triangle_textured, triangle_u_0, triangle_u_1, triangle_u_2, triangle_v_0, triangle_v_1, triangle_v_2};
-import package::common::spectrum::reflectance_at;
+import package::common::spectrum::{emission_at, reflectance_at};
 
 /// Marks the index of a triangle among the primitives.
 const TRIANGLE: u32 = 0x80000000u;
@@ -275,5 +275,6 @@ fn surface_point(hit: Hit, direction: vec3f) -> SurfacePoint {
 fn lit_point(hit: Hit, direction: vec3f) -> SurfacePoint {
     var point = surface_point(hit, direction);
     point.reflectance = reflectance_at(point.reflectance, point.spectrum);
+    point.emission = emission_at(point.emission);
     return point;
 }

@@ -1,21 +1,22 @@
-// What depends on wavelength. In a spectral scene a sample has one wavelength for each channel, drawn from the channel's
-// response: a row of a table that holds the water, the lights and the surfaces at these. Elsewhere the channels are as the
-// scene says.
+// What depends on wavelength. In a spectral scene a sample has one wavelength for each channel, drawn by the channel's
+// response and the light that is expected: a row of a table that holds the water, the lights and the surfaces at these. All
+// lights carry the weights of the wavelengths. Elsewhere the channels are as the scene says.
 // Host: crates/render/src/prepare/spectrum.rs (makes the rows). Checked by: tests/system/spectral.rs.
 import package::common::layout::{HAS_SPECTRUM, NONE, Spectrum, far_rows, scene};
 import package::common::rng::leading;
 
 /// Rows of a set of wavelengths: attenuation, scattering, what flights of either kind are drawn with, sun and sky relative
-/// to their channels, reflectances of the red, the green and the blue that a surface is mixed of; then the lamps, relative
-/// to their channels, and the surfaces whose spectra are given.
+/// to their channels, light that is alike at all wavelengths, reflectances of the red, the green and the blue that a surface
+/// is mixed of; then the lamps, relative to their channels, and the surfaces whose spectra are given.
 const ATTENUATION: u32 = 0u;
 const SCATTERING: u32 = 1u;
 const LAMP_SIGMA: u32 = 2u;
 const AMBIENT_SIGMA: u32 = 3u;
 const SUN: u32 = 4u;
 const SKY: u32 = 5u;
-const PRIMARIES: u32 = 6u;
-const LAMPS: u32 = 9u;
+const EVEN: u32 = 6u;
+const PRIMARIES: u32 = 7u;
+const LAMPS: u32 = 10u;
 
 /// Water at the wavelengths of the sample, 1/m.
 struct Water {
@@ -134,6 +135,14 @@ fn lamp_spectrum(i: u32, intensity: Spectrum) -> Spectrum {
         return intensity * spectral(LAMPS + i);
     }
     return intensity;
+}
+
+/// Radiance of a surface that glows, W/(m² sr).
+fn emission_at(radiance: Spectrum) -> Spectrum {
+    if HAS_SPECTRUM {
+        return radiance * spectral(EVEN);
+    }
+    return radiance;
 }
 
 /// Reflectance of a surface that is mixed of red, green and blue, or whose own spectrum is number `given`.

@@ -21,6 +21,7 @@ mod radiative_transfer;
 mod reference_scenes;
 mod scales;
 mod spectral;
+mod spectral_sums;
 mod stress;
 mod symmetries;
 mod units;

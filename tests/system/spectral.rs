@@ -1,9 +1,7 @@
-//! Scenes by wavelength: against quadrature where nothing scatters, and against renders at single wavelengths that are added
-//! up with the camera's response.
+//! Scenes by wavelength: against quadrature where nothing scatters, and what does not go together.
 
 use std::path::Path;
 
-use uw_media::{Iops, spectral::Curve};
 use uw_render::scene::Scene;
 use uw_tests::{
     file,
@@ -12,13 +10,13 @@ use uw_tests::{
 };
 
 /// A scene of one view, whose tables lie in `assets`.
-fn parsed(text: &str) -> Scene {
+pub(crate) fn parsed(text: &str) -> Scene {
     let text = format!("format = \"uw-scene/1\"\n{text}");
     Scene::parse(&text, &file("../assets"), "spectral.toml").unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// A column of a table in `assets`, read anew: wavelengths, nm, and values.
-fn column(path: &str, name: &str) -> Vec<(f64, f64)> {
+pub(crate) fn column(path: &str, name: &str) -> Vec<(f64, f64)> {
     let text = std::fs::read_to_string(file("../assets").join(path)).expect("readable");
     let mut lines = text.lines().filter(|line| !line.starts_with('#'));
     let header: Vec<&str> = lines.next().expect("a header").split(',').collect();
@@ -161,164 +159,16 @@ fn chart(backend: Backend) {
     }
 }
 
-const VIEW: &str = "[camera]\nposition_m = [0.0, 0.0, DEPTH]\nforward = [1.0, 0.0, 0.0]\nhfov_deg = 20.0\nwidth = 12\nheight = 12\n";
-const LAMP: &str = "[[lamp]]\nposition_m = [0.0, 0.4, DEPTH]\nforward = [1.0, 0.0, 0.0]\nhalf_angle_deg = 60.0\n\
+pub(crate) const VIEW: &str = "[camera]\nposition_m = [0.0, 0.0, DEPTH]\nforward = [1.0, 0.0, 0.0]\nhfov_deg = 20.0\nwidth = 12\nheight = 12\n";
+pub(crate) const LAMP: &str = "[[lamp]]\nposition_m = [0.0, 0.4, DEPTH]\nforward = [1.0, 0.0, 0.0]\nhalf_angle_deg = 60.0\n\
                     intensity = [10.0, 10.0, 10.0]\n";
 
-fn plane(distance_m: f64, depth_m: f64) -> String {
+pub(crate) fn plane(distance_m: f64, depth_m: f64) -> String {
     format!(
         "[[object]]\nplane = {{ center_m = [{distance_m}, 0.0, {}], normal = [-1.0, 0.0, 0.0], up = [0.0, 0.0, 1.0], \
          size_m = [4.0, 4.0] }}\nreflectance = [0.4, 0.4, 0.4]\n",
         -depth_m
     )
-}
-
-fn at_depth(parts: &[&str], depth_m: f64) -> Scene {
-    parsed(&parts.concat().replace("DEPTH", &format!("{:?}", -depth_m)))
-}
-
-/// Scenes with their names, samples and largest numbers of events.
-fn scenes() -> Vec<(&'static str, Scene)> {
-    let water = |jerlov: &str| format!("[water]\njerlov = \"{jerlov}\"\nbands = \"spectral\"\n");
-    let canon = VIEW.to_owned() + "response = \"canon5d2\"\n";
-    let led = LAMP.to_owned() + "spectrum = \"led-5000k\"\n";
-    let day = "[surface]\n[sun]\nzenith_deg = 30.0\nirradiance = [1.0, 1.0, 1.0]\nspectrum = \"clear-sky\"\n[sky]\n\
-               radiance = [0.05, 0.05, 0.05]\nspectrum = \"clear-sky\"\n";
-    vec![
-        (
-            "lamp, II, 3 m",
-            at_depth(&[&water("II"), &canon, &led, &plane(3.0, 0.0)], 0.0),
-        ),
-        (
-            "lamp, 5C, 1.5 m",
-            at_depth(&[&water("5C"), VIEW, LAMP, &plane(1.5, 0.0)], 0.0),
-        ),
-        (
-            "lamp, 3C, no target",
-            at_depth(&[&water("3C"), &canon, &led], 0.0),
-        ),
-        (
-            "daylight, IB, 10 m deep",
-            at_depth(&[&water("IB"), day, VIEW, &plane(2.0, 10.0)], 10.0),
-        ),
-        (
-            "daylight, 3C, 4 m deep",
-            at_depth(&[&water("3C"), day, &canon, &plane(1.0, 4.0)], 4.0),
-        ),
-    ]
-}
-
-/// The scene at three wavelengths, as its channels.
-fn monochromatic(scene: &Scene, wavelengths_nm: [f64; 3]) -> Scene {
-    let spectral = scene.spectral.as_ref().expect("by wavelength");
-    let mut single = scene.clone();
-    let water = spectral.water.as_ref().expect("water");
-    let curve = |curve: &Curve| wavelengths_nm.map(|nm| curve.at(nm));
-    if let Some(medium) = &mut single.water {
-        medium.iops = Iops {
-            a: curve(&water.a),
-            b: curve(&water.b),
-        };
-    }
-    single.spectral = None;
-    single
-}
-
-/// Light of a lamp, the sun or the sky at one wavelength relative to the mean of each channel.
-fn relative(scene: &Scene, of: Option<&Curve>, nm: f64) -> [f64; 3] {
-    scene
-        .spectral
-        .as_ref()
-        .expect("by wavelength")
-        .relative_light(of)([nm; 3])
-}
-
-/// Renders at every node of the water's table, three at a time, each with light of the same strength; then added up with the
-/// response, between nodes as exponentials are.
-fn added_up(backend: Backend, scene: &Scene, samples: u32) -> ([f64; 3], [f64; 3]) {
-    let spectral = scene.spectral.as_ref().expect("by wavelength");
-    let nodes: Vec<f64> = spectral
-        .water
-        .as_ref()
-        .expect("water")
-        .a
-        .nodes()
-        .iter()
-        .map(|n| n.0)
-        .collect();
-    let mut radiance = Vec::new();
-    for (i, three) in nodes.chunks(3).enumerate() {
-        let wavelengths = [0, 1, 2].map(|k| three[k.min(three.len() - 1)]);
-        let single = monochromatic(scene, wavelengths);
-        let (mean, error) = measure(backend, &single, samples, 0, 100 + i as u64);
-        radiance.extend((0..three.len()).map(|k| (mean[k], error[k])));
-    }
-    // The lights' channels are alike, so that light of strength 1 stands for all of them.
-    let light = scene.lamps.first().map(|lamp| lamp.spectrum.as_ref());
-    let light = light.unwrap_or(spectral.sun.as_ref());
-    let mut sums = ([0.0; 3], [0.0; 3]);
-    for k in 0..3 {
-        let (mut total, mut weights) = (0.0, vec![0.0; nodes.len()]);
-        for i in 0..nodes.len() - 1 {
-            let (from, to) = (nodes[i], nodes[i + 1]);
-            for part in 0..40 {
-                let share = (f64::from(part) + 0.5) / 40.0;
-                let nm = from + share * (to - from);
-                let w = spectral.response.channels[k].at(nm) * (to - from) / 40.0;
-                let own = relative(scene, light, nm)[k];
-                let between = radiance[i].0.powf(1.0 - share) * radiance[i + 1].0.powf(share);
-                total += w;
-                sums.0[k] += w * own * between;
-                weights[i] += w * own * (1.0 - share);
-                weights[i + 1] += w * own * share;
-            }
-        }
-        let variance: f64 = weights
-            .iter()
-            .zip(&radiance)
-            .map(|(w, r)| (w * r.1).powi(2))
-            .sum();
-        sums.0[k] /= total;
-        sums.1[k] = variance.sqrt() / total;
-    }
-    sums
-}
-
-#[test]
-fn a_spectral_render_is_the_sum_of_monochromatic_ones() {
-    everywhere(sum_of_monochromatic);
-}
-
-fn sum_of_monochromatic(backend: Backend) {
-    let mut scores = Vec::new();
-    for (name, scene) in scenes() {
-        let (expected, own) = added_up(backend, &scene, 128);
-        let (mean, error) = measure(backend, &scene, 512, 0, 1);
-        for k in 0..3 {
-            // What straight lines between the nodes' logarithms leave out.
-            let interpolation = 1e-3 * expected[k];
-            let z = (mean[k] - expected[k]) / own[k].hypot(error[k]).hypot(interpolation);
-            println!(
-                "  {name}, channel {k}: {:.5e} ± {:.1}% against {:.5e} ± {:.1}%, z {z:+.2}",
-                mean[k],
-                100.0 * error[k] / mean[k],
-                expected[k],
-                100.0 * own[k] / expected[k]
-            );
-            assert!(
-                error[k] < 0.03 * backend.noise() * mean[k],
-                "{name}: too noisy to tell"
-            );
-            scores.push(z);
-        }
-    }
-    let square = scores.iter().map(|z| z * z).sum::<f64>() / scores.len() as f64;
-    let largest = scores.iter().fold(0.0f64, |most, z| most.max(z.abs()));
-    println!("  rms z {:.2}, largest {largest:.2}", square.sqrt());
-    assert!(
-        largest < 4.0 && square.sqrt() < 1.8,
-        "rms {square}, largest {largest}"
-    );
 }
 
 /// Water whose coefficients are the same at every wavelength renders as the same three numbers do, but for noise.

@@ -12,7 +12,7 @@ mod water;
 pub use bands::{JerlovWater, WaterBands};
 pub use curve::Curve;
 pub use named::{ILLUMINANTS, illuminant, sky_light, sunlight};
-pub use response::{RESPONSES, Response};
+pub use response::{Drawn, RESPONSES, Response};
 pub use table::{TableError, read_columns};
 pub use water::WaterSpectrum;
 

@@ -118,21 +118,24 @@ impl Response {
         })
     }
 
-    /// `count` sets of three wavelengths, nm, one for each channel, that stand for equal shares of the channel's response
-    /// within `range_nm`: the middle of each share.
+    /// `count` sets of three wavelengths within `range_nm`, one for each channel, drawn in proportion to the channel's
+    /// response times its `favour` there, > 0: the middles of equal shares of that. The mean over the sets of a quantity
+    /// times the weight is the channel's value.
     ///
     /// `None` where a channel responds to nothing there.
-    pub fn wavelength_sets(&self, count: usize, range_nm: (f64, f64)) -> Option<Vec<[f64; 3]>> {
-        let channels: Vec<Vec<f64>> = self
-            .channels
-            .iter()
-            .map(|curve| quantiles(&parts_of(curve, Some(range_nm)), count))
-            .collect::<Option<_>>()?;
-        Some(
-            (0..count)
-                .map(|i| std::array::from_fn(|k| channels[k][i]))
-                .collect(),
-        )
+    pub fn wavelength_sets(
+        &self,
+        count: usize,
+        range_nm: (f64, f64),
+        favour: &[impl Fn(f64) -> f64; 3],
+    ) -> Option<Vec<[Drawn; 3]>> {
+        let of = |k: usize| {
+            let parts = parts_of(&self.channels[k], Some(range_nm));
+            quantiles(&parts, &favour[k], count)
+        };
+        let channels = [of(0)?, of(1)?, of(2)?];
+        let set = |i: usize| std::array::from_fn(|k| channels[k][i]);
+        Some((0..count).map(set).collect())
     }
 
     /// The area under each channel's curve, nm.
@@ -148,6 +151,15 @@ impl Response {
             (all.0.min(own.0), all.1.max(own.1))
         })
     }
+}
+
+/// A wavelength that stands for others of its channel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drawn {
+    /// Wavelength, nm.
+    pub wavelength_nm: f64,
+    /// What it counts; 1 in the mean over a channel's wavelengths.
+    pub weight: f64,
 }
 
 /// A small part of a response.
@@ -181,22 +193,30 @@ fn parts_of(curve: &Curve, range_nm: Option<(f64, f64)>) -> Vec<Part> {
     parts
 }
 
-/// Middles of `count` equal shares of what the parts weigh; within a part it is even.
-fn quantiles(parts: &[Part], count: usize) -> Option<Vec<f64>> {
-    let total: f64 = parts.iter().map(|part| part.weight).sum();
+/// Middles of `count` equal shares of what the parts weigh times their `favour`; within a part it is even.
+fn quantiles(parts: &[Part], favour: impl Fn(f64) -> f64, count: usize) -> Option<Vec<Drawn>> {
+    let favours: Vec<f64> = parts.iter().map(|part| favour(part.middle_nm)).collect();
+    let share = |i: usize| parts[i].weight * favours[i];
+    let total: f64 = (0..parts.len()).map(share).sum();
     if !(total > 0.0) {
         return None;
     }
     let (mut found, mut below, mut i) = (Vec::with_capacity(count), 0.0, 0);
-    for share in 0..count {
-        let wanted = total * (share as f64 + 0.5) / count as f64;
-        while i + 1 < parts.len() && below + parts[i].weight < wanted {
-            below += parts[i].weight;
+    for middle in 0..count {
+        let wanted = total * (middle as f64 + 0.5) / count as f64;
+        while i + 1 < parts.len() && below + share(i) < wanted {
+            below += share(i);
             i += 1;
         }
-        let part = &parts[i];
-        let inside = ((wanted - below) / part.weight).clamp(0.0, 1.0);
-        found.push(part.middle_nm + (inside - 0.5) * part.width_nm);
+        let inside = ((wanted - below) / share(i)).clamp(0.0, 1.0);
+        found.push(Drawn {
+            wavelength_nm: parts[i].middle_nm + (inside - 0.5) * parts[i].width_nm,
+            weight: 1.0 / favours[i],
+        });
+    }
+    let mean = found.iter().map(|drawn| drawn.weight).sum::<f64>() / count as f64;
+    for drawn in &mut found {
+        drawn.weight /= mean;
     }
     Some(found)
 }
@@ -223,26 +243,36 @@ mod tests {
         }
     }
 
-    /// Sums over the sets of wavelengths are means weighted by the response, of smooth and of crooked functions.
+    /// Sums over the sets of wavelengths are means weighted by the response, of smooth and of crooked functions, also where
+    /// long wavelengths are favoured.
     #[test]
-    fn sets_of_wavelengths_stand_for_equal_shares() {
+    fn sums_over_sets_of_wavelengths_are_means_over_the_response() {
+        let favours: [fn(f64) -> f64; 2] = [|_| 1.0, |nm| 0.2 + 4.0 * ((nm - 400.0) / 300.0)];
         for name in ["boxes", "canon5d2", "imx219", "sony_ilce_7sm2"] {
-            let response = Response::named(name).expect(name);
-            let range = (400.0, 700.0);
-            let sets = response.wavelength_sets(256, range).expect(name);
-            for (of, tolerance) in [
-                ((|nm| nm) as fn(f64) -> f64, 5e-5),
-                // In the tail of a response a set stands for some 10 nm.
-                (|nm| (-((nm - 400.0) / 60.0)).exp(), 1e-3),
-                // A jump is where one of the sets is.
-                (|nm| if nm < 630.0 { 1.0 } else { 0.2 }, 5e-3),
-            ] {
-                let expected = response.channel_values(Some(range), of);
-                for k in 0..3 {
-                    let mean = sets.iter().map(|set| of(set[k])).sum::<f64>() / 256.0;
-                    let error = (mean - expected[k]).abs() / expected[k];
-                    assert!(error < tolerance, "{name} {k}: {mean} {}", expected[k]);
-                }
+            for favour in favours {
+                sums_are_means(&Response::named(name).expect(name), favour);
+            }
+        }
+    }
+
+    fn sums_are_means(response: &Response, favour: fn(f64) -> f64) {
+        let range = (400.0, 700.0);
+        let sets = response.wavelength_sets(256, range, &[favour; 3]);
+        let sets = sets.expect("a response");
+        for (of, tolerance) in [
+            ((|nm| nm) as fn(f64) -> f64, 1e-4),
+            // In the tail of a response a set stands for some 10 nm.
+            (|nm| (-((nm - 400.0) / 60.0)).exp(), 1.5e-3),
+            // A jump is where one of the sets is.
+            (|nm| if nm < 630.0 { 1.0 } else { 0.2 }, 1e-2),
+        ] {
+            let expected = response.channel_values(Some(range), of);
+            for k in 0..3 {
+                let counted = |set: &[Drawn; 3]| set[k].weight * of(set[k].wavelength_nm);
+                let mean = sets.iter().map(counted).sum::<f64>() / 256.0;
+                let error = (mean - expected[k]).abs() / expected[k];
+                let name = &response.name;
+                assert!(error < tolerance, "{name} {k}: {mean} {}", expected[k]);
             }
         }
     }

@@ -1,13 +1,15 @@
 //! Sets of wavelengths as rows of the large tables. Twin: `shaders/common/spectrum.wgsl`.
 
+use uw_media::Spectrum;
+
 use super::{
     layout::{NONE, Scene},
     tables::FarRows,
 };
 use crate::prepare::{AtWavelengths, Prepared, WavelengthSets};
 
-/// Rows of a set before those of the lamps.
-const FIXED_ROWS: usize = 9;
+/// Rows of a set before those of the lamps. Lights carry the weights of the wavelengths.
+const FIXED_ROWS: usize = 10;
 
 /// Adds the rows of all sets, for the lamps in `active`.
 pub(super) fn add(sets: &WavelengthSets, active: &[usize], record: &mut Scene, far: &mut FarRows) {
@@ -23,18 +25,20 @@ pub(super) fn add(sets: &WavelengthSets, active: &[usize], record: &mut Scene, f
 
 fn rows_of(set: &AtWavelengths, active: &[usize]) -> Vec<[f32; 4]> {
     let [red, green, blue] = set.primaries;
+    let weighted = |light: Spectrum| std::array::from_fn(|k| set.weight[k] * light[k]);
     let fixed: [[f64; 3]; FIXED_ROWS] = [
         set.c,
         set.b,
         set.by_scattering.sigma,
         set.by_attenuation.sigma,
-        set.sun,
-        set.sky,
+        weighted(set.sun),
+        weighted(set.sky),
+        set.weight,
         red,
         green,
         blue,
     ];
-    let lamps = active.iter().map(|&i| set.lamps[i]);
+    let lamps = active.iter().map(|&i| weighted(set.lamps[i]));
     fixed
         .into_iter()
         .chain(lamps)

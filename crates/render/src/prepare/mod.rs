@@ -3,6 +3,7 @@
 pub(crate) mod bvh;
 mod daylight;
 mod daylight_field;
+mod expected_light;
 mod features;
 mod geometry;
 mod lamps;
@@ -76,7 +77,7 @@ impl Prepared {
     /// same, and noisier in daylight until [`Prepared::steer`] has brought it.
     pub fn build_unsteered(scene: &Scene, geometry: Arc<Geometry>) -> Self {
         let boundary = Boundary::build(scene);
-        let spectrum = WavelengthSets::build(scene, &geometry.materials);
+        let spectrum = WavelengthSets::build(scene, &geometry);
         let depth_m = boundary.map_or(0.0, |b| (b.height - scene.camera.position_m.z).max(0.0));
         let medium = scene.water.as_ref().and_then(|water| match &spectrum {
             Some(spectrum) => Medium::by_wavelength(water, spectrum, depth_m),

@@ -1,24 +1,28 @@
 //! A scene by wavelength: sets of three wavelengths, one for each channel, of which every sample has one. Each set stands for
-//! an equal share of the response of every channel, so that the mean over sets is the channel's value.
+//! an equal share of the light expected in every channel; with the weights of the sets their mean is the channel's value.
 //! Twin: `shaders/common/spectrum.wgsl`.
 
 use uw_media::Spectrum;
-use uw_media::spectral::{Curve, primaries};
+use uw_media::spectral::{Curve, Drawn, primaries};
 
+use super::Geometry;
+use super::expected_light::expected_light;
 use super::medium::Strategies;
-use crate::scene::{Material, Scene, Spectral};
+use crate::scene::{Scene, Spectral};
 
 /// Sets of wavelengths: enough that their mean is the channel's within 3e-4 for a coloured surface in the tail of a response
 /// (tests/system/spectral.rs; with 256 it was 1.2e-3 off), and where a channel's ends differ by a factor of e²⁰.
 const SETS: usize = 1024;
+/// Share of wavelengths that are drawn by the response alone: no weight is above the inverse of it.
+const EVEN_SHARE: f64 = 0.3;
 /// Of which every so many-th goes into layers without noise.
 const LAYER_STEP: usize = 8;
 
 /// What a scene is at one set of wavelengths; three channels each.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AtWavelengths {
-    /// Wavelength of each channel, nm.
-    pub wavelengths_nm: [f64; 3],
+    /// What the set counts for a channel; 1 in the mean over sets.
+    pub weight: Spectrum,
     /// Scattering coefficient, 1/m.
     pub b: Spectrum,
     /// Attenuation coefficient, 1/m.
@@ -39,7 +43,7 @@ pub struct AtWavelengths {
     pub reflectances: Vec<Spectrum>,
 }
 
-/// Sets of wavelengths of equal weight.
+/// Sets of wavelengths that are chosen equally often.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WavelengthSets {
     /// The sets.
@@ -58,12 +62,21 @@ impl AtWavelengths {
 }
 
 impl WavelengthSets {
-    /// The sets of `scene` with `materials`; `None` where the three channels are all there is.
-    pub fn build(scene: &Scene, materials: &[Material]) -> Option<Self> {
+    /// The sets of `scene`, whose surfaces are those of `geometry`; `None` where the three channels are all there is.
+    pub fn build(scene: &Scene, geometry: &Geometry) -> Option<Self> {
         let spectral = scene.spectral.as_ref()?;
-        let wavelengths = spectral
+        let materials = &geometry.materials;
+        let expected = expected_light(scene, spectral, geometry);
+        let favour = [0, 1, 2].map(|k| {
+            let expected = expected.as_ref().map(|light| &light[k]);
+            move |nm: f64| {
+                let light = expected.map_or(1.0, |light| light.at(nm));
+                EVEN_SHARE + (1.0 - EVEN_SHARE) * light
+            }
+        });
+        let drawn = spectral
             .response
-            .wavelength_sets(SETS, spectral.range_nm())?;
+            .wavelength_sets(SETS, spectral.range_nm(), &favour)?;
         let mixed = primaries();
         let sun = spectral.relative_light(spectral.sun.as_ref());
         let sky = spectral.relative_light(spectral.sky.as_ref());
@@ -76,10 +89,11 @@ impl WavelengthSets {
             .iter()
             .filter_map(|m| m.spectrum.as_ref())
             .collect();
-        let at = |nm: [f64; 3]| {
+        let at = |drawn: [Drawn; 3]| {
+            let nm = drawn.map(|drawn| drawn.wavelength_nm);
             let (b, c) = coefficients(spectral, nm);
             AtWavelengths {
-                wavelengths_nm: nm,
+                weight: drawn.map(|drawn| drawn.weight),
                 b,
                 c,
                 by_scattering: Strategies::default(),
@@ -91,7 +105,7 @@ impl WavelengthSets {
                 reflectances: own.iter().map(|curve| nm.map(|nm| curve.at(nm))).collect(),
             }
         };
-        let mut sets: Vec<AtWavelengths> = wavelengths.into_iter().map(at).collect();
+        let mut sets: Vec<AtWavelengths> = drawn.into_iter().map(at).collect();
         choose_strategies(&mut sets);
         let mut given = 0..;
         let own_reflectance = materials
@@ -106,13 +120,13 @@ impl WavelengthSets {
         Some(built)
     }
 
-    /// Mean over the sets of what `value` makes of each, per channel.
+    /// Mean over the channels' responses of what `value` makes of a set, per channel.
     pub fn mean(&self, value: impl Fn(&AtWavelengths) -> Spectrum) -> Spectrum {
         let mut sum = [0.0; 3];
         for set in &self.sets {
             let own = value(set);
             for k in 0..3 {
-                sum[k] += own[k];
+                sum[k] += set.weight[k] * own[k];
             }
         }
         sum.map(|sum| sum / self.sets.len().max(1) as f64)
@@ -121,11 +135,15 @@ impl WavelengthSets {
     /// Mean transmittance of the channels over `range_m`, from every eighth set.
     pub fn transmittance(&self, range_m: f64) -> Spectrum {
         let some = self.sets.iter().skip(LAYER_STEP / 2).step_by(LAYER_STEP);
-        let count = some.len().max(1) as f64;
-        some.fold([0.0; 3], |sum, set| {
+        let mut sums = ([0.0; 3], [0.0; 3]);
+        for set in some {
             let own = set.transmittance(range_m);
-            std::array::from_fn(|k| sum[k] + own[k] / count)
-        })
+            for k in 0..3 {
+                sums.0[k] += set.weight[k] * own[k];
+                sums.1[k] += set.weight[k];
+            }
+        }
+        std::array::from_fn(|k| sums.0[k] / sums.1[k])
     }
 
     /// Mean reflectance of the channels of a surface that is mixed of `rgb`, or of `material`'s own spectrum.

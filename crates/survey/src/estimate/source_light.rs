@@ -60,7 +60,7 @@ pub(super) struct Set {
     pub(super) scattering: [f64; 3],
     /// What the source's light loses on its way, 1/m.
     lost: [f64; 3],
-    /// Light of each lamp, or of daylight alone, relative to its channels.
+    /// Light of each lamp, or of daylight alone, relative to its channels, times what the set counts.
     lights: Vec<[f64; 3]>,
     /// Reflectance of the texture's red, green and blue.
     primaries: [[f64; 3]; 3],
@@ -202,11 +202,18 @@ fn sets(
             absorption,
             scattering,
             lost: std::array::from_fn(|k| lost(absorption[k], scattering[k])),
-            lights: lights(at),
+            lights: lights(at)
+                .into_iter()
+                .map(|light| counted(at, light))
+                .collect(),
             primaries: at.primaries,
         }
     };
     some.step_by(SET_STEP).map(set).collect()
+}
+
+fn counted(at: &AtWavelengths, light: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|k| at.weight[k] * light[k])
 }
 
 impl Set {

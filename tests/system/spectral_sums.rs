@@ -1,0 +1,225 @@
+//! Scenes by wavelength against renders at single wavelengths of the same program, added up with the camera's response.
+
+use uw_media::{
+    Iops, Spectrum,
+    spectral::{Curve, primaries},
+};
+use uw_render::scene::{Lamp, Material, Scene};
+use uw_tests::{
+    gpu::{Backend, everywhere},
+    measure,
+};
+
+use crate::spectral::{LAMP, VIEW, column, parsed, plane};
+
+fn at_depth(parts: &[&str], depth_m: f64) -> Scene {
+    parsed(&parts.concat().replace("DEPTH", &format!("{:?}", -depth_m)))
+}
+
+/// The groove between two bumpy plates whose spectrum is measured, seen along its middle: light goes from one to the other.
+const GROOVE: &str = "[[object]]\ngltf = \"benchmarks/bumpy_plate.glb\"\nreflectance = { spectrum = \"YELLOW\" }\nscale = 0.125\n\
+     rotation_deg = [0.0, -45.0, 0.0]\ntranslation_m = [1.2, 0.0, 0.3535]\n\
+     [[object]]\ngltf = \"benchmarks/bumpy_plate.glb\"\nreflectance = { spectrum = \"YELLOW\" }\nscale = 0.125\n\
+     rotation_deg = [0.0, 45.0, 0.0]\ntranslation_m = [1.2, 0.0, -0.3535]\n";
+
+/// Scenes with their names.
+fn scenes() -> Vec<(&'static str, Scene)> {
+    let water = |jerlov: &str| format!("[water]\njerlov = \"{jerlov}\"\nbands = \"spectral\"\n");
+    let canon = VIEW.to_owned() + "response = \"canon5d2\"\n";
+    let led = LAMP.to_owned() + "spectrum = \"led-5000k\"\n";
+    let second = LAMP.replace("0.4, DEPTH", "-0.4, DEPTH") + "spectrum = \"halogen\"\n";
+    let day = "[surface]\n[sun]\nzenith_deg = 30.0\nirradiance = [1.0, 1.0, 1.0]\nspectrum = \"clear-sky\"\n[sky]\n\
+               radiance = [0.05, 0.05, 0.05]\nspectrum = \"clear-sky\"\n";
+    let folder = tempfile::tempdir().expect("a folder");
+    let yellow = folder.path().join("yellow.csv");
+    let rows = column("spectra/colorchecker_reflectances.csv", "yellow");
+    let rows: String = rows.iter().map(|(nm, x)| format!("{nm},{x}\n")).collect();
+    std::fs::write(&yellow, format!("wavelength_nm,reflectance\n{rows}")).expect("written");
+    let groove = GROOVE.replace("YELLOW", &yellow.display().to_string());
+    let into_groove = canon.replace("hfov_deg = 20.0", "hfov_deg = 3.0");
+    vec![
+        (
+            "lamp, II, 3 m",
+            at_depth(&[&water("II"), &canon, &led, &plane(3.0, 0.0)], 0.0),
+        ),
+        (
+            "lamp, 5C, 1.5 m",
+            at_depth(&[&water("5C"), VIEW, LAMP, &plane(1.5, 0.0)], 0.0),
+        ),
+        (
+            "lamp, 3C, no target",
+            at_depth(&[&water("3C"), &canon, &led], 0.0),
+        ),
+        (
+            "daylight, IB, 10 m deep",
+            at_depth(&[&water("IB"), day, VIEW, &plane(2.0, 10.0)], 10.0),
+        ),
+        (
+            "daylight, 3C, 4 m deep",
+            at_depth(&[&water("3C"), day, &canon, &plane(1.0, 4.0)], 4.0),
+        ),
+        (
+            "two lamps, 1C, 2 m",
+            at_depth(&[&water("1C"), VIEW, &led, &second, &plane(2.0, 0.0)], 0.0),
+        ),
+        (
+            "groove of meshes, III",
+            at_depth(&[&water("III"), &into_groove, &led, &groove], 0.0),
+        ),
+    ]
+}
+
+/// The scene at three wavelengths, as its channels.
+fn monochromatic(scene: &Scene, wavelengths_nm: [f64; 3]) -> Scene {
+    let spectral = scene.spectral.as_ref().expect("by wavelength");
+    let mut single = scene.clone();
+    let water = spectral.water.as_ref().expect("water");
+    let curve = |curve: &Curve| wavelengths_nm.map(|nm| curve.at(nm));
+    if let Some(medium) = &mut single.water {
+        medium.iops = Iops {
+            a: curve(&water.a),
+            b: curve(&water.b),
+        };
+    }
+    let mixed = primaries();
+    for material in &mut single.materials {
+        material.reflectance = reflectance(material, &mixed, wavelengths_nm);
+        material.spectrum = None;
+    }
+    single.spectral = None;
+    single
+}
+
+/// Reflectance of a surface at three wavelengths.
+fn reflectance(material: &Material, mixed: &[Curve; 3], wavelengths_nm: [f64; 3]) -> Spectrum {
+    let rgb = material.reflectance;
+    let mixture = |nm: f64| (0..3).map(|j| rgb[j] * mixed[j].at(nm)).sum();
+    wavelengths_nm.map(|nm| {
+        material
+            .spectrum
+            .as_ref()
+            .map_or_else(|| mixture(nm), |own| own.at(nm))
+    })
+}
+
+/// The scene with one of its lights at a time, and the spectrum of that light.
+fn one_light_each(scene: &Scene) -> Vec<(Scene, Option<&Curve>)> {
+    let with = |lamps: Vec<Lamp>| Scene {
+        lamps,
+        ..scene.clone()
+    };
+    let lamps = scene.lamps.iter();
+    let mut all: Vec<_> = lamps
+        .map(|lamp| (with(vec![lamp.clone()]), lamp.spectrum.as_ref()))
+        .collect();
+    if scene.sun.is_some() {
+        let spectral = scene.spectral.as_ref().expect("by wavelength");
+        all.push((with(Vec::new()), spectral.sun.as_ref()));
+    }
+    all
+}
+
+/// Light of a lamp, the sun or the sky at one wavelength relative to the mean of each channel.
+fn relative(scene: &Scene, of: Option<&Curve>, nm: f64) -> [f64; 3] {
+    scene
+        .spectral
+        .as_ref()
+        .expect("by wavelength")
+        .relative_light(of)([nm; 3])
+}
+
+/// Renders of every light at every node of the water's table, three nodes at a time, each with light of the same strength;
+/// then added up with the response.
+fn added_up(backend: Backend, scene: &Scene, samples: u32) -> ([f64; 3], [f64; 3]) {
+    let mut sums = ([0.0; 3], [0.0; 3]);
+    for (lit, light) in one_light_each(scene) {
+        let (mean, error) = added_up_of(backend, &lit, light, samples);
+        for k in 0..3 {
+            sums.0[k] += mean[k];
+            sums.1[k] = error[k].hypot(sums.1[k]);
+        }
+    }
+    sums
+}
+
+/// The same of one light; between nodes as exponentials are.
+fn added_up_of(
+    backend: Backend,
+    scene: &Scene,
+    light: Option<&Curve>,
+    samples: u32,
+) -> ([f64; 3], [f64; 3]) {
+    let spectral = scene.spectral.as_ref().expect("by wavelength");
+    let water = spectral.water.as_ref().expect("water");
+    let nodes: Vec<f64> = water.a.nodes().iter().map(|n| n.0).collect();
+    let mut radiance = Vec::new();
+    for (i, three) in nodes.chunks(3).enumerate() {
+        let wavelengths = [0, 1, 2].map(|k| three[k.min(three.len() - 1)]);
+        let single = monochromatic(scene, wavelengths);
+        let (mean, error) = measure(backend, &single, samples, 0, 100 + i as u64);
+        radiance.extend((0..three.len()).map(|k| (mean[k], error[k])));
+    }
+    let mut sums = ([0.0; 3], [0.0; 3]);
+    for k in 0..3 {
+        let (mut total, mut weights) = (0.0, vec![0.0; nodes.len()]);
+        for i in 0..nodes.len() - 1 {
+            let (from, to) = (nodes[i], nodes[i + 1]);
+            for part in 0..40 {
+                let share = (f64::from(part) + 0.5) / 40.0;
+                let nm = from + share * (to - from);
+                let w = spectral.response.channels[k].at(nm) * (to - from) / 40.0;
+                let own = relative(scene, light, nm)[k];
+                let between = radiance[i].0.powf(1.0 - share) * radiance[i + 1].0.powf(share);
+                total += w;
+                sums.0[k] += w * own * between;
+                weights[i] += w * own * (1.0 - share);
+                weights[i + 1] += w * own * share;
+            }
+        }
+        let variance: f64 = weights
+            .iter()
+            .zip(&radiance)
+            .map(|(w, r)| (w * r.1).powi(2))
+            .sum();
+        sums.0[k] /= total;
+        sums.1[k] = variance.sqrt() / total;
+    }
+    sums
+}
+
+#[test]
+fn a_spectral_render_is_the_sum_of_monochromatic_ones() {
+    everywhere(sum_of_monochromatic);
+}
+
+fn sum_of_monochromatic(backend: Backend) {
+    let mut scores = Vec::new();
+    for (name, scene) in scenes() {
+        let (expected, own) = added_up(backend, &scene, 128);
+        let (mean, error) = measure(backend, &scene, 512, 0, 1);
+        for k in 0..3 {
+            // What straight lines between the nodes' logarithms leave out.
+            let interpolation = 1e-3 * expected[k];
+            let z = (mean[k] - expected[k]) / own[k].hypot(error[k]).hypot(interpolation);
+            println!(
+                "  {name}, channel {k}: {:.5e} ± {:.1}% against {:.5e} ± {:.1}%, z {z:+.2}",
+                mean[k],
+                100.0 * error[k] / mean[k],
+                expected[k],
+                100.0 * own[k] / expected[k]
+            );
+            assert!(
+                error[k] < 0.03 * backend.noise() * mean[k],
+                "{name}: too noisy to tell"
+            );
+            scores.push(z);
+        }
+    }
+    let square = scores.iter().map(|z| z * z).sum::<f64>() / scores.len() as f64;
+    let largest = scores.iter().fold(0.0f64, |most, z| most.max(z.abs()));
+    println!("  rms z {:.2}, largest {largest:.2}", square.sqrt());
+    assert!(
+        largest < 4.0 && square.sqrt() < 1.8,
+        "rms {square}, largest {largest}"
+    );
+}
