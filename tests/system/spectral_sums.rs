@@ -4,6 +4,7 @@ use uw_media::{
     Iops, Spectrum,
     spectral::{Curve, primaries},
 };
+use uw_render::irradiance::{DepthIrradiance, Estimate, IrradiancePlan};
 use uw_render::scene::{Lamp, Material, Scene};
 use uw_tests::{
     gpu::{Backend, everywhere},
@@ -22,14 +23,16 @@ const GROOVE: &str = "[[object]]\ngltf = \"benchmarks/bumpy_plate.glb\"\nreflect
      [[object]]\ngltf = \"benchmarks/bumpy_plate.glb\"\nreflectance = { spectrum = \"YELLOW\" }\nscale = 0.125\n\
      rotation_deg = [0.0, 45.0, 0.0]\ntranslation_m = [1.2, 0.0, -0.3535]\n";
 
+const DAYLIGHT: &str = "[surface]\n[sun]\nzenith_deg = 30.0\nirradiance = [1.0, 1.0, 1.0]\nspectrum = \"clear-sky\"\n[sky]\n\
+     radiance = [0.05, 0.05, 0.05]\nspectrum = \"clear-sky\"\n";
+
 /// Scenes with their names.
 fn scenes() -> Vec<(&'static str, Scene)> {
     let water = |jerlov: &str| format!("[water]\njerlov = \"{jerlov}\"\nbands = \"spectral\"\n");
     let canon = VIEW.to_owned() + "response = \"canon5d2\"\n";
     let led = LAMP.to_owned() + "spectrum = \"led-5000k\"\n";
     let second = LAMP.replace("0.4, DEPTH", "-0.4, DEPTH") + "spectrum = \"halogen\"\n";
-    let day = "[surface]\n[sun]\nzenith_deg = 30.0\nirradiance = [1.0, 1.0, 1.0]\nspectrum = \"clear-sky\"\n[sky]\n\
-               radiance = [0.05, 0.05, 0.05]\nspectrum = \"clear-sky\"\n";
+    let day = DAYLIGHT;
     let folder = tempfile::tempdir().expect("a folder");
     let yellow = folder.path().join("yellow.csv");
     let rows = column("spectra/colorchecker_reflectances.csv", "yellow");
@@ -37,6 +40,9 @@ fn scenes() -> Vec<(&'static str, Scene)> {
     std::fs::write(&yellow, format!("wavelength_nm,reflectance\n{rows}")).expect("written");
     let groove = GROOVE.replace("YELLOW", &yellow.display().to_string());
     let into_groove = canon.replace("hfov_deg = 20.0", "hfov_deg = 3.0");
+    let groove = at_depth(&[&water("III"), &into_groove, &led, &groove], 0.0);
+    let of_spectrum = |m: &Material| m.spectrum.is_some() && m.texture.is_none();
+    assert!(groove.materials.iter().all(of_spectrum));
     vec![
         (
             "lamp, II, 3 m",
@@ -62,10 +68,7 @@ fn scenes() -> Vec<(&'static str, Scene)> {
             "two lamps, 1C, 2 m",
             at_depth(&[&water("1C"), VIEW, &led, &second, &plane(2.0, 0.0)], 0.0),
         ),
-        (
-            "groove of meshes, III",
-            at_depth(&[&water("III"), &into_groove, &led, &groove], 0.0),
-        ),
+        ("groove of meshes, III", groove),
     ]
 }
 
@@ -104,17 +107,26 @@ fn reflectance(material: &Material, mixed: &[Curve; 3], wavelengths_nm: [f64; 3]
 
 /// The scene with one of its lights at a time, and the spectrum of that light.
 fn one_light_each(scene: &Scene) -> Vec<(Scene, Option<&Curve>)> {
-    let with = |lamps: Vec<Lamp>| Scene {
-        lamps,
+    let spectral = scene.spectral.as_ref().expect("by wavelength");
+    let dark = Scene {
+        lamps: Vec::new(),
+        sun: None,
+        sky_radiance: [0.0; 3],
         ..scene.clone()
+    };
+    let of_lamp = |lamp: &Lamp| Scene {
+        lamps: vec![lamp.clone()],
+        ..dark.clone()
     };
     let lamps = scene.lamps.iter();
     let mut all: Vec<_> = lamps
-        .map(|lamp| (with(vec![lamp.clone()]), lamp.spectrum.as_ref()))
+        .map(|lamp| (of_lamp(lamp), lamp.spectrum.as_ref()))
         .collect();
     if scene.sun.is_some() {
-        let spectral = scene.spectral.as_ref().expect("by wavelength");
-        all.push((with(Vec::new()), spectral.sun.as_ref()));
+        let (mut sun, mut sky) = (dark.clone(), dark);
+        sun.sun.clone_from(&scene.sun);
+        sky.sky_radiance = scene.sky_radiance;
+        all.extend([(sun, spectral.sun.as_ref()), (sky, spectral.sky.as_ref())]);
     }
     all
 }
@@ -128,12 +140,15 @@ fn relative(scene: &Scene, of: Option<&Curve>, nm: f64) -> [f64; 3] {
         .relative_light(of)([nm; 3])
 }
 
-/// Renders of every light at every node of the water's table, three nodes at a time, each with light of the same strength;
-/// then added up with the response.
-fn added_up(backend: Backend, scene: &Scene, samples: u32) -> ([f64; 3], [f64; 3]) {
+/// Mean and standard error per channel.
+type Measured = ([f64; 3], [f64; 3]);
+
+/// What `measured` makes, with a seed, of every light at every node of the water's table, three nodes at a time, each with
+/// light of the same strength; then added up with the response.
+fn added_up(scene: &Scene, measured: &dyn Fn(&Scene, u64) -> Measured) -> Measured {
     let mut sums = ([0.0; 3], [0.0; 3]);
     for (lit, light) in one_light_each(scene) {
-        let (mean, error) = added_up_of(backend, &lit, light, samples);
+        let (mean, error) = added_up_of(&lit, light, measured);
         for k in 0..3 {
             sums.0[k] += mean[k];
             sums.1[k] = error[k].hypot(sums.1[k]);
@@ -144,11 +159,10 @@ fn added_up(backend: Backend, scene: &Scene, samples: u32) -> ([f64; 3], [f64; 3
 
 /// The same of one light; between nodes as exponentials are.
 fn added_up_of(
-    backend: Backend,
     scene: &Scene,
     light: Option<&Curve>,
-    samples: u32,
-) -> ([f64; 3], [f64; 3]) {
+    measured: &dyn Fn(&Scene, u64) -> Measured,
+) -> Measured {
     let spectral = scene.spectral.as_ref().expect("by wavelength");
     let water = spectral.water.as_ref().expect("water");
     let nodes: Vec<f64> = water.a.nodes().iter().map(|n| n.0).collect();
@@ -156,7 +170,7 @@ fn added_up_of(
     for (i, three) in nodes.chunks(3).enumerate() {
         let wavelengths = [0, 1, 2].map(|k| three[k.min(three.len() - 1)]);
         let single = monochromatic(scene, wavelengths);
-        let (mean, error) = measure(backend, &single, samples, 0, 100 + i as u64);
+        let (mean, error) = measured(&single, 100 + i as u64);
         radiance.extend((0..three.len()).map(|k| (mean[k], error[k])));
     }
     let mut sums = ([0.0; 3], [0.0; 3]);
@@ -195,26 +209,72 @@ fn a_spectral_render_is_the_sum_of_monochromatic_ones() {
 fn sum_of_monochromatic(backend: Backend) {
     let mut scores = Vec::new();
     for (name, scene) in scenes() {
-        let (expected, own) = added_up(backend, &scene, 128);
-        let (mean, error) = measure(backend, &scene, 512, 0, 1);
-        for k in 0..3 {
-            // What straight lines between the nodes' logarithms leave out.
-            let interpolation = 1e-3 * expected[k];
-            let z = (mean[k] - expected[k]) / own[k].hypot(error[k]).hypot(interpolation);
-            println!(
-                "  {name}, channel {k}: {:.5e} ± {:.1}% against {:.5e} ± {:.1}%, z {z:+.2}",
-                mean[k],
-                100.0 * error[k] / mean[k],
-                expected[k],
-                100.0 * own[k] / expected[k]
-            );
-            assert!(
-                error[k] < 0.03 * backend.noise() * mean[k],
-                "{name}: too noisy to tell"
-            );
-            scores.push(z);
-        }
+        let expected = added_up(&scene, &|single, seed| {
+            measure(backend, single, 128, 0, seed)
+        });
+        let got = measure(backend, &scene, 512, 0, 1);
+        scores.extend(compare(backend, name, got, expected));
     }
+    judge(&scores);
+}
+
+/// Sensors of irradiance in daylight that scatters.
+#[test]
+fn a_spectral_irradiance_is_the_sum_of_monochromatic_ones() {
+    everywhere(|backend| {
+        let water = "[water]\njerlov = \"1C\"\nbands = \"spectral\"\n";
+        let canon = VIEW.to_owned() + "response = \"canon5d2\"\n";
+        let scene = at_depth(&[water, DAYLIGHT, &canon], 1.0);
+        let mut scores = Vec::new();
+        for (name, of) in [
+            (
+                "downward",
+                (|row| row.e_d) as fn(&DepthIrradiance) -> Estimate,
+            ),
+            ("upward", |row| row.e_u),
+        ] {
+            let measured = |samples: u32, scene: &Scene, seed: u64| -> Measured {
+                let plan = IrradiancePlan {
+                    depths_m: vec![6.0],
+                    samples,
+                    seed,
+                    threads: None,
+                    max_bounces: 0,
+                };
+                let rows = backend.irradiances(scene, &plan).expect("measured");
+                let estimate = of(&rows[0]);
+                (estimate.value, estimate.standard_error)
+            };
+            let expected = added_up(&scene, &|single, seed| measured(4096, single, seed));
+            let got = measured(1 << 15, &scene, 1);
+            scores.extend(compare(backend, name, got, expected));
+        }
+        judge(&scores);
+    });
+}
+
+/// Deviations over what noise and straight lines between the nodes' logarithms allow.
+fn compare(backend: Backend, name: &str, got: Measured, expected: Measured) -> [f64; 3] {
+    let ((mean, error), (expected, own)) = (got, expected);
+    std::array::from_fn(|k| {
+        let interpolation = 1e-3 * expected[k];
+        let z = (mean[k] - expected[k]) / own[k].hypot(error[k]).hypot(interpolation);
+        println!(
+            "  {name}, channel {k}: {:.5e} ± {:.1}% against {:.5e} ± {:.1}%, z {z:+.2}",
+            mean[k],
+            100.0 * error[k] / mean[k],
+            expected[k],
+            100.0 * own[k] / expected[k]
+        );
+        assert!(
+            error[k] < 0.03 * backend.noise() * mean[k],
+            "{name}: too noisy to tell"
+        );
+        z
+    })
+}
+
+fn judge(scores: &[f64]) {
     let square = scores.iter().map(|z| z * z).sum::<f64>() / scores.len() as f64;
     let largest = scores.iter().fold(0.0f64, |most, z| most.max(z.abs()));
     println!("  rms z {:.2}, largest {largest:.2}", square.sqrt());

@@ -28,7 +28,7 @@ const CASES: &[(&str, &str)] = &[
     ("gltf_missing_mesh.toml", r#":4: object 1 gltf: gltf_missing_mesh.gltf: not a valid glTF 2.0 file: nodes[0].mesh must be an index below 1 (meshes), got 3"#),
     ("gltf_nan_vertex.toml", r#":4: object 1 gltf: gltf_nan_vertex.gltf: mesh 0 (hull) primitive 0 POSITION 1 must be finite, got [1.0, NaN, 0.0]"#),
     ("gltf_not_json.toml", r#":4: object 1 gltf: gltf_not_json.gltf: not a valid glTF 2.0 file: EOF while parsing a value at line 2 column 0"#),
-    ("gltf_reflectance.toml", r#":5: object 1 reflectance must be left out for a glTF object, whose file holds its materials, got [1, 1, 1]"#),
+    ("gltf_reflectance.toml", r#":5: object 1 reflectance must be { spectrum = "file.csv" } for a glTF object, whose file holds its colours and textures, got [1, 1, 1]"#),
     ("gltf_required_extension.toml", r#":4: object 1 gltf: gltf_required_extension.gltf: extensionsRequired[0] must be an extension that is honoured or can be left aside; export the file without it, got "KHR_draco_mesh_compression""#),
     ("gltf_scale.toml", r#":5: object 1 scale must be > 0, got -1.0"#),
     ("gltf_spot_angles.toml", r#":4: object 1 gltf: gltf_spot_angles.gltf: light 0 (beam) cone angles [inner, outer] must be 0 <= inner <= outer <= pi radians, outer > 0, got [0.9, 0.3]"#),

@@ -9,14 +9,14 @@ use std::path::Path;
 
 use glam::{DVec2, DVec3};
 use uw_media::MediaError;
-use uw_media::spectral::WaterBands;
+use uw_media::spectral::{Curve, WaterBands, sky_light, sunlight};
 use uw_render::scene::{
     Camera, Encoding, Exposure, Falloff, Lamp, Material, Noise, Quad, RenderSettings, Scene,
-    Sensor, Sun, Texture, TextureFilter, WaterSurface,
+    Sensor, Spectral, Sun, Texture, TextureFilter, WaterSurface,
 };
 
 use crate::scenery::textures::Pattern;
-use crate::vehicle::Vehicle;
+use crate::vehicle::{Colours, Vehicle};
 
 /// Half the edge of a target, m.
 const TARGET_HALF_M: f64 = 12.0;
@@ -131,9 +131,10 @@ pub fn scene_in(
     };
     let position_m = DVec3::new(0.0, 0.0, -depth_m);
     let camera = camera(vehicle, position_m, forward, up);
+    let colours = vehicle.colours()?;
     let zenith = vehicle.sun_zenith_deg.to_radians();
     let mut scene = Scene {
-        water: Some(water.water(bands)?),
+        water: Some(water.water(bands, &colours.response)?),
         surface: Some(WaterSurface {
             height_m: 0.0,
             refractive: true,
@@ -143,8 +144,8 @@ pub fn scene_in(
             irradiance: [vehicle.sun_irradiance; 3],
         }),
         sky_radiance: [vehicle.sky_radiance; 3],
-        spectral: water.jerlov.spectral(bands)?,
-        lamps: lamps(vehicle, &camera),
+        spectral: spectral(vehicle, water, bands, &colours)?,
+        lamps: lamps(vehicle, &camera, colours.lamps.as_ref()),
         camera,
         quads: Vec::new(),
         meshes: Vec::new(),
@@ -211,14 +212,31 @@ fn camera(vehicle: &Vehicle, position_m: DVec3, forward: DVec3, up: DVec3) -> Ca
     }
 }
 
-fn lamps(vehicle: &Vehicle, camera: &Camera) -> Vec<Lamp> {
+/// The scene by wavelength; `None` in three bands.
+fn spectral(
+    vehicle: &Vehicle,
+    water: &WaterBody,
+    bands: WaterBands,
+    colours: &Colours,
+) -> Result<Option<Spectral>, EnvironmentError> {
+    let spectral = water.jerlov.spectral(bands, &colours.response)?;
+    let clear = vehicle.daylight_spectrum.is_some();
+    let zenith_deg = vehicle.sun_zenith_deg;
+    Ok(spectral.map(|spectral| Spectral {
+        sun: clear.then(|| sunlight(zenith_deg)),
+        sky: clear.then(|| sky_light(zenith_deg)),
+        ..spectral
+    }))
+}
+
+fn lamps(vehicle: &Vehicle, camera: &Camera, spectrum: Option<&Curve>) -> Vec<Lamp> {
     [("left", -1.0), ("right", 1.0)]
         .map(|(name, side)| Lamp {
             name: name.into(),
             position_m: camera.position_m + side * vehicle.lamp_offset_m * camera.right,
             forward: camera.forward,
             intensity: [vehicle.lamp_intensity; 3],
-            spectrum: None,
+            spectrum: spectrum.cloned(),
             level_pct: 100.0,
             half_angle_deg: vehicle.lamp_half_angle_deg,
             falloff: Falloff::Cosine,

@@ -2,6 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 use uw_calib::Rig;
+use uw_media::MediaError;
+use uw_media::spectral::{Curve, Response, illuminant};
+
+/// The clear sky's own spectra, by the sun's zenith angle.
+const CLEAR_SKY: &str = "clear-sky";
 
 /// A vehicle and the daylight; every field has a default.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -35,6 +40,24 @@ pub struct Vehicle {
     pub sun_irradiance: f64,
     /// Radiance of the sky, W/(m² sr), all channels.
     pub sky_radiance: f64,
+    /// Response of the camera by its name; `None` for three boxes. This and the spectra need `bands` by wavelength.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub response: Option<String>,
+    /// Name of the lamps' spectrum; `None`: the same at every wavelength of a channel.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lamp_spectrum: Option<String>,
+    /// "clear-sky", or `None`: sun and sky the same at every wavelength of a channel.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub daylight_spectrum: Option<String>,
+}
+
+/// What a vehicle sees and shines by wavelength.
+#[derive(Clone, Debug)]
+pub struct Colours {
+    /// Response of the camera.
+    pub response: Response,
+    /// Relative spectrum of the lamps, where they have one.
+    pub lamps: Option<Curve>,
 }
 
 impl Default for Vehicle {
@@ -53,6 +76,9 @@ impl Default for Vehicle {
             sun_zenith_deg: 30.0,
             sun_irradiance: 1.0,
             sky_radiance: 0.1,
+            response: None,
+            lamp_spectrum: None,
+            daylight_spectrum: None,
         }
     }
 }
@@ -72,6 +98,31 @@ impl Vehicle {
             lamp_half_angle_deg: Some(self.lamp_half_angle_deg),
             ..Rig::of_size([self.width, self.height])
         }
+    }
+
+    /// The camera's response and the lamps' spectrum.
+    ///
+    /// # Errors
+    /// A name that is not known.
+    pub fn colours(&self) -> Result<Colours, MediaError> {
+        Ok(Colours {
+            response: (self.response.as_deref())
+                .map_or_else(|| Ok(Response::boxes()), Response::named)?,
+            lamps: self.lamp_spectrum.as_deref().map(illuminant).transpose()?,
+        })
+    }
+
+    /// The first field that counts by wavelength alone, if one is given.
+    pub fn needs_wavelengths(&self) -> Option<&'static str> {
+        let given = [
+            ("response", self.response.is_some()),
+            ("lamp_spectrum", self.lamp_spectrum.is_some()),
+            ("daylight_spectrum", self.daylight_spectrum.is_some()),
+        ];
+        given
+            .iter()
+            .find(|(_, given)| *given)
+            .map(|(field, _)| *field)
     }
 
     /// Checks every value; the error names the field, the value and what would be right.
@@ -103,6 +154,18 @@ impl Vehicle {
                     "vehicle.{field} must be finite and >= 0, got {value}"
                 ));
             }
+        }
+        if let Err(error) = self.colours() {
+            return Err(format!("vehicle.response or lamp_spectrum: {error}"));
+        }
+        if let Some(other) = self
+            .daylight_spectrum
+            .as_deref()
+            .filter(|s| *s != CLEAR_SKY)
+        {
+            return Err(format!(
+                "vehicle.daylight_spectrum must be \"{CLEAR_SKY}\" or left out, got {other:?}"
+            ));
         }
         if !(0.0..90.0).contains(&self.sun_zenith_deg) {
             return Err(format!(

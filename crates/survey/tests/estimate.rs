@@ -3,10 +3,10 @@
 use std::sync::atomic::AtomicBool;
 
 use uw_calib::ImageStats;
-use uw_media::spectral::{Curve, Response, WaterSpectrum};
+use uw_media::spectral::{Curve, Response, WaterBands, WaterSpectrum};
 use uw_render::scene::{Scene, Spectral};
 use uw_survey::assets::assets_dir;
-use uw_survey::environment::{Target, View, WaterBody, scene, sensor};
+use uw_survey::environment::{MEAN, Target, View, WaterBody, scene_in, sensor};
 use uw_survey::estimate::pyramid::TexturePyramid;
 use uw_survey::estimate::response::CountResponse;
 use uw_survey::estimate::target_image::TargetImage;
@@ -31,18 +31,9 @@ impl Setup {
             exposure: 8.0,
             ..Vehicle::default()
         };
-        let assets = assets_dir().expect("assets");
-        let target = Target::read(Pattern::Seabed, &assets).expect("a texture");
-        let water = WaterBody {
-            jerlov: "3C".parse().expect("a water"),
-            backscatter_fraction: 0.0183,
-        };
-        let view = View::Target {
-            depth_m: 2.0,
-            distance_m: 1.0,
-        };
+        let (scene, target) = view_in(&vehicle, MEAN);
         Self {
-            scene: scene(&vehicle, &water, &target, view).expect("a scene"),
+            scene,
             pyramid: TexturePyramid::new(&target.texture, 6.0),
             vehicle,
         }
@@ -68,6 +59,22 @@ impl Setup {
         let view = RenderedView::render(&self.scene, quality, &never).expect("a render");
         view.statistics(&sensor(&self.vehicle, self.vehicle.exposure), LIGHT_PCT)
     }
+}
+
+/// The vehicle's scene in `bands`, and the target.
+fn view_in(vehicle: &Vehicle, bands: WaterBands) -> (Scene, Target) {
+    let assets = assets_dir().expect("assets");
+    let target = Target::read(Pattern::Seabed, &assets).expect("a texture");
+    let water = WaterBody {
+        jerlov: "3C".parse().expect("a water"),
+        backscatter_fraction: 0.0183,
+    };
+    let view = View::Target {
+        depth_m: 2.0,
+        distance_m: 1.0,
+    };
+    let scene = scene_in(vehicle, &water, bands, &target, view).expect("a scene");
+    (scene, target)
 }
 
 /// Mean and standard error of the contrast over seeds.
@@ -144,6 +151,32 @@ fn contrast_and_mean_by_wavelength_are_those_of_plain_renders() {
     let texels: Vec<[f32; 3]> = texture.texels.iter().map(opposite).collect();
     texture.texels = texels.into();
     setup.pyramid = TexturePyramid::new(texture, 6.0);
+    let (estimate, plain) = (setup.estimate(3, 2048), setup.plain_render(5, 48));
+    for k in 0..3 {
+        let (a, b) = (estimate.contrast[k], plain.contrast[k]);
+        assert!((a - b).abs() < 0.1 + 0.03 * b, "{estimate:?} {plain:?}");
+        let (a, b) = (estimate.mean[k], plain.mean[k]);
+        assert!((a / b - 1.0).abs() < 0.01, "{estimate:?} {plain:?}");
+    }
+}
+
+/// The camera, lamps and daylight that a vehicle names are those of its scenes, and of the estimate.
+#[test]
+fn labels_of_a_vehicle_with_spectra_are_those_of_plain_renders() {
+    let mut setup = Setup::new(120, 72);
+    let even = setup.scene.clone();
+    setup.vehicle = Vehicle {
+        response: Some("canon5d2".into()),
+        lamp_spectrum: Some("led-5000k".into()),
+        daylight_spectrum: Some("clear-sky".into()),
+        ..setup.vehicle
+    };
+    setup.scene = view_in(&setup.vehicle, WaterBands::Spectral).0;
+    let spectral = setup.scene.spectral.as_ref().expect("by wavelength");
+    assert_eq!(spectral.response.name, "canon5d2");
+    assert!(spectral.sun.is_some() && spectral.sky.is_some());
+    assert!(setup.scene.lamps.iter().all(|lamp| lamp.spectrum.is_some()));
+    assert!(even.spectral.is_none() && even.lamps.iter().all(|lamp| lamp.spectrum.is_none()));
     let (estimate, plain) = (setup.estimate(3, 2048), setup.plain_render(5, 48));
     for k in 0..3 {
         let (a, b) = (estimate.contrast[k], plain.contrast[k]);

@@ -14,7 +14,7 @@ use crate::scene::{Scene, Spectral};
 /// (tests/system/spectral.rs; with 256 it was 1.2e-3 off), and where a channel's ends differ by a factor of e²⁰.
 const SETS: usize = 1024;
 /// Share of wavelengths that are drawn by the response alone: no weight is above the inverse of it.
-const EVEN_SHARE: f64 = 0.3;
+const EVEN_SHARE: f64 = 0.4;
 /// Of which every so many-th goes into layers without noise.
 const LAYER_STEP: usize = 8;
 

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 
 use glam::{DAffine3, DMat3, DVec2, DVec3, EulerRot};
+use uw_media::spectral::Curve;
 
 use super::range::Range;
 use super::reader::Table;
@@ -130,11 +131,14 @@ impl Objects {
     }
 
     fn add_gltf(&mut self, table: &Table<'_>, gltf: &Value<'_>) -> Result<(), SceneError> {
-        for field in ["reflectance", "emission"] {
-            table.refuse(field, "for a glTF object, whose file holds its materials")?;
-        }
+        table.refuse(
+            "emission",
+            "for a glTF object, whose file holds its materials",
+        )?;
+        let spectrum = read_own_spectrum(table)?;
         let path = gltf.as_path()?;
         let placement = read_placement(table)?;
+        let first = self.materials.len();
         let (materials, textures) = (&mut self.materials, &mut self.textures);
         let read = gltf_file::read_into(&path, placement, &mut self.gltf, materials, textures);
         read.map_err(|source| SceneError::Gltf {
@@ -142,8 +146,33 @@ impl Objects {
             line: gltf.line(),
             field: gltf.path.clone(),
             source: Box::new(source),
-        })
+        })?;
+        if let Some(spectrum) = spectrum {
+            for material in &mut self.materials[first..] {
+                material.texture = None;
+                material.spectrum = Some(spectrum.clone());
+            }
+        }
+        Ok(())
     }
+}
+
+/// The spectrum that takes the place of the reflectances in a glTF file; `None` where they count.
+fn read_own_spectrum(table: &Table<'_>) -> Result<Option<Curve>, SceneError> {
+    const EXPECTED: &str =
+        "{ spectrum = \"file.csv\" } for a glTF object, whose file holds its colours and textures";
+    let Some(reflectance) = table.optional("reflectance") else {
+        return Ok(None);
+    };
+    if !reflectance.is_table() {
+        return Err(reflectance.invalid(EXPECTED));
+    }
+    let given = reflectance.as_table(&["spectrum"])?;
+    let spectrum = given.required(
+        "spectrum",
+        "the path of a CSV file with wavelength_nm,reflectance",
+    )?;
+    spectral::read_reflectance(&spectrum).map(Some)
 }
 
 /// A plane with a tile as large as itself; its material is filled in by the caller.

@@ -176,17 +176,28 @@ impl DatasetConfig {
             }
         }
         let bands: WaterBands = self.bands.parse().map_err(|e| format!("bands: {e}"))?;
+        self.vehicle.check()?;
+        let colours = self
+            .vehicle
+            .colours()
+            .map_err(|e| format!("vehicle: {e}"))?;
         for name in &self.water_types {
             let water: WaterKind = name.parse().map_err(|e| format!("water_types: {e}"))?;
-            water.iops_in(bands).map_err(|e| format!("bands: {e}"))?;
+            let iops = water.iops_in(bands, &colours.response);
+            iops.map_err(|e| format!("bands: {e}"))?;
+        }
+        if let (WaterBands::Three(_), Some(field)) = (bands, self.vehicle.needs_wavelengths()) {
+            return Err(format!(
+                "vehicle.{field} counts by wavelength alone: bands must be \"spectral\", got {:?}",
+                self.bands
+            ));
         }
         if self.textures.is_empty() || self.water_types.is_empty() {
             return Err("textures and water_types must not be empty".into());
         }
         self.check_numbers()?;
         self.check_calibration()?;
-        self.accuracy.check()?;
-        self.vehicle.check()
+        self.accuracy.check()
     }
 
     fn check_numbers(&self) -> Result<(), String> {
@@ -355,5 +366,53 @@ mod tests {
             told.starts_with("bands: ") && told.contains("measured"),
             "{told}"
         );
+    }
+
+    /// What counts by wavelength alone needs bands by wavelength, and names that are known.
+    #[test]
+    fn a_vehicle_s_spectra_go_with_light_by_wavelength() {
+        let with = |bands: &str, change: fn(&mut Vehicle)| {
+            let mut config = DatasetConfig {
+                bands: bands.into(),
+                ..DatasetConfig::default()
+            };
+            change(&mut config.vehicle);
+            config.check()
+        };
+        let named: [(fn(&mut Vehicle), &str); 3] = [
+            (|v| v.response = Some("canon5d2".into()), "response"),
+            (
+                |v| v.lamp_spectrum = Some("halogen".into()),
+                "lamp_spectrum",
+            ),
+            (
+                |v| v.daylight_spectrum = Some("clear-sky".into()),
+                "daylight_spectrum",
+            ),
+        ];
+        for (change, field) in named {
+            assert_eq!(with("spectral", change), Ok(()));
+            let told = with("mean", change).unwrap_err();
+            let start = format!("vehicle.{field} counts by wavelength alone");
+            assert!(
+                told.starts_with(&start) && told.ends_with("got \"mean\""),
+                "{told}"
+            );
+        }
+        let unknown: [(fn(&mut Vehicle), &str); 3] = [
+            (|v| v.response = Some("canon".into()), "canon5d2"),
+            (|v| v.lamp_spectrum = Some("led".into()), "led-5000k"),
+            (
+                |v| v.daylight_spectrum = Some("led-5000k".into()),
+                "clear-sky",
+            ),
+        ];
+        for (change, known) in unknown {
+            let told = with("spectral", change).unwrap_err();
+            assert!(
+                told.starts_with("vehicle.") && told.contains(known),
+                "{told}"
+            );
+        }
     }
 }

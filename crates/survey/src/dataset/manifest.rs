@@ -19,11 +19,13 @@ pub(super) fn text(
 ) -> Result<String, DatasetError> {
     let config = workshop.config;
     let counts = Counts::of(config);
+    let colours = config.vehicle.colours();
+    let colours = colours.map_err(|e| DatasetError::Inconsistent(e.to_string()))?;
     let mut waters = Vec::new();
     for water in config.waters() {
         let iops = water
             .jerlov
-            .iops_in(config.water_bands())
+            .iops_in(config.water_bands(), &colours.response)
             .map_err(|e| DatasetError::Inconsistent(e.to_string()))?;
         waters.push(json!({
             "name": water.name(), "type": water.jerlov.to_string(),

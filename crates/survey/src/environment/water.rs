@@ -40,24 +40,28 @@ pub enum WaterKind {
 impl WaterKind {
     /// Absorption and scattering per channel in three bands.
     pub fn iops(&self) -> Result<Iops, MediaError> {
-        self.iops_in(MEAN)
+        self.iops_in(MEAN, &Response::boxes())
     }
 
-    /// Absorption and scattering per channel in `bands`; by wavelength those near zero range.
+    /// Absorption and scattering per channel in `bands`; by wavelength those near zero range before a camera's `response`.
     ///
     /// # Errors
     /// The bands do not cover the water.
-    pub fn iops_in(&self, bands: WaterBands) -> Result<Iops, MediaError> {
-        bands.iops(self.jerlov(), &Response::boxes())
+    pub fn iops_in(&self, bands: WaterBands, response: &Response) -> Result<Iops, MediaError> {
+        bands.iops(self.jerlov(), response)
     }
 
-    /// The water by wavelength, before a camera with three boxes for a response; `None` in three bands.
+    /// The water by wavelength, before a camera with a `response`; `None` in three bands.
     ///
     /// # Errors
     /// The bands do not cover the water.
-    pub fn spectral(&self, bands: WaterBands) -> Result<Option<Spectral>, MediaError> {
+    pub fn spectral(
+        &self,
+        bands: WaterBands,
+        response: &Response,
+    ) -> Result<Option<Spectral>, MediaError> {
         let spectrum = bands.spectrum(self.jerlov())?;
-        Ok(spectrum.map(|spectrum| Spectral::of(spectrum, Response::boxes())))
+        Ok(spectrum.map(|spectrum| Spectral::of(spectrum, response.clone())))
     }
 
     fn jerlov(&self) -> JerlovWater {
@@ -124,12 +128,16 @@ impl WaterBody {
     /// # Errors
     /// The fraction or the type's coefficients cannot be used.
     pub fn check(&self) -> Result<(), EnvironmentError> {
-        self.water(MEAN).map(|_| ())
+        self.water(MEAN, &Response::boxes()).map(|_| ())
     }
 
-    pub(super) fn water(&self, bands: WaterBands) -> Result<Water, EnvironmentError> {
+    pub(super) fn water(
+        &self,
+        bands: WaterBands,
+        response: &Response,
+    ) -> Result<Water, EnvironmentError> {
         Ok(Water {
-            iops: self.jerlov.iops_in(bands)?,
+            iops: self.jerlov.iops_in(bands, response)?,
             phase: Phase::FournierForand(FournierForand::new(
                 PARTICLE_INDEX,
                 self.backscatter_fraction,
