@@ -371,6 +371,7 @@ mod tests {
     /// What counts by wavelength alone needs bands by wavelength, and names that are known.
     #[test]
     fn a_vehicle_s_spectra_go_with_light_by_wavelength() {
+        type Change = (fn(&mut Vehicle), &'static str);
         let with = |bands: &str, change: fn(&mut Vehicle)| {
             let mut config = DatasetConfig {
                 bands: bands.into(),
@@ -379,7 +380,7 @@ mod tests {
             change(&mut config.vehicle);
             config.check()
         };
-        let named: [(fn(&mut Vehicle), &str); 3] = [
+        let named: [Change; 3] = [
             (|v| v.response = Some("canon5d2".into()), "response"),
             (
                 |v| v.lamp_spectrum = Some("halogen".into()),
@@ -399,7 +400,7 @@ mod tests {
                 "{told}"
             );
         }
-        let unknown: [(fn(&mut Vehicle), &str); 3] = [
+        let unknown: [Change; 3] = [
             (|v| v.response = Some("canon".into()), "canon5d2"),
             (|v| v.lamp_spectrum = Some("led".into()), "led-5000k"),
             (
