@@ -155,8 +155,11 @@ impl Vehicle {
                 ));
             }
         }
-        if let Err(error) = self.colours() {
-            return Err(format!("vehicle.response or lamp_spectrum: {error}"));
+        if let Some(Err(error)) = self.response.as_deref().map(Response::named) {
+            return Err(format!("vehicle.response: {error}"));
+        }
+        if let Some(Err(error)) = self.lamp_spectrum.as_deref().map(illuminant) {
+            return Err(format!("vehicle.lamp_spectrum: {error}"));
         }
         if let Some(other) = self
             .daylight_spectrum

@@ -108,18 +108,22 @@ fn the_expected_contrast_does_not_depend_on_the_number_of_paths() {
     }
 }
 
+/// Contrast and mean agree; the plain estimate's own noise is about 1 %.
+fn assert_alike(estimate: &ImageStats, plain: &ImageStats) {
+    for k in 0..3 {
+        let (a, b) = (estimate.contrast[k], plain.contrast[k]);
+        assert!((a - b).abs() < 0.1 + 0.03 * b, "{estimate:?} {plain:?}");
+        let (a, b) = (estimate.mean[k], plain.mean[k]);
+        assert!((a / b - 1.0).abs() < 0.01, "{estimate:?} {plain:?}");
+    }
+}
+
 #[test]
 fn contrast_and_mean_are_those_of_plain_renders() {
     let setup = Setup::new(160, 96);
     let estimate = setup.estimate(3, 1024);
     let plain = setup.plain_render(5, 48);
-    for k in 0..3 {
-        let (a, b) = (estimate.contrast[k], plain.contrast[k]);
-        // The plain estimate's own noise is about 1 %.
-        assert!((a - b).abs() < 0.1 + 0.03 * b, "{estimate:?} {plain:?}");
-        let (a, b) = (estimate.mean[k], plain.mean[k]);
-        assert!((a / b - 1.0).abs() < 0.01, "{estimate:?} {plain:?}");
-    }
+    assert_alike(&estimate, &plain);
 }
 
 /// A curve that is `first` in the shorter half of each box of the camera's response and `second` in the longer one.
@@ -152,12 +156,7 @@ fn contrast_and_mean_by_wavelength_are_those_of_plain_renders() {
     texture.texels = texels.into();
     setup.pyramid = TexturePyramid::new(texture, 6.0);
     let (estimate, plain) = (setup.estimate(3, 2048), setup.plain_render(5, 48));
-    for k in 0..3 {
-        let (a, b) = (estimate.contrast[k], plain.contrast[k]);
-        assert!((a - b).abs() < 0.1 + 0.03 * b, "{estimate:?} {plain:?}");
-        let (a, b) = (estimate.mean[k], plain.mean[k]);
-        assert!((a / b - 1.0).abs() < 0.01, "{estimate:?} {plain:?}");
-    }
+    assert_alike(&estimate, &plain);
 }
 
 /// The camera, lamps and daylight that a vehicle names are those of its scenes, and of the estimate.
@@ -178,10 +177,5 @@ fn labels_of_a_vehicle_with_spectra_are_those_of_plain_renders() {
     assert!(setup.scene.lamps.iter().all(|lamp| lamp.spectrum.is_some()));
     assert!(even.spectral.is_none() && even.lamps.iter().all(|lamp| lamp.spectrum.is_none()));
     let (estimate, plain) = (setup.estimate(3, 2048), setup.plain_render(5, 48));
-    for k in 0..3 {
-        let (a, b) = (estimate.contrast[k], plain.contrast[k]);
-        assert!((a - b).abs() < 0.1 + 0.03 * b, "{estimate:?} {plain:?}");
-        let (a, b) = (estimate.mean[k], plain.mean[k]);
-        assert!((a / b - 1.0).abs() < 0.01, "{estimate:?} {plain:?}");
-    }
+    assert_alike(&estimate, &plain);
 }

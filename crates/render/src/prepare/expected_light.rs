@@ -28,8 +28,8 @@ struct Seen {
     lights: Vec<(Spectrum, f64)>,
 }
 
-/// The light expected in each channel by wavelength, each curve with a mean of 1 over the channel's response; empty where
-/// nothing shines.
+/// The light expected in each channel by wavelength, each curve with a mean of 1 over the channel's response; `None`
+/// where a channel has no light.
 pub(super) fn expected_light(
     scene: &Scene,
     spectral: &Spectral,

@@ -408,12 +408,10 @@ mod tests {
                 "clear-sky",
             ),
         ];
-        for (change, known) in unknown {
+        for ((change, known), (_, field)) in unknown.into_iter().zip(named) {
             let told = with("spectral", change).unwrap_err();
-            assert!(
-                told.starts_with("vehicle.") && told.contains(known),
-                "{told}"
-            );
+            let start = format!("vehicle.{field}");
+            assert!(told.starts_with(&start) && told.contains(known), "{told}");
         }
     }
 }
