@@ -4,9 +4,12 @@ import package::common::ambient_walk::{AmbientWalk, DirectionNumbers, LEADING, S
 import package::common::camera::{BOUNDARY, End, SCATTER, SURFACE};
 import package::common::daylight::field_sun_share;
 import package::common::interface::{depth_of, internal_reflectance};
-import package::common::layout::{HAS_DAYLIGHT_FIELD, HAS_GEOMETRY_IN_AIR, HAS_SCATTERING, HAS_SKY, HAS_SUN, HAS_SURFACE, NONE, Spectrum, scene};
+import package::common::layer_distance::distance_of;
+import package::common::layer_tables::BY_ATTENUATION;
+import package::common::layers::{water_at, way_along};
+import package::common::layout::{HAS_DAYLIGHT_FIELD, HAS_GEOMETRY_IN_AIR, HAS_SCATTERING, HAS_SKY, HAS_SUN, HAS_SURFACE, INFINITE, NONE, Spectrum, scene};
 import package::common::math::{circle, ln_1p, minus_ln, sin2_half};
-import package::common::medium::{ChannelSampling, channels_pass, channels_scatter, transmittance, used, one_minus_exp};
+import package::common::medium::{ChannelSampling, channels_pass, channels_scatter, transmittance_along, used, one_minus_exp};
 import package::common::phase::{phase_sample_x, phase_value};
 import package::common::rng::{uniform_number, unit};
 
@@ -52,21 +55,22 @@ fn draw_flight(w: AmbientWalk, end: End, sigma: Spectrum, u: f32) -> Flight {
         leaving = select(1.0 - reflectance, 0.0, HAS_GEOMETRY_IN_AIR);
     }
     if !HAS_SCATTERING {
-        flight.channels.value *= transmittance(end.t) * (1.0 - leaving);
+        flight.channels.value *= transmittance_along(w.origin, w.direction, end.t) * (1.0 - leaving);
         return flight;
     }
     let chosen = w.channels.chosen;
-    let within = chance_within(sigma, end.t);
+    let full = way_along(w.origin, w.direction, end.t, BY_ATTENUATION);
+    let within = chance_within(sigma, full.drawn);
     var staying = Spectrum(1.0);
     var v = u;
     if end.kind == SURFACE {
         staying = within;
     } else if below_surface {
-        let through = exp(-min(sigma * end.t, Spectrum(87.0)));
+        let through = exp(-min(sigma * full.drawn, Spectrum(87.0)));
         staying = max(select(Spectrum(1.0) - leaving * through, within, vec3<bool>(leaving == 1.0)), Spectrum(1e-30));
         let reached = (1.0 - leaving) * through[chosen] / staying[chosen];
         if u < reached {
-            flight.channels = channels_pass(w.channels, sigma, end.t);
+            flight.channels = channels_pass(w.channels, sigma, full.drawn, full.depth);
             var ln = -log(staying);
             if !HAS_GEOMETRY_IN_AIR {
                 flight.channels.value *= reflectance;
@@ -79,12 +83,15 @@ fn draw_flight(w: AmbientWalk, end: End, sigma: Spectrum, u: f32) -> Flight {
     }
     flight.kind = SCATTER;
     if end.kind == SURFACE || below_surface {
-        flight.t = min(-ln_1p(-v * within[chosen]) / sigma[chosen], end.t);
+        flight.t = distance_of(w.origin, w.direction, end.t, -ln_1p(-v * within[chosen]) / sigma[chosen], BY_ATTENUATION);
     } else {
-        flight.t = minus_ln(v) / sigma[chosen];
+        flight.t = distance_of(w.origin, w.direction, INFINITE, minus_ln(v) / sigma[chosen], BY_ATTENUATION);
     }
     // The density of the flight given that it stays.
-    flight.channels = channels_scatter(w.channels, sigma, log(max(sigma, Spectrum(1e-30)) / staying), flight.t);
+    let ln_sigma = log(max(sigma, Spectrum(1e-30)) / staying);
+    let way = way_along(w.origin, w.direction, flight.t, BY_ATTENUATION);
+    let here = water_at(w.origin + flight.t * w.direction, BY_ATTENUATION);
+    flight.channels = channels_scatter(w.channels, sigma, ln_sigma, way.drawn, way.depth, here.ln_b);
     return flight;
 }
 

@@ -9,7 +9,7 @@ import package::common::daylight::{scattered_sunlight, sun_reaches};
 import package::common::interface::{depth_of, external_reflectance, flip, internal_reflectance, is_above, refract_into_water};
 import package::common::layout::{HAS_AIR, HAS_GEOMETRY_IN_AIR, HAS_MEDIUM, HAS_SCATTERING, HAS_SKY, HAS_SUN, HAS_SURFACE, INFINITE, NONE, PI, Spectrum, counters, dispatch, scene};
 import package::common::math::cosine_hemisphere;
-import package::common::medium::{channels_start, channels_weight, transmittance};
+import package::common::medium::{channels_start, channels_weight, transmittance_along};
 import package::common::phase::{phase_sample_x, phase_value};
 import package::common::rng::{uniform_number, unit};
 import package::common::settings::{ambient_strategies, max_events};
@@ -91,7 +91,7 @@ fn water_segment(w: AmbientWalk, weight: Spectrum, end: End, point: SurfacePoint
         line = scattered_sunlight(w.origin, w.direction, end.t, sin2_half_to_sun(w));
         score(w, weight, true, line);
     }
-    let sky = sky_at_end(end, w.direction.z);
+    let sky = sky_at_end(w, end);
     score(w, weight, has(w, SCATTERED_BEFORE), sky);
     var ahead = Ahead(Spectrum(0.0), Spectrum(0.0));
     if may_scatter(w) || end.kind != SURFACE {
@@ -105,16 +105,16 @@ fn water_segment(w: AmbientWalk, weight: Spectrum, end: End, point: SurfacePoint
 }
 
 /// The sky at the end of the segment. Where something stands in the air, what leaves is followed instead.
-fn sky_at_end(end: End, up: f32) -> Spectrum {
+fn sky_at_end(w: AmbientWalk, end: End) -> Spectrum {
     if !HAS_SKY {
         return Spectrum(0.0);
     }
     if HAS_SURFACE && end.kind == BOUNDARY && !HAS_GEOMETRY_IN_AIR {
-        let passed = (1.0 - internal_reflectance(up)) * scene.refractive_index * scene.refractive_index;
-        return sky_radiance() * transmittance(end.t) * passed;
+        let passed = (1.0 - internal_reflectance(w.direction.z)) * scene.refractive_index * scene.refractive_index;
+        return sky_radiance() * transmittance_along(w.origin, w.direction, end.t) * passed;
     }
     if !HAS_SURFACE && end.kind == NOTHING {
-        return sky_radiance() * transmittance(INFINITE);
+        return sky_radiance() * transmittance_along(w.origin, w.direction, INFINITE);
     }
     return Spectrum(0.0);
 }
@@ -131,7 +131,7 @@ fn to_surface(walk: AmbientWalk, weight: Spectrum, end: End, point: SurfacePoint
             return AmbientLanding(false, w, point);
         }
     }
-    w.channels.value *= transmittance(end.t) / survival;
+    w.channels.value *= transmittance_along(w.origin, w.direction, end.t) / survival;
     w.origin += end.t * w.direction;
     w.start_primitive = end.primitive;
     return AmbientLanding(true, w, point);
@@ -284,7 +284,7 @@ fn sunlight_on(w: AmbientWalk, point: SurfacePoint) -> Spectrum {
     if !sun_reaches(w.origin, w.start_primitive) {
         return Spectrum(0.0);
     }
-    return sun_irradiance() * transmittance(depth_of(w.origin) / towards.z) * cosine / PI;
+    return sun_irradiance() * transmittance_along(w.origin, towards, depth_of(w.origin) / towards.z) * cosine / PI;
 }
 
 /// A direction from the cosine lobe or, in scattering sunlit water, around the sun.

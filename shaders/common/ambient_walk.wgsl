@@ -6,11 +6,13 @@ import package::common::camera::{End, SURFACE};
 import package::common::daylight::{field_irradiance, field_scattered};
 import package::common::film::{AMBIENT, add_light, lane};
 import package::common::interface::depth_of;
+import package::common::layer_tables::BY_ATTENUATION;
+import package::common::layers::way_along;
 import package::common::layout::{HAS_DAYLIGHT_FIELD, HAS_MEDIUM, HAS_SUN, PI, Spectrum, counters, dispatch, scene, scratch};
 import package::common::math::{turn_change, turned};
-import package::common::medium::{ChannelSampling, largest, transmittance, one_minus_exp};
+import package::common::medium::{ChannelSampling, largest, transmittance_along, one_minus_exp};
 import package::common::rng::{next_bits, uniform_number};
-import package::common::spectrum::{water_c, sun_irradiance};
+import package::common::spectrum::sun_irradiance;
 
 /// The weight window of walks, by the sample's reference.
 const LOWEST: f32 = 0.5;
@@ -207,10 +209,9 @@ fn light_ahead(w: AmbientWalk, end: End, line: Spectrum) -> Spectrum {
     if !HAS_DAYLIGHT_FIELD {
         return scene.ambient_scale;
     }
-    var light = field_scattered(depth_of(w.origin), w.direction, line) + EMISSION_AHEAD * scene.largest_emission;
+    var light = field_scattered(w.origin, w.direction, line) + EMISSION_AHEAD * scene.largest_emission;
     if end.kind == SURFACE && HAS_MEDIUM {
-        let depth = water_c() * end.t;
-        light *= one_minus_exp(depth);
+        light *= one_minus_exp(way_along(w.origin, w.direction, end.t, BY_ATTENUATION).depth);
     }
     return light;
 }
@@ -225,11 +226,12 @@ fn diffuse_irradiance(in_air: bool, depth_m: f32, point: SurfacePoint) -> Spectr
 
 /// Light from the surface at the end of a segment, attenuated on the way: what it emits and what it reflects.
 fn light_on_surface(w: AmbientWalk, end: End, point: SurfacePoint) -> Spectrum {
-    let depth = depth_of(w.origin + end.t * w.direction);
+    let place = w.origin + end.t * w.direction;
+    let depth = depth_of(place);
     var irradiance = diffuse_irradiance(false, depth, point);
     if HAS_SUN {
         let cosine = max(dot(point.shading_normal, scene.sun_towards), 0.0);
-        irradiance += sun_irradiance() * cosine * transmittance(depth / scene.sun_towards.z);
+        irradiance += sun_irradiance() * cosine * transmittance_along(place, scene.sun_towards, depth / scene.sun_towards.z);
     }
-    return transmittance(end.t) * (point.emission + point.reflectance * irradiance / PI);
+    return transmittance_along(w.origin, w.direction, end.t) * (point.emission + point.reflectance * irradiance / PI);
 }

@@ -3,9 +3,16 @@
 //
 // Vertices live in the scratch buffer, one column per lane: positions and segment lengths of the bridge as it was
 // drawn, then positions and lengths of the camera subpath, then per place (sin²(θ/2), crossing) of the bridge and (pdf,
-// reflected) of the subpath.
+// reflected) of the subpath; where the water varies also (drawn length of the subpath, that of the bridge's segment, ln of the
+// relative scattering of the bridge's vertex, that of the subpath's).
+//
+// Where the water varies, scatterings lie at fractions of the bridge's length that are drawn as the straight way has them in
+// blurred water, so that thin layers are met as often as they scatter (docs/transport.md).
 import package::common::film::lane;
-import package::common::layout::{dispatch, scene, scratch};
+import package::common::layer_distance::distance_between;
+import package::common::layer_tables::{BY_BRIDGE, BY_SCATTERING};
+import package::common::layers::{drawn_between, way_between, water_at};
+import package::common::layout::{HAS_LAYERS, Spectrum, dispatch, scene, scratch};
 import package::common::math::{circle, frame, minus_ln, turn};
 import package::common::phase::phase_sample_x;
 import package::common::rng::{next_bits, uniform_number};
@@ -25,6 +32,11 @@ struct Bridge {
     scale: f32,
     /// Product of the reflectances met on its segments.
     crossing: f32,
+    /// Drawn length of the straight way; where the water varies also the optical depth of the bridge, and the sum of the
+    /// logarithms of the scattering coefficients at its vertices over the relative ones.
+    drawn: f32,
+    depth: Spectrum,
+    ln_b: Spectrum,
 }
 
 var<private> bridge: Bridge;
@@ -41,6 +53,10 @@ fn extra_row(i: u32) -> u32 {
     return (2u * dispatch.slots + i) * dispatch.lanes + lane;
 }
 
+fn drawn_row(i: u32) -> u32 {
+    return (3u * dispatch.slots + i) * dispatch.lanes + lane;
+}
+
 /// The bridge without scattering; false where the points coincide.
 fn bridge_straight(start: vec3f, end: vec3f) -> bool {
     let offset = end - start;
@@ -49,7 +65,8 @@ fn bridge_straight(start: vec3f, end: vec3f) -> bool {
         return false;
     }
     let first = offset / distance;
-    bridge = Bridge(0u, distance, distance, first, -first, start, mat3x3f(), 1.0, 1.0);
+    let drawn = drawn_between(start, end, BY_SCATTERING);
+    bridge = Bridge(0u, distance, distance, first, -first, start, mat3x3f(), 1.0, 1.0, drawn, Spectrum(0.0), Spectrum(0.0));
     return true;
 }
 
@@ -63,9 +80,21 @@ fn bridge_draw(start: vec3f, end: vec3f, order: u32) -> bool {
     var position = vec3f(0.0);
     var direction = vec3f(0.0, 0.0, 1.0);
     var total = 0.0;
+    if HAS_LAYERS {
+        draw_fractions(start, end, order);
+    }
     var i = 0u;
     loop {
-        let step = minus_ln(uniform_number());
+        var step: f32;
+        if HAS_LAYERS {
+            var next = 1.0;
+            if i < order {
+                next = scratch[drawn_row(i)].z;
+            }
+            step = next - total;
+        } else {
+            step = minus_ln(uniform_number());
+        }
         total += step;
         position += step * direction;
         if i < order {
@@ -97,6 +126,45 @@ fn bridge_draw(start: vec3f, end: vec3f, order: u32) -> bool {
     bridge.order = order;
     bridge.length = max(walked, distance);
     return true;
+}
+
+/// Draws the fractions of the bridge's length at which it scatters, in increasing order.
+fn draw_fractions(start: vec3f, end: vec3f, order: u32) {
+    let whole = drawn_between(start, end, BY_BRIDGE);
+    var i = 0u;
+    loop {
+        let u = clamp(distance_between(start, end, uniform_number() * whole) / bridge.distance, 0.0, 1.0);
+        var at = i;
+        loop {
+            if at == 0u {
+                break;
+            }
+            let before = scratch[drawn_row(at - 1u)].z;
+            if before <= u {
+                break;
+            }
+            scratch[drawn_row(at)].z = before;
+            at -= 1u;
+        }
+        scratch[drawn_row(at)].z = u;
+        i += 1u;
+        if i >= order {
+            break;
+        }
+    }
+}
+
+/// Where the water varies: adds the segment to `next` to the bridge's depth and, unless it is the last, the scattering at
+/// its end.
+fn add_segment(i: u32, previous: vec3f, next: vec3f) {
+    let way = way_between(previous, next, BY_SCATTERING);
+    bridge.depth += way.depth;
+    scratch[drawn_row(i)].y = way.drawn;
+    if i < bridge.order {
+        let here = water_at(next, BY_SCATTERING);
+        bridge.ln_b += here.ln_b;
+        scratch[drawn_row(i)].z = log(here.relative);
+    }
 }
 
 /// Scales by `scale` and turns so that the shape's unit axis `reach` becomes `axis`, with a uniform roll.

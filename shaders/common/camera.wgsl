@@ -3,6 +3,8 @@
 // tests/system/gpu.rs.
 import package::common::bvh::{Hit, SurfacePoint, closest, lit_point};
 import package::common::interface::{distance_to_surface, external_reflectance, is_above, refract_into_water};
+import package::common::layer_tables::BY_SCATTERING;
+import package::common::layers::drawn_along;
 import package::common::layout::{GIVEN_RAYS, HAS_AIR, HAS_DISTORTION, HAS_SCATTERING, INFINITE, NONE, rays, scene};
 import package::common::math::circle;
 import package::common::settings::spot_count;
@@ -149,7 +151,8 @@ fn is_clear(ray: CameraRay) -> bool {
     if !HAS_SCATTERING || !ray.wet {
         return true;
     }
-    return (scene.b.x + scene.b.y + scene.b.z) / 3.0 * ray.length < SPLIT_BELOW;
+    let drawn = drawn_along(ray.origin, ray.direction, ray.length, BY_SCATTERING);
+    return (scene.b.x + scene.b.y + scene.b.z) / 3.0 * drawn < SPLIT_BELOW;
 }
 
 /// Centre of a lamp's image relative to the corner of a pixel, and ln of the range of distances about it.

@@ -3,7 +3,10 @@
 // validator, furnace, radiative_transfer; gpu: both precisions).
 import package::common::bvh::occluded;
 import package::common::interface::depth_of;
-import package::common::layout::{HAS_GEOMETRY_IN_AIR, HAS_QUADS, HAS_SUN, HAS_SURFACE, HAS_TRIANGLES, INFINITE, NONE, Spectrum, far_rows, scene};
+import package::common::layer_distance::distance_of;
+import package::common::layer_tables::{BY_ATTENUATION, BY_SCATTERING};
+import package::common::layers::{drawn_along, water_at, way_along};
+import package::common::layout::{HAS_GEOMETRY_IN_AIR, HAS_LAYERS, HAS_QUADS, HAS_SUN, HAS_SURFACE, HAS_TRIANGLES, INFINITE, NONE, Spectrum, far_rows, scene};
 import package::common::math::{expm1, ln_1p, minus_ln};
 import package::common::medium::one_minus_exp;
 import package::common::phase::phase_value;
@@ -92,8 +95,10 @@ fn ln_scattered(d: FieldDirection, node: u32, bin: u32) -> Spectrum {
     return mix(entry(SCATTERED, i), entry(SCATTERED, i + 1u), d.azimuth_weight);
 }
 
-/// Radiance at `depth_m` in direction `view` that scattered more than once, or that came from the sky and scattered.
-fn field_scattered(depth_m: f32, view: vec3f, line: Spectrum) -> Spectrum {
+/// Radiance at a point in the water in direction `view` that scattered more than once, or that came from the sky and
+/// scattered.
+fn field_scattered(point: vec3f, view: vec3f, line: Spectrum) -> Spectrum {
+    let depth_m = depth_of(point);
     let at = field_depth(depth_m);
     let d = field_direction(view);
     let upper = mix(ln_scattered(d, at.node, d.bin), ln_scattered(d, at.node, d.bin + 1u), d.weight);
@@ -102,7 +107,8 @@ fn field_scattered(depth_m: f32, view: vec3f, line: Spectrum) -> Spectrum {
     if view.z <= 0.0 {
         return broad;
     }
-    let narrow = min(field_row(NARROW_RATES).xyz * depth_m, vec3f(MAX_NARROW));
+    let scattering = drawn_along(point, vec3f(0.0, 0.0, 1.0), depth_m, BY_SCATTERING);
+    let narrow = min(field_row(NARROW_RATES).xyz * scattering, vec3f(MAX_NARROW));
     return max(broad, line * max(exp(narrow) - Spectrum(1.0), narrow));
 }
 
@@ -196,11 +202,35 @@ fn may_be_shadowed(origin: vec3f, direction: vec3f, length: f32) -> bool {
     return true;
 }
 
+/// The same where the water varies, for a sun of 1 W/m² and a phase function of 1 1/sr, by a point of the segment: drawn, in
+/// one of the channels, as it is attenuated in layers whose channels vary alike.
+fn sunlight_in_layers(origin: vec3f, direction: vec3f, length: f32) -> Spectrum {
+    let drawn = drawn_along(origin, direction, length, BY_ATTENUATION);
+    let rate = water_c() * (1.0 - direction.z / scene.sun_towards.z);
+    let integral = attenuation_integral(Spectrum(0.0), rate, drawn);
+    let channel = min(u32(uniform_number() * 3.0), 2u);
+    let at = attenuation_sample(rate[channel], drawn, uniform_number());
+    let t = distance_of(origin, direction, length, at, BY_ATTENUATION);
+    let point = origin + t * direction;
+    let here = water_at(point, BY_ATTENUATION);
+    let even = exp(-clamp(rate * at, Spectrum(-87.0), Spectrum(87.0))) / integral;
+    let density = here.relative * (even.x + even.y + even.z) / 3.0;
+    if !(density > 0.0) || (may_be_shadowed(origin, direction, length) && !sun_reaches(point, NONE)) {
+        return Spectrum(0.0);
+    }
+    let towards = scene.sun_towards;
+    let depth = way_along(origin, direction, t, BY_ATTENUATION).depth + way_along(point, towards, depth_of(point) / towards.z, BY_ATTENUATION).depth;
+    return here.b * exp(-min(depth, Spectrum(87.0))) / density;
+}
+
 /// Radiance that the sun's light scattered once on a segment sends back to its start; `x` is sin²(θ/2) of the angle
 /// between the segment's direction and the sun's.
 fn scattered_sunlight(origin: vec3f, direction: vec3f, length: f32, x: f32) -> Spectrum {
     if !HAS_SUN || !HAS_SURFACE {
         return Spectrum(0.0);
+    }
+    if HAS_LAYERS {
+        return sunlight_in_layers(origin, direction, length) * sun_irradiance() * phase_value(x);
     }
     let start = water_c() * (depth_of(origin) / scene.sun_towards.z);
     let rate = water_c() * (1.0 - direction.z / scene.sun_towards.z);

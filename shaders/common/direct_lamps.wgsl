@@ -9,7 +9,9 @@ import package::common::lamp_targets::{NO_NUMBER, Target, choose_targets, lamp_p
 import package::common::layout::{HAS_DISKS, HAS_SURFACE, INFINITE, NONE, Spectrum, scene};
 import package::common::light::{lamp_facing_area, lamp_radiance_along};
 import package::common::math::cosine_hemisphere;
-import package::common::medium::transmittance;
+import package::common::layer_tables::BY_SCATTERING;
+import package::common::layers::{way_along, way_between};
+import package::common::medium::{transmittance, transmittance_along};
 import package::common::rng::uniform_number;
 import package::common::settings::{lamp_count, max_events};
 import package::common::tables::{lamp_film_layer, lamp_intensity, lamp_level, lamp_position, lamp_radius};
@@ -100,7 +102,16 @@ fn straight_light(ray: CameraRay, point: SurfacePoint, aimed: Target, position: 
         density += open * lamp_facing_area(aimed.lamp, -line.towards);
     }
     let factor = aimed.weight * relative * open / density;
-    return factor * lamp_intensity(aimed.lamp) * point.reflectance * transmittance(ray.end.t + line.length);
+    return factor * lamp_intensity(aimed.lamp) * point.reflectance * transmittance_to(ray, position, line);
+}
+
+/// Transmittance of the way from the camera to `position` and along `line` to the lamp.
+fn transmittance_to(ray: CameraRay, position: vec3f, line: LineToLamp) -> Spectrum {
+    if HAS_LAYERS {
+        let depth = way_along(ray.origin, ray.direction, ray.end.t, BY_SCATTERING).depth + way_between(position, line.end, BY_SCATTERING).depth;
+        return exp(-min(depth, Spectrum(200.0)));
+    }
+    return transmittance(ray.end.t + line.length);
 }
 
 /// Disk lamps that the camera looks at, straight or in the underside of the water surface.
@@ -108,7 +119,7 @@ fn see_lamps(ray: CameraRay) {
     if !HAS_DISKS || !ray.wet {
         return;
     }
-    see_lamps_along(ray.origin, ray.direction, ray.length, 0.0, ray.entry_factor);
+    see_lamps_along(ray.origin, ray.direction, ray.length, Spectrum(1.0), ray.entry_factor);
     if !HAS_SURFACE || ray.end.kind != BOUNDARY {
         return;
     }
@@ -119,14 +130,15 @@ fn see_lamps(ray: CameraRay) {
     let origin = vec3f((ray.origin + ray.length * ray.direction).xy, scene.surface_height_m);
     let direction = flip(ray.direction);
     let hit = closest(origin, direction, INFINITE, NONE);
-    see_lamps_along(origin, direction, hit.t, ray.length, reflectance * ray.entry_factor);
+    let before = transmittance_along(ray.origin, ray.direction, ray.length);
+    see_lamps_along(origin, direction, hit.t, before, reflectance * ray.entry_factor);
 }
 
-fn see_lamps_along(origin: vec3f, direction: vec3f, length: f32, range_m: f32, factor: f32) {
+fn see_lamps_along(origin: vec3f, direction: vec3f, length: f32, before: Spectrum, factor: f32) {
     for (var i = 0u; i < lamp_count(); i++) {
         let disk = lamp_radiance_along(i, origin, direction, length);
         if disk.met {
-            let light = factor * disk.radiance * transmittance(range_m + disk.t);
+            let light = factor * disk.radiance * before * transmittance_along(origin, direction, disk.t);
             add_light(lamp_film_layer(i), lamp_level(i), false, false, light);
         }
     }

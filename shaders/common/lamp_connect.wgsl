@@ -1,12 +1,14 @@
 // Joining the last vertex of a walk to the lamps, by bridges and by what lies straight ahead.
 // Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
-import package::common::bridge::{bridge, bridge_draw, bridge_straight, bridge_turn, bridge_vertex, extra_row, quarters_about};
+import package::common::bridge::{add_segment, bridge, bridge_draw, bridge_straight, bridge_turn, bridge_vertex, extra_row, quarters_about};
 import package::common::bvh::SurfacePoint;
 import package::common::film::add_light;
 import package::common::interface::{distance_to_surface, flip, is_above};
 import package::common::lamp_targets::{NO_NUMBER, Target, lamp_point, target_count, targets};
 import package::common::lamp_walk::{unfolded, unfolded_direction, walk};
-import package::common::layout::{HAS_DISKS, HAS_SCATTERING, NONE, PI, scratch};
+import package::common::layer_tables::BY_SCATTERING;
+import package::common::layers::drawn_between;
+import package::common::layout::{HAS_DISKS, HAS_LAYERS, HAS_SCATTERING, NONE, PI, scratch};
 import package::common::light::{lamp_facing_area, lamp_is_directed, lamp_radiance_along, lamp_relative_intensity};
 import package::common::math::sin2_half;
 import package::common::mis::{Connection, mis_contribution, subpath};
@@ -41,7 +43,7 @@ fn draw_bridge(position: vec3f, end: vec3f, least: u32, most: u32, u: f32) -> bo
     if !HAS_SCATTERING {
         return least == 0u && bridge_straight(position, end);
     }
-    let depth = lamp_sigma()[walk.channels.chosen] * distance(position, end);
+    let depth = lamp_sigma()[walk.channels.chosen] * drawn_between(position, end, BY_SCATTERING);
     var order: u32;
     if least == 0u {
         order = order_sample(depth, u);
@@ -66,6 +68,9 @@ fn cross_bridge(start: vec3f, end: vec3f) -> bool {
             next = bridge_vertex(i).xyz;
         }
         let factor = segment_factor(previous, next, start_primitive);
+        if HAS_LAYERS {
+            add_segment(i, previous, next);
+        }
         scratch[extra_row(i)].y = factor;
         bridge.crossing *= factor;
         previous = next;

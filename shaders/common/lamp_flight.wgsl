@@ -5,9 +5,12 @@ import package::common::camera::{BOUNDARY, NOTHING, SCATTER, SURFACE, CameraRay,
 import package::common::interface::{distance_to_surface, flip, internal_reflectance};
 import package::common::lamp_targets::{Target, target_centre, target_count, targets};
 import package::common::lamp_walk::walk;
-import package::common::layout::{HAS_MEDIUM, HAS_SCATTERING, HAS_SURFACE, INFINITE, NONE, Spectrum, scene};
+import package::common::layer_distance::distance_of;
+import package::common::layer_tables::BY_SCATTERING;
+import package::common::layers::{Way, drawn_along, relative_at, way_along};
+import package::common::layout::{HAS_LAYERS, HAS_MEDIUM, HAS_SCATTERING, HAS_SURFACE, INFINITE, NONE, Spectrum, scene};
 import package::common::math::{angle_of, ln_1p, minus_ln, quarter_turns};
-import package::common::medium::{channels_pass, one_minus_exp, transmittance};
+import package::common::medium::{channels_pass, one_minus_exp};
 import package::common::rng::{leading, uniform_number};
 import package::common::spectrum::lamp_sigma;
 import package::common::tables::lamp_radius;
@@ -82,7 +85,7 @@ fn scattered_at(ray: CameraRay, within: Spectrum, u: f32) -> f32 {
     }
     if t < 0.0 {
         let chosen = walk.channels.chosen;
-        t = min(-ln_1p(-clamp(left / others, 0.0, 1.0) * within[chosen]) / sigma[chosen], ray.length);
+        t = distance_of(ray.origin, ray.direction, ray.length, -ln_1p(-clamp(left / others, 0.0, 1.0) * within[chosen]) / sigma[chosen], BY_SCATTERING);
     }
     if others < 1.0 {
         var even = 0.0;
@@ -90,7 +93,14 @@ fn scattered_at(ray: CameraRay, within: Spectrum, u: f32) -> f32 {
             let law = equiangular_beside(targets[i], ray, density);
             even += law.share / f32(target_count) * equiangular_density(law, t);
         }
-        let relative = even * within / sigma * exp(min(sigma * t, Spectrum(80.0)));
+        // The density of a free flight at the same distance.
+        var here = sigma;
+        var drawn = t;
+        if HAS_LAYERS {
+            here *= relative_at(ray.origin + t * ray.direction, BY_SCATTERING);
+            drawn = drawn_along(ray.origin, ray.direction, t, BY_SCATTERING);
+        }
+        let relative = even * within / here * exp(min(sigma * drawn, Spectrum(80.0)));
         add_ln_density(log(Spectrum(others) + relative));
     }
     return t;
@@ -107,20 +117,21 @@ fn first_end(ray: CameraRay, kind: u32) -> End {
     if !HAS_MEDIUM {
         return ray.end;
     }
+    let way = way_along(ray.origin, ray.direction, ray.length, BY_SCATTERING);
     if !HAS_SCATTERING || kind == THROUGH {
-        walk.channels.value *= transmittance(ray.length);
-        walk.length += ray.length;
+        walk.channels.value *= exp(-min(way.depth, Spectrum(200.0)));
+        add_length(ray.length, way);
         return ray.end;
     }
     let sigma = lamp_sigma();
-    let depth = sigma * ray.length;
+    let depth = sigma * way.drawn;
     let within = max(one_minus_exp(depth), Spectrum(1e-30));
     var u = leading(2u);
     if kind == FREE {
         let chance = within[walk.channels.chosen];
         if u >= chance {
-            walk.channels = channels_pass(walk.channels, sigma, ray.length);
-            walk.length += ray.length;
+            walk.channels = channels_pass(walk.channels, sigma, way.drawn, way.depth);
+            add_length(ray.length, way);
             return ray.end;
         }
         u /= chance;
@@ -136,14 +147,23 @@ fn first_end(ray: CameraRay, kind: u32) -> End {
 fn next_end(u: f32) -> End {
     var t = INFINITE;
     if HAS_SCATTERING {
-        t = minus_ln(u) / lamp_sigma()[walk.channels.chosen];
+        t = distance_of(walk.origin, walk.direction, INFINITE, minus_ln(u) / lamp_sigma()[walk.channels.chosen], BY_SCATTERING);
     }
     let end = free_end(t);
     if HAS_MEDIUM && (end.kind == SURFACE || end.kind == BOUNDARY) {
-        walk.channels = channels_pass(walk.channels, lamp_sigma(), end.t);
-        walk.length += end.t;
+        let way = way_along(walk.origin, walk.direction, end.t, BY_SCATTERING);
+        walk.channels = channels_pass(walk.channels, lamp_sigma(), way.drawn, way.depth);
+        add_length(end.t, way);
     }
     return end;
+}
+
+/// Adds a way of `length` m to that of the walk.
+fn add_length(length: f32, way: Way) {
+    walk.length += length;
+    if HAS_LAYERS {
+        walk.drawn += way.drawn;
+    }
 }
 
 /// What ends a segment on which the walk would scatter after `t`.
@@ -159,14 +179,14 @@ fn free_end(t: f32) -> End {
     return End(select(NOTHING, BOUNDARY, to_boundary < INFINITE), to_boundary, NONE, vec2f(0.0));
 }
 
-/// Goes on to a scattering; its effect on the weights is left out.
-fn go_to_scattering(t: f32) {
+/// Goes on to a scattering along `way`; its effect on the weights is left out.
+fn go_to_scattering(t: f32, way: Way) {
+    add_length(t, way);
     walk.origin += t * walk.direction;
     if HAS_SURFACE {
         walk.origin.z = min(walk.origin.z, scene.surface_height_m);
     }
     walk.start_primitive = NONE;
-    walk.length += t;
     walk.scatterings += 1u;
     walk.events += 1u;
     walk.unscattered = false;

@@ -7,8 +7,10 @@ import package::common::lamp_flight::{first_end, go_to_scattering, next_end, ref
 import package::common::lamp_resampling::{Landing, resample_landing};
 import package::common::lamp_survival::{land, lit_length2, lit_length2_of, survives};
 import package::common::lamp_targets::{NO_NUMBER, choose_targets, target_centre, target_count, targets};
-import package::common::lamp_walk::{unfolded, walk, walk_start};
-import package::common::layout::{HAS_SCATTERING, HAS_SURFACE, PI, Spectrum, counters, dispatch, scene};
+import package::common::lamp_walk::{unfolded, walk, walk_drawn, walk_start};
+import package::common::layer_tables::BY_SCATTERING;
+import package::common::layers::{water_at, way_along};
+import package::common::layout::{HAS_LAYERS, HAS_SCATTERING, HAS_SURFACE, PI, Spectrum, counters, dispatch, scene};
 import package::common::math::{cosine_hemisphere, turn};
 import package::common::medium::{channels_scatter, channels_start, rest_of_start};
 import package::common::mis::{subpath, subpath_leave, subpath_push, subpath_root, subpath_start};
@@ -117,8 +119,13 @@ fn arrive(end: End) -> u32 {
     if !HAS_SCATTERING || end.kind != SCATTER {
         return LOST;
     }
-    go_to_scattering(end.t);
-    walk.channels = channels_scatter(walk.channels, lamp_sigma(), lamp_ln_sigma(), end.t);
+    let way = way_along(walk.origin, walk.direction, end.t, BY_SCATTERING);
+    go_to_scattering(end.t, way);
+    let here = water_at(walk.origin, BY_SCATTERING);
+    if HAS_LAYERS {
+        walk.ln_relative = log(here.relative);
+    }
+    walk.channels = channels_scatter(walk.channels, lamp_sigma(), lamp_ln_sigma(), way.drawn, way.depth, here.ln_b);
     if !walk.met_surface || subpath.companions {
         return IN_WATER;
     }
@@ -140,7 +147,7 @@ fn connect_and_turn(on_surface: bool) -> u32 {
             atomicAdd(&counters.cut_paths, 1u);
             return LOST;
         }
-        subpath_push(unfolded(walk.origin), walk.length, walk.reflected);
+        subpath_push(unfolded(walk.origin), walk.length, walk_drawn(), walk.ln_relative, walk.reflected);
     }
     connect_lamps(on_surface, ground, max_events(), select(NO_NUMBER, numbers.order, is_leading));
     var bits = numbers.bits;
@@ -177,7 +184,7 @@ fn root_on_surface() -> bool {
         return false;
     }
     let position = unfolded(walk.origin);
-    subpath_root(position, walk.length, walk.reflected, is_close_to_lamp(position), walk.unscattered);
+    subpath_root(position, walk.length, walk_drawn(), walk.reflected, is_close_to_lamp(position), walk.unscattered);
     return true;
 }
 

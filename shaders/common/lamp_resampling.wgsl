@@ -4,18 +4,21 @@
 import package::common::bvh::SurfacePoint;
 import package::common::camera::{BOUNDARY, NOTHING, SCATTER, SURFACE, CameraRay, End, end_point, no_point};
 import package::common::lamp_connect::vertex_count;
-import package::common::lamp_flight::{SCATTERED, THROUGH, add_ln_density, free_end, go_to_scattering, reflect_at_boundary};
+import package::common::lamp_flight::{SCATTERED, THROUGH, add_length, add_ln_density, free_end, go_to_scattering, reflect_at_boundary};
 import package::common::lamp_survival::{SURE_VERTICES, survival_in_water};
 import package::common::lamp_targets::{target_centre, target_count, targets};
-import package::common::lamp_walk::{unfolded, walk, walk_start};
-import package::common::layout::{HAS_SCATTERING, HAS_SURFACE, HAS_VARIED_REFLECTANCE, NONE, Spectrum, scene};
+import package::common::lamp_walk::{unfolded, walk, walk_drawn, walk_start};
+import package::common::layer_distance::distance_of;
+import package::common::layer_tables::BY_SCATTERING;
+import package::common::layers::{drawn_along, water_at, way_along};
+import package::common::layout::{HAS_LAYERS, HAS_SCATTERING, HAS_SURFACE, HAS_VARIED_REFLECTANCE, INFINITE, NONE, Spectrum, scene};
 import package::common::light::lamp_relative_intensity;
 import package::common::math::{expm1, ln_1p, minus_ln, turn};
 import package::common::medium::{channels_after, channels_start, channels_weight, one_minus_exp};
 import package::common::phase::phase_sample_x;
 import package::common::rng::{leading, leading_bits, next_bits, point_index, scramble, scramble_of, uniform_number};
 import package::common::settings::{lamp_strategies, max_events};
-import package::common::spectrum::lamp_sigma;
+import package::common::spectrum::{lamp_sigma, water_c, water_ln_b};
 
 /// Candidates beside a walk that falls freely, and of one that surely scatters.
 const CANDIDATES: u32 = 3u;
@@ -28,6 +31,10 @@ const INDIRECT: f32 = 0.2;
 const LEAST_OF_WALK: f32 = 1e-3;
 /// Least square of a length, m²: its reciprocal is a number.
 const LEAST_SQUARE: f32 = 1e-36;
+
+/// Of the candidate at work, where the water varies: optical depth of its ways, and what its scatterings add up to.
+var<private> candidate_depth: Spectrum;
+var<private> candidate_ln_b: Spectrum;
 
 /// A place on a surface, if there is one.
 struct Landing {
@@ -94,6 +101,8 @@ fn resample_landing(ray: CameraRay, first: u32, landing: Landing) -> Landing {
 /// A walk to the first surface; its weights are found at the end, from its length and its scatterings.
 fn trace_candidate(ray: CameraRay, first: u32) -> Landing {
     walk_start(ray);
+    candidate_depth = Spectrum(0.0);
+    candidate_ln_b = Spectrum(0.0);
     walk.channels = channels_start(lamp_strategies(), uniform_number());
     let sigma = lamp_sigma()[walk.channels.chosen];
     var factor = ray.entry_factor;
@@ -106,7 +115,7 @@ fn trace_candidate(ray: CameraRay, first: u32) -> Landing {
             factor *= candidate_turn(end, factor, bits, v);
             end.kind = NOTHING;
             if factor > 0.0 {
-                end = free_end(minus_ln(uniform_number()) / sigma);
+                end = free_end(distance_of(walk.origin, walk.direction, INFINITE, minus_ln(uniform_number()) / sigma, BY_SCATTERING));
                 bits = next_bits();
                 v = uniform_number();
                 vertex_count += 1u;
@@ -119,13 +128,13 @@ fn trace_candidate(ray: CameraRay, first: u32) -> Landing {
     if end.kind == NOTHING {
         return Landing(false, no_point());
     }
-    walk.length += end.t;
+    add_way(end.t);
     walk.origin += end.t * walk.direction;
     walk.start_primitive = end.primitive;
-    walk.channels = channels_after(walk.channels, walk.scatterings, walk.length);
+    walk.channels = channels_after(walk.channels, walk.scatterings, walk_drawn(), depth_so_far(), scattered_so_far());
     walk.channels.value *= factor;
     if first == SCATTERED {
-        let depth = lamp_sigma() * ray.length;
+        let depth = lamp_sigma() * drawn_along(ray.origin, ray.direction, ray.length, BY_SCATTERING);
         let within = max(one_minus_exp(depth), Spectrum(1e-30));
         add_ln_density(-log(within));
     }
@@ -136,10 +145,15 @@ fn trace_candidate(ray: CameraRay, first: u32) -> Landing {
 /// probability with which it goes on; 0 when it does not.
 fn candidate_turn(end: End, factor: f32, bits: u32, v: f32) -> f32 {
     if HAS_SURFACE && end.kind == BOUNDARY {
-        walk.length += end.t;
+        add_way(end.t);
         return select(0.0, 1.0, reflect_at_boundary(end.t));
     }
-    go_to_scattering(end.t);
+    let way = way_along(walk.origin, walk.direction, end.t, BY_SCATTERING);
+    go_to_scattering(end.t, way);
+    if HAS_LAYERS {
+        candidate_depth += way.depth;
+        candidate_ln_b += water_at(walk.origin, BY_SCATTERING).ln_b;
+    }
     let survival = candidate_survival(factor);
     if survival == 0.0 {
         return 0.0;
@@ -151,13 +165,36 @@ fn candidate_turn(end: End, factor: f32, bits: u32, v: f32) -> f32 {
 /// The end of the first segment.
 fn candidate_first_end(ray: CameraRay, first: u32, sigma: f32) -> End {
     let u = leading(2u);
+    let drawn = drawn_along(ray.origin, ray.direction, ray.length, BY_SCATTERING);
     var t = minus_ln(u) / sigma;
     if first == SCATTERED {
-        t = min(-ln_1p(u * expm1(-sigma * ray.length)) / sigma, ray.length);
-    } else if t >= ray.length {
+        t = min(-ln_1p(u * expm1(-sigma * drawn)) / sigma, drawn);
+    } else if t >= drawn {
         return ray.end;
     }
-    return End(SCATTER, t, NONE, vec2f(0.0));
+    return End(SCATTER, distance_of(ray.origin, ray.direction, ray.length, t, BY_SCATTERING), NONE, vec2f(0.0));
+}
+
+/// Adds a way that goes on from where the candidate is.
+fn add_way(t: f32) {
+    let way = way_along(walk.origin, walk.direction, t, BY_SCATTERING);
+    add_length(t, way);
+    if HAS_LAYERS {
+        candidate_depth += way.depth;
+    }
+}
+
+/// Optical depth of the candidate's ways.
+fn depth_so_far() -> Spectrum {
+    return select(water_c() * walk.length, candidate_depth, vec3<bool>(HAS_LAYERS));
+}
+
+/// Sum of the logarithms of the scattering coefficients where the candidate scattered, over those of drawn length.
+fn scattered_so_far() -> Spectrum {
+    if HAS_LAYERS {
+        return candidate_ln_b;
+    }
+    return select(Spectrum(0.0), f32(walk.scatterings) * water_ln_b(), walk.scatterings > 0u);
 }
 
 /// Probability with which the candidate goes on from a scattering; 0 when it does not.

@@ -2,7 +2,7 @@
 // Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
 import package::common::camera::CameraRay;
 import package::common::interface::{flip, mirror};
-import package::common::layout::{HAS_SURFACE, NONE, scene};
+import package::common::layout::{HAS_LAYERS, HAS_SURFACE, NONE, scene};
 import package::common::medium::{ChannelSampling, channels_start};
 
 /// Largest length whose square is a number, m.
@@ -14,6 +14,10 @@ struct Walk {
     start_primitive: u32,
     mirrored: bool,
     length: f32,
+    /// Where the water varies: what of the length was drawn by scattering (common/layers), and ln of the relative scattering
+    /// where the walk scattered last.
+    drawn: f32,
+    ln_relative: f32,
     reflected: f32,
     scatterings: u32,
     events: u32,
@@ -27,7 +31,7 @@ struct Walk {
 var<private> walk: Walk;
 
 fn walk_start(ray: CameraRay) {
-    walk = Walk(ray.origin, ray.direction, NONE, false, 0.0, 1.0, 0u, 0u, false, true, channels_start(1u, 0.5), 0.0);
+    walk = Walk(ray.origin, ray.direction, NONE, false, 0.0, 0.0, 0.0, 1.0, 0u, 0u, false, true, channels_start(1u, 0.5), 0.0);
 }
 
 fn unfolded(point: vec3f) -> vec3f {
@@ -39,6 +43,11 @@ fn unfolded(point: vec3f) -> vec3f {
 
 fn unfolded_direction(direction: vec3f) -> vec3f {
     return select(direction, flip(direction), HAS_SURFACE && walk.mirrored);
+}
+
+/// Drawn length of the walk.
+fn walk_drawn() -> f32 {
+    return select(walk.length, walk.drawn, HAS_LAYERS);
 }
 
 fn up_to_free_path(length: f32) -> f32 {

@@ -23,6 +23,8 @@ override HAS_GEOMETRY_IN_AIR: bool = true;
 override HAS_AIR: bool = true;
 override HAS_SUN: bool = true;
 override HAS_SKY: bool = true;
+/// Whether the water is not the same everywhere.
+override HAS_LAYERS: bool = true;
 /// Whether a sample has wavelengths of its own.
 override HAS_SPECTRUM: bool = true;
 override HAS_DAYLIGHT_FIELD: bool = true;
@@ -102,9 +104,13 @@ struct Scene {
     grid_step: vec3f,
     b_mean: f32,
     wavelength_sets: u32,
+    layer_table: u32,
+    layer_rows: u32,
+    layer_count: u32,
+    bridge_node_count: u32,
+    plume_count: u32,
     padding_1: u32,
     padding_2: u32,
-    padding_3: u32,
 }
 
 struct Dispatch {

@@ -1,10 +1,12 @@
-// Attenuation in homogeneous water and the weight of a path in three channels.
+// Attenuation in the water and the weight of a path in three channels.
 // The densities of the strategies are carried as logarithms, relative to the largest.
 // Host: crates/render/src/prepare/medium.rs. Checked by: tests/system/ (closed_form, validator, furnace,
 // radiative_transfer; gpu: both precisions).
 import package::common::math::expm1;
+import package::common::layer_tables::BY_ATTENUATION;
+import package::common::layers::way_along;
 import package::common::layout::{HAS_MEDIUM, Spectrum};
-import package::common::spectrum::{water_c, water_ln_b, lamp_ln_sigma, lamp_sigma};
+import package::common::spectrum::{lamp_ln_sigma, lamp_sigma, water_c};
 
 /// The logarithm of zero.
 const LN_ZERO: f32 = -1e30;
@@ -21,6 +23,14 @@ fn transmittance(range_m: f32) -> Spectrum {
         return Spectrum(1.0);
     }
     return exp(-min(water_c() * range_m, Spectrum(200.0)));
+}
+
+/// Transmittance of the way from a point in the water, of `length` m.
+fn transmittance_along(origin: vec3f, direction: vec3f, length: f32) -> Spectrum {
+    if !HAS_MEDIUM {
+        return Spectrum(1.0);
+    }
+    return exp(-min(way_along(origin, direction, length, BY_ATTENUATION).depth, Spectrum(200.0)));
 }
 
 /// 1 − e^(−depth) without cancellation.
@@ -66,19 +76,19 @@ fn channels_step(s: ChannelSampling, ln_density: Spectrum, ln_value: Spectrum) -
     return next;
 }
 
-/// The path scattered after the flight `t`, drawn with density σ e^(−σt).
-fn channels_scatter(s: ChannelSampling, sigma: Spectrum, ln_sigma: Spectrum, t: f32) -> ChannelSampling {
-    return channels_step(s, ln_sigma - sigma * t, water_ln_b() - water_c() * t);
+/// The path scattered after a flight of optical depth `depth`, drawn with density σ e^(−σ drawn) over the drawn length;
+/// `ln_b` is the logarithm of the scattering coefficient there, over that of drawn length.
+fn channels_scatter(s: ChannelSampling, sigma: Spectrum, ln_sigma: Spectrum, drawn: f32, depth: Spectrum, ln_b: Spectrum) -> ChannelSampling {
+    return channels_step(s, ln_sigma - sigma * drawn, ln_b - depth);
 }
 
-/// The path went on unscattered for `t`, with probability e^(−σt).
-fn channels_pass(s: ChannelSampling, sigma: Spectrum, t: f32) -> ChannelSampling {
-    return channels_step(s, -sigma * t, -water_c() * t);
+/// The path went on unscattered, with probability e^(−σ drawn).
+fn channels_pass(s: ChannelSampling, sigma: Spectrum, drawn: f32, depth: Spectrum) -> ChannelSampling {
+    return channels_step(s, -sigma * drawn, -depth);
 }
 
-/// A fresh path after `scatterings` with free flights of `length` in all, the last of them perhaps unfinished.
-fn channels_after(s: ChannelSampling, scatterings: u32, length: f32) -> ChannelSampling {
-    let n = f32(scatterings);
-    let ln_scattered = select(Spectrum(0.0), n * water_ln_b(), scatterings > 0u);
-    return channels_step(s, n * lamp_ln_sigma() - lamp_sigma() * length, ln_scattered - water_c() * length);
+/// A fresh path after `scatterings`, whose `ln_b` add up to `ln_scattered`, with free flights of drawn length `drawn` and
+/// optical depth `depth` in all, the last of them perhaps unfinished.
+fn channels_after(s: ChannelSampling, scatterings: u32, drawn: f32, depth: Spectrum, ln_scattered: Spectrum) -> ChannelSampling {
+    return channels_step(s, f32(scatterings) * lamp_ln_sigma() - lamp_sigma() * drawn, ln_scattered - depth);
 }

@@ -1,8 +1,10 @@
 // Multiple importance sampling: the techniques by which one path to a lamp can be made, combined by the balance
 // heuristic (Veach and Guibas 1995).
 // Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
-import package::common::bridge::{bridge, bridge_vertex, extra_row, subpath_row};
-import package::common::layout::{HAS_SCATTERING, Spectrum, scratch};
+import package::common::bridge::{bridge, bridge_vertex, drawn_row, extra_row, subpath_row};
+import package::common::layer_tables::{BY_BRIDGE, BY_SCATTERING};
+import package::common::layers::{drawn_between, relative_at};
+import package::common::layout::{HAS_LAYERS, HAS_SCATTERING, Spectrum, scratch};
 import package::common::math::ln_1p;
 import package::common::medium::{LN_ZERO, ChannelSampling, channels_weight, largest, transmittance, used};
 import package::common::order::{LN_POISSON_SHARE, order_ln_tail, scattered_share};
@@ -31,6 +33,8 @@ struct Connection {
 struct PathToLamp {
     more: f32,
     last_length: f32,
+    /// Drawn length up to the walk's last vertex.
+    last_drawn: f32,
     remaining: f32,
     ln_walk_density: Spectrum,
     ln_root_density: Spectrum,
@@ -48,13 +52,17 @@ fn subpath_start() {
     subpath = CameraSubpath(0u, false, true, false);
 }
 
-fn subpath_root(position: vec3f, length: f32, reflected: f32, companions: bool, scattered: bool) {
+fn subpath_root(position: vec3f, length: f32, drawn: f32, reflected: f32, companions: bool, scattered: bool) {
     subpath = CameraSubpath(0u, true, companions, scattered);
-    subpath_push(position, length, reflected);
+    subpath_push(position, length, drawn, 0.0, reflected);
 }
 
-/// Adds a vertex; there has to be room.
-fn subpath_push(position: vec3f, length: f32, reflected: f32) {
+/// Adds a vertex; there has to be room. `ln_relative` is of where it scattered.
+fn subpath_push(position: vec3f, length: f32, drawn: f32, ln_relative: f32, reflected: f32) {
+    if HAS_LAYERS {
+        scratch[drawn_row(subpath.count)].x = drawn;
+        scratch[drawn_row(subpath.count)].w = ln_relative;
+    }
     scratch[subpath_row(subpath.count)] = vec4f(position, length);
     let extra = extra_row(subpath.count);
     scratch[extra].z = 0.0;
@@ -67,21 +75,86 @@ fn subpath_leave(scattering_pdf: f32) {
     scratch[extra_row(subpath.count - 1u)].z = scattering_pdf;
 }
 
+/// Where a technique's bridge starts: length and drawn length of the path up to there, and the straight way to the lamp.
+struct BridgeStart {
+    length: f32,
+    drawn: f32,
+    distance2: f32,
+    drawn_to_lamp: f32,
+    /// Where the water varies: ln of the density of where the bridge scatters, over that of a walk through the same points
+    /// and what the bridge would have in water that is as its straight way has it in the mean.
+    ln_places: f32,
+}
+
+/// A start at `position`, up to which the path has the lengths given, of a bridge by way of the subpath's vertices from
+/// `walked` on and the made bridge's from `bridged` on.
+fn bridge_start(position: vec3f, length: f32, drawn: f32, lamp: vec3f, walked: u32, bridged: u32) -> BridgeStart {
+    let offset = position - lamp;
+    let distance2 = dot(offset, offset);
+    if HAS_LAYERS {
+        let straight = drawn_between(position, lamp, BY_SCATTERING);
+        let ln_scale = log(straight / drawn_between(position, lamp, BY_BRIDGE));
+        let ln_places = ln_places_of(position, length, lamp, ln_scale, walked, bridged);
+        return BridgeStart(length, drawn, distance2, straight, ln_places);
+    }
+    return BridgeStart(length, length, distance2, sqrt(distance2), 0.0);
+}
+
+/// Sum over the vertices of a bridge of ln of the density of each fraction of its length, over the relative scattering there.
+fn ln_places_of(start: vec3f, length: f32, lamp: vec3f, ln_scale: f32, walked: u32, bridged: u32) -> f32 {
+    let total = path.last_length + path.remaining - length;
+    var sum = 0.0;
+    var i = walked;
+    loop {
+        if i >= subpath.count {
+            break;
+        }
+        let u = clamp((scratch[subpath_row(i)].w - length) / total, 0.0, 1.0);
+        sum += log(relative_at(mix(start, lamp, u), BY_BRIDGE)) + ln_scale - scratch[drawn_row(i)].w;
+        i += 1u;
+    }
+    var gone = path.last_length;
+    i = 0u;
+    loop {
+        if i >= bridge.order {
+            break;
+        }
+        gone += bridge_vertex(i).w;
+        if i >= bridged {
+            let u = clamp((gone - length) / total, 0.0, 1.0);
+            sum += log(relative_at(mix(start, lamp, u), BY_BRIDGE)) + ln_scale - scratch[drawn_row(i)].z;
+        }
+        i += 1u;
+    }
+    return sum;
+}
+
+/// Drawn length up to vertex `i` of the subpath, which is `length` away.
+fn drawn_up_to(i: u32, length: f32) -> f32 {
+    if HAS_LAYERS {
+        return scratch[drawn_row(i)].x;
+    }
+    return length;
+}
+
 /// The two parts of a technique's density under each strategy, in logarithms, without the factor D²/f.
-fn ln_densities(length: f32, distance2: f32, order: u32, root: bool) -> LnDensities {
-    let distance = sqrt(distance2);
-    let ahead = length - path.last_length;
+fn ln_densities(start: BridgeStart, order: u32, root: bool) -> LnDensities {
+    let distance = sqrt(start.distance2);
+    let ahead = start.length - path.last_length;
     // No path is shorter than the straight one; rounding must not say so.
     let to_lamp = max(path.remaining - ahead, distance);
     let steps = f32(order + 1u);
     let ln_ratio = ln_1p((distance - to_lamp) / to_lamp);
     let ln_poisson = LN_POISSON_SHARE + steps * ln_ratio;
-    let ln_tail = order_ln_tail(order) + ln_ratio - f32(order) * log(to_lamp);
+    var ln_tail = order_ln_tail(order) + ln_ratio - f32(order) * log(to_lamp);
+    if HAS_LAYERS {
+        ln_tail += f32(order) * log(distance / start.drawn_to_lamp);
+    }
     let ln_walk = select(path.ln_walk_density, path.ln_root_density, root);
     let sigma = lamp_sigma();
-    let common_part = ln_walk - sigma * ahead;
+    let common_part = ln_walk - sigma * (start.drawn - path.last_drawn) + Spectrum(start.ln_places);
     return LnDensities(
-        common_part + Spectrum(ln_poisson) - sigma * distance + path.more * lamp_ln_sigma(),
+        common_part + Spectrum(ln_poisson) - sigma * start.drawn_to_lamp + path.more * lamp_ln_sigma(),
         common_part + Spectrum(ln_tail) + (path.more - f32(order)) * lamp_ln_sigma(),
     );
 }
@@ -93,18 +166,18 @@ fn sum_exp(ln: Spectrum) -> f32 {
 }
 
 /// Sum over the strategies of the density of a technique, relative to e^shift.
-fn technique_density(length: f32, distance2: f32, order: u32, root: bool, scattering_pdf: f32) -> f32 {
-    let ln = ln_densities(length, distance2, order, root);
+fn technique_density(start: BridgeStart, order: u32, root: bool, scattering_pdf: f32) -> f32 {
+    let ln = ln_densities(start, order, root);
     let sum = sum_exp(ln.poisson - Spectrum(path.shift)) + sum_exp(ln.tail - Spectrum(path.shift));
-    return min(sum * distance2 / max(scattering_pdf, 1e-35), 1e36);
+    return min(sum * start.distance2 / max(scattering_pdf, 1e-35), 1e36);
 }
 
-/// Density of a walk that makes all vertices, the last at `length`, and then meets the lamp by chance.
-fn hit_density(length: f32, facing: f32) -> f32 {
+/// Density of a walk that makes all vertices, the last at drawn length `drawn`, and then meets the lamp by chance.
+fn hit_density(drawn: f32, facing: f32) -> f32 {
     if facing == 0.0 {
         return 0.0;
     }
-    let ahead = length - path.last_length;
+    let ahead = drawn - path.last_drawn;
     return facing * sum_exp(path.ln_walk_density + path.more * lamp_ln_sigma() - lamp_sigma() * ahead - Spectrum(path.shift));
 }
 
@@ -121,8 +194,8 @@ fn techniques_before(total_order: u32, lamp: vec3f) -> f32 {
         let extra = scratch[extra_row(i)];
         if order <= largest_order() && extra.w > 0.0 {
             let vertex = scratch[subpath_row(i)];
-            let offset = vertex.xyz - lamp;
-            density += extra.w * technique_density(vertex.w, dot(offset, offset), order, subpath.rooted && i == 0u, extra.z);
+            let start = bridge_start(vertex.xyz, vertex.w, drawn_up_to(i, vertex.w), lamp, i + 1u, 0u);
+            density += extra.w * technique_density(start, order, subpath.rooted && i == 0u, extra.z);
         }
         i += 1u;
         if i + 1u >= subpath.count {
@@ -135,26 +208,35 @@ fn techniques_before(total_order: u32, lamp: vec3f) -> f32 {
 /// Sum of the densities of the walk's making some of the bridge's vertices, or all of them and meeting the lamp.
 fn techniques_after(connection: Connection) -> f32 {
     var length = path.last_length;
+    var drawn = path.last_drawn;
     var reflected = 1.0;
     var density = 0.0;
     if bridge.order == 0u {
-        return hit_density(length, connection.facing);
+        return hit_density(drawn, connection.facing);
     }
     var i = 0u;
     loop {
         let vertex = bridge_vertex(i);
         let extra = scratch[extra_row(i)];
         length += vertex.w;
+        drawn += drawn_segment(i, vertex.w);
         reflected *= extra.y;
-        let offset = vertex.xyz - connection.lamp;
-        density += reflected
-            * technique_density(length, dot(offset, offset), bridge.order - 1u - i, false, phase_value(extra.x));
+        let start = bridge_start(vertex.xyz, length, drawn, connection.lamp, subpath.count, i + 1u);
+        density += reflected * technique_density(start, bridge.order - 1u - i, false, phase_value(extra.x));
         i += 1u;
         if i >= bridge.order {
             break;
         }
     }
-    return density + reflected * hit_density(length, connection.facing);
+    return density + reflected * hit_density(drawn, connection.facing);
+}
+
+/// Drawn length of segment `i` of the bridge, which is `length` long.
+fn drawn_segment(i: u32, length: f32) -> f32 {
+    if HAS_LAYERS {
+        return scratch[drawn_row(i)].y;
+    }
+    return length;
 }
 
 /// Density of the walk over the probability of the bridges that are made from the subpath's first vertex.
@@ -162,8 +244,7 @@ fn root_density(ln_walk_density: Spectrum, lamp: vec3f) -> Spectrum {
     if !subpath.scattered {
         return ln_walk_density;
     }
-    let distance = length(scratch[subpath_row(0u)].xyz - lamp);
-    let depth = lamp_sigma() * distance;
+    let depth = lamp_sigma() * drawn_between(scratch[subpath_row(0u)].xyz, lamp, BY_SCATTERING);
     return ln_walk_density - log(Spectrum(scattered_share(depth.x), scattered_share(depth.y), scattered_share(depth.z)));
 }
 
@@ -174,7 +255,14 @@ fn mis_contribution(channels: ChannelSampling, connection: Connection) -> Spectr
     }
     let reflected = bridge.crossing;
     let density = bridge.distance * bridge.distance / connection.scattering_pdf + reflected * connection.facing;
-    return channels_weight(channels) * transmittance(bridge.distance) * (reflected / density);
+    return channels_weight(channels) * transmittance_of_bridge() * (reflected / density);
+}
+
+fn transmittance_of_bridge() -> Spectrum {
+    if HAS_LAYERS {
+        return exp(-min(bridge.depth, Spectrum(200.0)));
+    }
+    return transmittance(bridge.distance);
 }
 
 fn mis_of_scattered(channels: ChannelSampling, connection: Connection) -> Spectrum {
@@ -182,25 +270,35 @@ fn mis_of_scattered(channels: ChannelSampling, connection: Connection) -> Spectr
         return Spectrum(0.0);
     }
     let last = subpath.count - 1u;
-    let last_length = scratch[subpath_row(last)].w;
+    let vertex = scratch[subpath_row(last)];
+    let last_length = vertex.w;
+    let last_drawn = drawn_up_to(last, last_length);
     let last_reflected = scratch[extra_row(last)].w;
     let order = bridge.order;
     let ln_walk = max(channels.ln_density, Spectrum(LN_ZERO));
-    path = PathToLamp(f32(order), last_length, bridge.length, ln_walk, root_density(ln_walk, connection.lamp), 0.0);
-    let distance2 = bridge.distance * bridge.distance;
+    path = PathToLamp(f32(order), last_length, last_drawn, bridge.length, ln_walk, root_density(ln_walk, connection.lamp), 0.0);
+    var start = BridgeStart(last_length, last_drawn, bridge.distance * bridge.distance, bridge.drawn, 0.0);
+    if HAS_LAYERS {
+        start = bridge_start(vertex.xyz, last_length, last_drawn, connection.lamp, subpath.count, 0u);
+    }
     let root = subpath.rooted && last == 0u;
     // Relative to the technique that made the path: single densities may be out of the range of a float.
-    let own = ln_densities(last_length, distance2, order, root);
+    let own = ln_densities(start, order, root);
     path.shift = largest(used(max(own.poisson, own.tail), max(lamp_strategies(), 1u)));
-    var density = technique_density(last_length, distance2, order, root, connection.scattering_pdf);
+    var density = technique_density(start, order, root, connection.scattering_pdf);
     if subpath.companions {
         let scatterings = subpath.count - select(0u, 1u, subpath.rooted);
         density += techniques_before(scatterings + order, connection.lamp) / last_reflected + techniques_after(connection);
     } else if order == 0u {
-        density += bridge.crossing * hit_density(last_length, connection.facing);
+        density += bridge.crossing * hit_density(last_drawn, connection.facing);
     }
     let ln_scale = log(bridge.crossing * f32(channels.count)) - log(density) - path.shift;
-    let ln_b = select(f32(order) * water_ln_b(), Spectrum(0.0), order == 0u);
-    let ln_light = ln_b - water_c() * bridge.length + Spectrum(ln_scale);
+    var ln_b = select(f32(order) * water_ln_b(), Spectrum(0.0), order == 0u);
+    var depth = water_c() * bridge.length;
+    if HAS_LAYERS {
+        ln_b = bridge.ln_b;
+        depth = bridge.depth;
+    }
+    let ln_light = ln_b - depth + Spectrum(ln_scale);
     return channels.value * exp(clamp(ln_light, Spectrum(-200.0), Spectrum(85.0)));
 }

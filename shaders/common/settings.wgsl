@@ -27,6 +27,18 @@ fn spot_count() -> u32 {
     return scene.spot_count + nothing;
 }
 
+fn layer_count() -> u32 {
+    return scene.layer_count + nothing;
+}
+
+fn bridge_node_count() -> u32 {
+    return scene.bridge_node_count + nothing;
+}
+
+fn plume_count() -> u32 {
+    return scene.plume_count + nothing;
+}
+
 fn film_layers() -> u32 {
     return scene.film_layers + nothing;
 }

@@ -55,6 +55,7 @@ pub fn water(a: [f64; 3], b: [f64; 3], phase: Phase) -> Water {
         iops: Iops { a, b },
         phase,
         refractive_index: 1.34,
+        variation: uw_render::scene::Variation::default(),
     }
 }
 

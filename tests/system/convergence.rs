@@ -3,6 +3,8 @@
 //!
 //! The reference scenes are rendered at 16 × 9 pixels, each of which is a tile of the reference.
 
+use std::path::Path;
+
 use uw_render::{
     film::{Film, FilmLayer},
     sampling::Rng,
@@ -13,7 +15,7 @@ use uw_tests::{
     gpu::{Backend, everywhere},
     plan, reference,
     tails::{largest_share, largest_share_of},
-    tiles::TILE,
+    tiles::{TILE, Tiles},
 };
 
 const SCENES: [(&str, &str); 4] = [
@@ -22,6 +24,8 @@ const SCENES: [(&str, &str); 4] = [
     ("s2_turbid", "s2"),
     ("s3_sun", "s3"),
 ];
+/// Samples of references that are rendered: their error is a quarter of that of the ladder's last rung.
+const REFERENCE_SAMPLES: u32 = 65_536;
 const LADDER: [u32; 5] = [16, 64, 256, 1024, 4096];
 /// Root of the number of samples among which one may hold the variance.
 const SAMPLES_ROOT: u32 = 256;
@@ -38,8 +42,7 @@ fn by_tiles(name: &str) -> Scene {
 }
 
 /// Relative mean squared error of a film against the tiles, without the tiles' own variance.
-fn squared_error(film: &Film, name: &str) -> f64 {
-    let tiles = reference::tiles(name);
+fn squared_error(film: &Film, tiles: &Tiles) -> f64 {
     let total = film.layer(FilmLayer::Total);
     let (mean, _) = tiles.picture_mean();
     let mut sum = 0.0;
@@ -84,33 +87,87 @@ fn errors_fall_as_the_root_of_the_samples_and_are_estimated_rightly() {
 
 fn errors_fall(backend: Backend) {
     for (scene_name, reference_name) in SCENES {
-        let scene = by_tiles(scene_name);
-        let mut errors = Vec::new();
-        let rungs = match backend {
-            Backend::Adapter(_) => 4,
-            _ => LADDER.len(),
-        };
-        for (i, samples) in LADDER.into_iter().take(rungs).enumerate() {
-            let (film, stats) = backend.render(&scene, &plan(samples, 100 + i as u64));
-            let error = squared_error(&film, reference_name).max(0.0).sqrt();
-            let estimated = stats.relative_error.expect("several batches");
-            println!("{scene_name} {samples}: error {error:.5}, estimated {estimated:.5}");
-            // From few batches the estimate of a pixel's relative error is itself too noisy to be held to 20 %.
-            if samples >= 256 {
-                assert!(
-                    (estimated / error - 1.0).abs() < 0.2,
-                    "{scene_name} at {samples}: error {error}, estimated {estimated}"
-                );
-            }
-            errors.push(error);
-        }
-        let slope = slope(&errors);
-        println!("{scene_name}: slope {slope:.3}");
-        assert!(
-            (slope + 0.5).abs() < slope_within(rungs),
-            "{scene_name}: slope {slope}"
-        );
+        let tiles = reference::tiles(reference_name);
+        ladder(backend, scene_name, &by_tiles(scene_name), &tiles);
     }
+}
+
+/// Renders a scene with more and more samples; returns the last error squared times its samples.
+fn ladder(backend: Backend, scene_name: &str, scene: &Scene, tiles: &Tiles) -> f64 {
+    let mut errors = Vec::new();
+    let rungs = match backend {
+        Backend::Adapter(_) => 4,
+        _ => LADDER.len(),
+    };
+    for (i, samples) in LADDER.into_iter().take(rungs).enumerate() {
+        let (film, stats) = backend.render(scene, &plan(samples, 100 + i as u64));
+        let error = squared_error(&film, tiles).max(0.0).sqrt();
+        let estimated = stats.relative_error.expect("several batches");
+        println!("{scene_name} {samples}: error {error:.5}, estimated {estimated:.5}");
+        // From few batches the estimate of a pixel's relative error is itself too noisy to be held to 20 %.
+        if samples >= 256 {
+            assert!(
+                (estimated / error - 1.0).abs() < 0.2,
+                "{scene_name} at {samples}: error {error}, estimated {estimated}"
+            );
+        }
+        errors.push(error);
+    }
+    let slope = slope(&errors);
+    println!("{scene_name}: slope {slope:.3}");
+    assert!(
+        (slope + 0.5).abs() < slope_within(rungs),
+        "{scene_name}: slope {slope}"
+    );
+    errors[rungs - 1].powi(2) * f64::from(LADDER[rungs - 1])
+}
+
+/// A plate before a lamp and a camera, looked at through half a metre of turbid water: b rises from 0.15 to 4 1/m and falls
+/// again. The same with the same mean optical depth everywhere.
+#[test]
+fn errors_behind_a_thin_layer_fall_too_and_are_no_larger_than_thrice_those_of_even_water() {
+    let coefficients = |b: f64| format!("a = [0.1, 0.1, 0.1], b = [{b:?}, {b:?}, {b:?}]");
+    let entry =
+        |(depth_m, b): (f64, f64)| format!("{{ depth_m = {depth_m:?}, {} }}", coefficients(b));
+    let thin = [(5.0, 0.15), (5.25, 4.0), (5.5, 0.15)]
+        .map(entry)
+        .join(", ");
+    // On 1.5 m: 1 m of 0.15, half a metre of 2.075 in the mean.
+    let even = coefficients((0.15 + 0.5 * 2.075) / 1.5).replace("], ", "]\n");
+    let scenes = [format!("profile = [{thin}]"), even].map(|water| through(&water));
+    let tiles = scenes.each_ref().map(|scene| {
+        let (film, _) = Backend::VectorUnits.render(scene, &plan(REFERENCE_SAMPLES, 7));
+        let error = film.layer(FilmLayer::Variance);
+        Tiles {
+            mean: film.layer(FilmLayer::Total),
+            standard_error: error.iter().map(|v| v.map(f64::sqrt)).collect(),
+        }
+    });
+    everywhere(|backend| {
+        let [layered, even] = [0, 1].map(|i| {
+            let name = ["thin layer", "even water"][i];
+            ladder(backend, name, &scenes[i], &tiles[i])
+        });
+        println!(
+            "squared error times samples: {layered:.3} behind the layer, {even:.3} in even water"
+        );
+        assert!(layered < 3.0 * even, "{layered} {even}");
+    });
+}
+
+/// A scene that looks down at a plate 1.5 m away, 6 m below the surface of `water`.
+fn through(water: &str) -> Scene {
+    let text = format!(
+        "[water]\n{water}\nphase = {{ model = \"fournier-forand\", n = 1.10, backscatter_fraction = 0.0183 }}\n\
+         [surface]\nrefractive = false\n\
+         [camera]\nposition_m = [0.0, 0.0, -4.5]\nforward = [0.0, 0.0, -1.0]\nup = [1.0, 0.0, 0.0]\nhfov_deg = 60.0\n\
+         width = 16\nheight = 9\n\
+         [[lamp]]\nposition_m = [0.0, 0.3, -4.5]\nforward = [0.0, 0.0, -1.0]\nintensity = [10.0, 10.0, 10.0]\n\
+         half_angle_deg = 40.0\n\
+         [[object]]\nplane = {{ center_m = [0.0, 0.0, -6.0], normal = [0.0, 0.0, 1.0], up = [1.0, 0.0, 0.0], size_m = [8.0, 8.0] }}\n\
+         reflectance = [0.5, 0.5, 0.5]\n"
+    );
+    Scene::parse(&text, Path::new(""), "through.toml").expect("valid")
 }
 
 #[test]

@@ -26,4 +26,5 @@ mod stress;
 mod symmetries;
 mod units;
 mod validator;
+mod varying_water;
 mod water_surface;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use uw_render::film::FilmLayer;
-use uw_render::prepare::Prepared;
+use uw_render::prepare::{Prepared, Way};
 use uw_render::scene::Scene;
 use uw_tests::{
     file,
@@ -100,7 +100,7 @@ fn sets_of_wavelengths_add_up_to_quadrature() {
             let sets = prepared.spectrum.as_ref().expect("by wavelength");
             for (patch, expected) in chart.expected().iter().enumerate() {
                 let mean = sets.mean(|set| {
-                    let left = set.transmittance(2.0 * distance_m);
+                    let left = set.transmittance_of(&Way::Length(2.0 * distance_m));
                     [0, 1, 2].map(|k| set.lamps[0][k] * set.reflectances[patch][k] * left[k])
                 });
                 for k in 0..3 {

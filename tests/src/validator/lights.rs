@@ -5,7 +5,10 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use uw_render::scene::{Falloff, Lamp};
 
-use super::{Ray, Validator, chance::fresnel};
+use super::{
+    Ray, Validator,
+    chance::{Random, fresnel},
+};
 
 impl Validator<'_> {
     /// Radiance of the background, W/(m² sr): the upper hemisphere in the air, everything without a water surface.
@@ -57,14 +60,21 @@ impl Validator<'_> {
 
     /// Light of the sun and of the point lamps that arrives at the start of `ray` times the `response` to its
     /// direction (1/sr).
-    pub(super) fn light_of_points(&self, ray: &Ray, response: impl Fn(DVec3) -> f64) -> f64 {
-        let mut light = self.sunlight(ray, &response);
+    pub(super) fn light_of_points(
+        &self,
+        ray: &Ray,
+        random: &mut Random,
+        response: impl Fn(DVec3) -> f64,
+    ) -> f64 {
+        let mut light = self.sunlight(ray, random, &response);
         for lamp in self.scene.lamps.iter().filter(|lamp| lamp.radius_m == 0.0) {
             let offset = lamp.position_m - ray.origin;
             let range = offset.length();
             let direction = offset / range;
             let irradiance = self.beam(lamp, -lamp.forward.dot(direction))
-                * (-self.c * range).exp()
+                * self
+                    .medium
+                    .transmittance(ray.origin, direction, range, random)
                 / (range * range);
             if irradiance > 0.0 && self.nearest(&Ray { direction, ..*ray }, range).is_none() {
                 light += irradiance * response(direction);
@@ -75,7 +85,7 @@ impl Validator<'_> {
 
     /// The sun's part of [`Self::light_of_points`]. Without a surface the sun is infinitely far away through the
     /// water.
-    fn sunlight(&self, ray: &Ray, response: &impl Fn(DVec3) -> f64) -> f64 {
+    fn sunlight(&self, ray: &Ray, random: &mut Random, response: &impl Fn(DVec3) -> f64) -> f64 {
         let Some(sun) = self.scene.sun else {
             return 0.0;
         };
@@ -85,7 +95,7 @@ impl Validator<'_> {
             ..*ray
         };
         let irradiance = sun.irradiance[self.channel];
-        if ray.in_air || (self.height == f64::INFINITY && self.c == 0.0) {
+        if ray.in_air || (self.height == f64::INFINITY && self.medium.is_clear()) {
             let clear = self.nearest(&in_air, f64::INFINITY).is_none();
             return if clear {
                 irradiance * response(towards_in_air)
@@ -112,6 +122,10 @@ impl Validator<'_> {
         }
         // What passes a horizontal square metre in the air passes it in the water, but for the reflected share.
         let below = irradiance * (1.0 - reflectance) * towards_in_air.z / cosine;
-        below * (-self.c * range).exp() * response(direction)
+        below
+            * self
+                .medium
+                .transmittance(ray.origin, direction, range, random)
+            * response(direction)
     }
 }

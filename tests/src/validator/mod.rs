@@ -21,6 +21,7 @@
 pub mod cases;
 mod chance;
 mod lights;
+mod medium;
 mod shapes;
 
 use std::f64::consts::PI;
@@ -30,6 +31,7 @@ use uw_media::phase::PhaseFunction;
 use uw_render::scene::Scene;
 
 use chance::{Random, around, fresnel};
+use medium::Medium;
 use shapes::{Hit, Patch, patches};
 
 /// Mean radiance of a pixel in one channel.
@@ -45,9 +47,7 @@ pub struct Estimate {
 pub struct Validator<'a> {
     scene: &'a Scene,
     channel: usize,
-    /// Scattering and attenuation coefficients of the water, 1/m; 0 without water.
-    b: f64,
-    c: f64,
+    medium: Medium,
     /// Height of the water surface, m; infinite where the medium fills all space.
     height: f64,
     /// Refractive index of the water against air; 1 for an index-matched surface.
@@ -80,10 +80,6 @@ impl<'a> Validator<'a> {
     /// Where the method would be wrong or its variance infinite: sun or point lamps with a phase function that is
     /// infinite straight on, point lamps under a refracting surface, meshes with vertex normals.
     pub fn new(scene: &'a Scene, channel: usize) -> Self {
-        let (b, a) = scene
-            .water
-            .as_ref()
-            .map_or((0.0, 0.0), |w| (w.iops.b[channel], w.iops.a[channel]));
         let surface = scene.water.as_ref().and(scene.surface);
         let index = match (&scene.water, surface) {
             (Some(water), Some(surface)) if surface.refractive => water.refractive_index,
@@ -102,8 +98,7 @@ impl<'a> Validator<'a> {
         Self {
             scene,
             channel,
-            b,
-            c: a + b,
+            medium: Medium::new(scene, channel),
             height: surface.map_or(f64::INFINITY, |s| s.height_m),
             index,
             patches: patches(scene),
@@ -161,7 +156,8 @@ impl<'a> Validator<'a> {
                 }
                 End::Scattering => {
                     ray.from = None;
-                    (self.b / self.c, None)
+                    let here = self.medium.at(ray.origin);
+                    (here.b / here.c, None)
                 }
                 End::Surface(hit) => {
                     let patch = &self.patches[hit.patch];
@@ -180,7 +176,7 @@ impl<'a> Validator<'a> {
             events += 1;
             let before = ray.direction;
             light += weight
-                * self.light_of_points(&ray, |towards| match normal {
+                * self.light_of_points(&ray, random, |towards| match normal {
                     Some(normal) => normal.dot(towards).max(0.0) / PI,
                     None => self.phase(before, towards),
                 });
@@ -193,10 +189,10 @@ impl<'a> Validator<'a> {
 
     /// What the ray meets first, and how far away, m.
     fn segment(&self, ray: &Ray, random: &mut Random) -> (End, f64) {
-        let flight = if ray.in_air || self.c == 0.0 {
+        let flight = if ray.in_air {
             f64::INFINITY
         } else {
-            -random.uniform().ln() / self.c
+            self.medium.flight(ray.origin, ray.direction, random)
         };
         let rise = self.height - ray.origin.z;
         let to_water_surface = if ray.direction.z != 0.0 && (ray.direction.z < 0.0) == ray.in_air {

@@ -1,5 +1,6 @@
 //! Layers without noise: what the ray through each pixel's centre meets first.
 
+use glam::DVec3;
 use rayon::prelude::*;
 use uw_media::Spectrum;
 
@@ -43,7 +44,8 @@ fn first_hit(scene: &Prepared, column: u32, row: u32) -> FirstHit {
         };
     };
     let point = scene.geometry.surface_point(&hit, direction);
-    let wet = wet_length(scene, direction, hit.t);
+    let (start, wet) = wet_part(scene, direction, hit.t);
+    let way = scene.way(start, direction, wet);
     FirstHit {
         depth_m: hit.t * direction.dot(camera.forward),
         normal: point.shading_normal.to_array(),
@@ -51,34 +53,28 @@ fn first_hit(scene: &Prepared, column: u32, row: u32) -> FirstHit {
             Some(spectrum) => spectrum.reflectance(point.reflectance, point.material),
             None => point.reflectance,
         },
-        transmittance: transmittance(scene, wet),
+        transmittance: match &scene.spectrum {
+            Some(spectrum) => spectrum.transmittance(&way),
+            None => scene.transmittance(&way),
+        },
     }
 }
 
-/// Transmittance of the water over `range_m`, per channel.
-fn transmittance(scene: &Prepared, range_m: f64) -> Spectrum {
-    match (&scene.spectrum, &scene.medium) {
-        (Some(spectrum), _) => spectrum.transmittance(range_m),
-        (None, Some(medium)) => medium.transmittance(range_m),
-        (None, None) => [1.0; 3],
-    }
-}
-
-/// Length of the part of the ray that lies below the water surface, m.
-fn wet_length(scene: &Prepared, direction: glam::DVec3, length: f64) -> f64 {
-    let Some(boundary) = scene.boundary else {
-        return length;
-    };
+/// Start and length of the part of the ray that lies below the water surface, m.
+fn wet_part(scene: &Prepared, direction: DVec3, length: f64) -> (DVec3, f64) {
     let origin = scene.camera.position_m;
+    let Some(boundary) = scene.boundary else {
+        return (origin, length);
+    };
     let end = origin + length * direction;
     let (above, end_above) = (origin.z > boundary.height, end.z > boundary.height);
     if above == end_above {
-        return if above { 0.0 } else { length };
+        return (origin, if above { 0.0 } else { length });
     }
     let to_surface = ((boundary.height - origin.z) / direction.z).clamp(0.0, length);
     if above {
-        length - to_surface
+        (origin + to_surface * direction, length - to_surface)
     } else {
-        to_surface
+        (origin, to_surface)
     }
 }

@@ -30,7 +30,9 @@ fn sun_beam(scene: &Prepared, point: DVec3) -> Option<Beam> {
     let (sun, boundary) = (scene.sun.as_ref()?, scene.boundary.as_ref()?);
     sun_reaches(scene, sun, boundary, point).then(|| {
         let way = (boundary.height - point.z).max(0.0) / sun.towards.z;
-        attenuated(scene, sun.towards, sun.irradiance, way, |set| set.sun)
+        attenuated(scene, (point, sun.towards), sun.irradiance, way, |set| {
+            set.sun
+        })
     })
 }
 
@@ -62,26 +64,30 @@ fn lamp_beam(
         * reached_share(scene, point, towards, distance, mirror.as_ref())
         / (distance * distance);
     let irradiance = lamp.intensity.map(|i| i * relative);
-    Some(attenuated(scene, towards, irradiance, distance, |set| {
-        set.lamps[index]
-    }))
+    Some(attenuated(
+        scene,
+        (point, towards),
+        irradiance,
+        distance,
+        |set| set.lamps[index],
+    ))
 }
 
-/// Light after `way_m` in the water whose spectrum, relative to its channels, is `light`.
+/// Light at `point` after `way_m` in the water whose spectrum, relative to its channels, is `light`.
 fn attenuated(
     scene: &Prepared,
-    towards: DVec3,
+    (point, towards): (DVec3, DVec3),
     irradiance: Spectrum,
     way_m: f64,
     light: impl Fn(&AtWavelengths) -> Spectrum,
 ) -> Beam {
-    let transmittance = match (&scene.spectrum, &scene.medium) {
-        (Some(spectrum), _) => spectrum.mean(|set| {
-            let (light, left) = (light(set), set.transmittance(way_m));
+    let way = scene.way(point, towards, way_m);
+    let transmittance = match &scene.spectrum {
+        Some(spectrum) => spectrum.mean(|set| {
+            let (light, left) = (light(set), set.transmittance_of(&way));
             std::array::from_fn(|k| light[k] * left[k])
         }),
-        (None, Some(medium)) => medium.transmittance(way_m),
-        (None, None) => [1.0; 3],
+        None => scene.transmittance(&way),
     };
     Beam {
         towards,

@@ -109,6 +109,7 @@ mod tests {
                 uw_media::phase::HenyeyGreenstein::new(0.9).expect("valid"),
             ),
             refractive_index: 1.34,
+            variation: crate::scene::Variation::default(),
         })
         .expect("scatters");
         let sun = SunBeam {

@@ -136,9 +136,13 @@ exact_records! {
         grid_step: [f32; 3],
         b_mean: f32,
         wavelength_sets: u32,
+        layer_table: u32,
+        layer_rows: u32,
+        layer_count: u32,
+        bridge_node_count: u32,
+        plume_count: u32,
         padding_1: u32,
         padding_2: u32,
-        padding_3: u32,
     }
     /// A lamp at 100 %.
     Lamp {

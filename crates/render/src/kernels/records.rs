@@ -96,6 +96,9 @@ impl Tables {
         if let Some(medium) = &scene.medium {
             water(medium, &mut record, &mut rows);
         }
+        if let Some(layers) = &scene.layers {
+            rows.layers(layers, origin, scene.spectrum.is_some(), &mut record);
+        }
         daylight(scene, origin, &mut record);
         let quads: Vec<Quad> = quads(scene, origin);
         let (triangles, tree, wide_nodes) = triangles(scene, origin, tracer)?;

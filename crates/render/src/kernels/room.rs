@@ -5,6 +5,8 @@ use crate::prepare::Prepared;
 
 /// Rows of four words of a place of the scratch buffer for vertices.
 const SLOT_ROWS: u32 = 3;
+/// Where the water varies one more: drawn lengths.
+const SLOT_ROWS_IN_LAYERS: u32 = 4;
 /// Places that the stack of walks that look for daylight needs: 76 walks.
 const AMBIENT_SLOTS: u32 = 128;
 /// Segments of the daylight walks of a sample: a thousand times what most take, and little enough for display drivers.
@@ -17,6 +19,8 @@ const AMPLE_SLOTS: u32 = 1 << 14;
 pub(crate) struct Room {
     /// The vertices of a bridge and of the walk before it, or a stack of walks.
     pub(crate) slots: u32,
+    /// Rows of four words of a place.
+    slot_rows: u32,
     /// Samples that wait for their daylight walks.
     pub(crate) queued: u32,
     /// Segments of the daylight walks of a sample.
@@ -33,6 +37,10 @@ impl Room {
         };
         Self {
             slots: (record.largest_order + 2).max(least),
+            slot_rows: match scene.layers {
+                Some(_) => SLOT_ROWS_IN_LAYERS,
+                None => SLOT_ROWS,
+            },
             queued,
             most_segments: MOST_SEGMENTS,
         }
@@ -49,7 +57,7 @@ impl Room {
 
     /// Rows of four words.
     pub(crate) fn rows(self) -> u32 {
-        SLOT_ROWS * self.slots + QUEUED_ROWS * self.queued
+        self.slot_rows * self.slots + QUEUED_ROWS * self.queued
     }
 }
 
@@ -59,6 +67,7 @@ pub(crate) fn switches(scene: &Prepared, record: &Scene) -> Vec<(&'static str, f
     [
         ("HAS_MEDIUM", features.medium),
         ("HAS_SCATTERING", features.scattering),
+        ("HAS_LAYERS", features.layers),
         ("HAS_SURFACE", features.boundary),
         ("HAS_REFRACTION", features.refraction),
         ("HAS_QUADS", record.quad_count > 0),

@@ -21,6 +21,9 @@ pub(super) fn add(sets: &WavelengthSets, active: &[usize], record: &mut Scene, f
     record.wavelength_sets = sets.sets.len() as u32;
     record.spectrum_rows = (rows.len() / sets.sets.len().max(1)) as u32;
     record.spectrum_table = far.records(&rows);
+    if let Some(first) = sets.sets.first() {
+        record.layer_rows = record.spectrum_rows - 2 * first.layers.len() as u32;
+    }
 }
 
 fn rows_of(set: &AtWavelengths, active: &[usize]) -> Vec<[f32; 4]> {
@@ -43,6 +46,7 @@ fn rows_of(set: &AtWavelengths, active: &[usize]) -> Vec<[f32; 4]> {
         .into_iter()
         .chain(lamps)
         .chain(set.reflectances.iter().copied())
+        .chain(set.layers.iter().flat_map(|own| [own.c, own.b]))
         .map(|[r, g, b]| [r as f32, g as f32, b as f32, 0.0])
         .collect()
 }

@@ -4,12 +4,15 @@
 use uw_lanes::scalar::word_of;
 use uw_media::phase::CellParts;
 
+use glam::DVec3;
+
 use super::{
+    layout::Scene,
     order::OrderLaw,
     words::{Record, narrow},
 };
 use crate::{
-    prepare::DaylightField,
+    prepare::{DaylightField, Layers},
     sampling::sobol::DIRECTIONS,
     scene::{Texels, Texture, TextureFilter},
 };
@@ -125,6 +128,43 @@ impl Rows {
         self.whole([azimuths as u32, 0]);
         self.whole(tables.map(|entries| far.records(entries)));
         address
+    }
+
+    /// The nodes of water that varies: depth and relative numbers; the same for bridges; its clouds, three rows each: middle
+    /// from `origin` and standard deviation, relative numbers, standard deviation of the blurred cloud; unless they go by
+    /// wavelength, attenuation and scattering of nodes and clouds.
+    pub(super) fn layers(
+        &mut self,
+        layers: &Layers,
+        origin: DVec3,
+        by_wavelength: bool,
+        record: &mut Scene,
+    ) {
+        let (nodes, plumes) = layers.relative.split_at(layers.depths_m.len());
+        record.layer_table = self.next_row();
+        record.layer_count = nodes.len() as u32;
+        record.bridge_node_count = layers.bridge.nodes.len() as u32;
+        record.plume_count = plumes.len() as u32;
+        for (&depth_m, own) in layers.depths_m.iter().zip(nodes) {
+            self.floats([depth_m, own.by_scattering, own.by_attenuation, 0.0]);
+        }
+        for &(depth_m, number) in &layers.bridge.nodes {
+            self.floats([depth_m, number, 0.0, 0.0]);
+        }
+        let clouds = layers.plumes.iter().zip(plumes).zip(&layers.bridge.plumes);
+        for ((&(middle, sigma_m), own), bridge) in clouds {
+            let [x, y, z] = (middle - origin).to_array();
+            self.floats([x, y, z, sigma_m]);
+            self.floats([own.by_scattering, own.by_attenuation]);
+            self.floats([bridge.in_place, bridge.blurred]);
+            self.floats([bridge.blurred_sigma_m, 0.0, 0.0, 0.0]);
+        }
+        if !by_wavelength {
+            record.layer_rows = self.next_row();
+            for [r, g, b] in layers.coefficients.iter().flat_map(|own| [own.c, own.b]) {
+                self.floats([r, g, b, 0.0]);
+            }
+        }
     }
 
     /// Per texture a row of the first word of its texels, its width and height, and [`BILINEAR`] and [`CODED`] or 0.

@@ -12,6 +12,8 @@ pub struct Features {
     pub medium: bool,
     /// There is scattering.
     pub scattering: bool,
+    /// The water varies.
+    pub layers: bool,
     /// The channels differ so much that each needs its own sampling.
     pub chromatic: bool,
     /// Samples have wavelengths.
@@ -60,6 +62,7 @@ impl Features {
         Self {
             medium: medium.is_some(),
             scattering: medium.is_some_and(Medium::scatters),
+            layers: (scene.water.as_ref()).is_some_and(|water| !water.variation.is_none()),
             chromatic: medium
                 .is_some_and(|m| m.by_scattering.count > 1 || m.by_attenuation.count > 1),
             spectrum: scene.spectral.is_some(),
@@ -88,6 +91,7 @@ impl Features {
         [
             (self.medium, "medium"),
             (self.scattering, "scattering"),
+            (self.layers, "layers"),
             (self.chromatic, "chromatic sampling"),
             (self.spectrum, "spectrum"),
             (self.boundary, "surface"),

@@ -179,6 +179,7 @@ mod tests {
                 iops,
                 phase: uw_media::phase::Phase::Isotropic,
                 refractive_index: 1.34,
+                variation: crate::scene::Variation::default(),
             })
         };
         let share = |a: f64, depth_m: f64, camera_depth_m: f64| {

@@ -3,13 +3,13 @@
 use uw_media::phase::{PhaseFunction, PhaseTable};
 use uw_media::{Iops, Spectrum};
 
-use super::WavelengthSets;
+use super::{Coefficients, Layers, WavelengthSets};
 use crate::scene::Water;
 
 /// Channels whose coefficients differ by more than this factor are sampled by one strategy each.
 const GREY_RATIO: f64 = 1.3;
 
-/// A homogeneous medium.
+/// The water by coefficients that stand for all of it.
 #[derive(Clone, Debug)]
 pub struct Medium {
     /// Scattering coefficient, 1/m.
@@ -152,6 +152,51 @@ impl Medium {
         })
     }
 
+    /// With the smallest and the largest coefficients of water that varies.
+    pub(super) fn with_extremes_of(
+        self,
+        layers: &Layers,
+        spectrum: Option<&WavelengthSets>,
+    ) -> Self {
+        let nodes = layers.depths_m.len();
+        let all: Vec<&[Coefficients]> = match spectrum {
+            Some(spectrum) => spectrum.sets.iter().map(|set| &set.layers[..]).collect(),
+            None => vec![&layers.coefficients],
+        };
+        let of_nodes = |value: fn(f64, f64) -> f64| {
+            let nodes = all.iter().flat_map(move |set| &set[..nodes]);
+            nodes.flat_map(move |own| [0, 1, 2].map(|k| value(own.b[k], own.c[k])))
+        };
+        let most = |of: &[Coefficients]| of.iter().flat_map(|own| own.c).fold(0.0, f64::max);
+        let with_plumes = |set: &&[Coefficients]| {
+            let (nodes, plumes) = set.split_at(nodes);
+            most(nodes)
+                + plumes
+                    .iter()
+                    .map(|own| most(std::slice::from_ref(own)))
+                    .sum::<f64>()
+        };
+        let albedo = |own: &Coefficients, k: usize| {
+            if own.c[k] > 0.0 {
+                own.b[k] / own.c[k]
+            } else {
+                0.0
+            }
+        };
+        let every = all.iter().flat_map(|set| set.iter());
+        Self {
+            c_min: of_nodes(|_, c| c).fold(f64::INFINITY, f64::min),
+            c_max: all.iter().map(with_plumes).fold(0.0, f64::max),
+            a_min: of_nodes(|b, c| c - b)
+                .fold(f64::INFINITY, f64::min)
+                .max(0.0),
+            albedo: every
+                .flat_map(|own| [0, 1, 2].map(|k| albedo(own, k)))
+                .fold(0.0, f64::max),
+            ..self
+        }
+    }
+
     /// Whether any channel scatters.
     pub fn scatters(&self) -> bool {
         self.by_scattering.count > 0
@@ -168,19 +213,6 @@ impl Medium {
     /// Mean scattering coefficient of the channels, 1/m.
     pub fn b_mean(&self) -> f64 {
         self.b.iter().sum::<f64>() / 3.0
-    }
-
-    /// Transmittance over `range_m`, per channel.
-    #[inline]
-    pub fn transmittance(&self, range_m: f64) -> Spectrum {
-        let mut transmittance = [1.0; 3];
-        for (value, &c) in transmittance.iter_mut().zip(&self.c) {
-            // Where nothing is lost the range may be infinite.
-            if c > 0.0 {
-                *value = (-c * range_m).exp();
-            }
-        }
-        transmittance
     }
 }
 

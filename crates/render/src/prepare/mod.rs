@@ -7,6 +7,7 @@ mod expected_light;
 mod features;
 mod geometry;
 mod lamps;
+mod layers;
 mod medium;
 mod spectrum;
 
@@ -20,6 +21,7 @@ pub use daylight_field::DaylightField;
 pub use features::Features;
 pub use geometry::{Geometry, Hit, Primitive, SurfacePoint};
 pub use lamps::PreparedLamp;
+pub use layers::{Coefficients, Layers, Relative, Way};
 pub use medium::{Medium, Strategies};
 pub use spectrum::{AtWavelengths, WavelengthSets};
 
@@ -32,6 +34,8 @@ pub struct Prepared {
     pub camera: Camera,
     /// The water; `None` in air or in perfectly clear water.
     pub medium: Option<Medium>,
+    /// How the water varies; `None` where it is the same everywhere.
+    pub layers: Option<Layers>,
     /// The scene by wavelength; `None` where the three channels are all there is.
     pub spectrum: Option<WavelengthSets>,
     /// The water surface; `None` when the medium fills all space.
@@ -78,10 +82,15 @@ impl Prepared {
     pub fn build_unsteered(scene: &Scene, geometry: Arc<Geometry>) -> Self {
         let boundary = Boundary::build(scene);
         let spectrum = WavelengthSets::build(scene, &geometry);
+        let layers = Layers::build(scene, boundary.as_ref());
         let depth_m = boundary.map_or(0.0, |b| (b.height - scene.camera.position_m.z).max(0.0));
         let medium = scene.water.as_ref().and_then(|water| match &spectrum {
             Some(spectrum) => Medium::by_wavelength(water, spectrum, depth_m),
             None => Medium::build(water),
+        });
+        let medium = medium.map(|medium| match &layers {
+            Some(layers) => medium.with_extremes_of(layers, spectrum.as_ref()),
+            None => medium,
         });
         let under_surface = |lamp: PreparedLamp| {
             lamp.under(boundary.as_ref(), medium.as_ref(), scene.camera.position_m)
@@ -91,17 +100,14 @@ impl Prepared {
         // Without a surface the sun would be infinitely far away through the water.
         let lit = boundary.is_some() || medium.is_none();
         let sun = SunBeam::build(scene, boundary.as_ref()).filter(|_| lit);
-        let features = Features {
-            spectrum: spectrum.is_some(),
-            ..Features::analyse(
-                medium.as_ref(),
-                boundary.as_ref(),
-                &geometry,
-                &lamps,
-                sun.as_ref(),
-                scene,
-            )
-        };
+        let features = Features::analyse(
+            medium.as_ref(),
+            boundary.as_ref(),
+            &geometry,
+            &lamps,
+            sun.as_ref(),
+            scene,
+        );
         let largest_emission = geometry.largest_emission();
         let ambient_scale = std::array::from_fn(|k| {
             let sun = sun.as_ref().map_or(0.0, |s| s.irradiance_in_air[k]);
@@ -110,6 +116,7 @@ impl Prepared {
         Self {
             camera: scene.camera.clone(),
             medium,
+            layers,
             spectrum,
             boundary,
             geometry,
@@ -129,7 +136,14 @@ impl Prepared {
     pub fn solve_daylight(&self, scene: &Scene) -> Option<DaylightField> {
         let (medium, boundary) = (self.medium.as_ref()?, self.boundary.as_ref()?);
         let deepest = deepest_m(scene, medium, boundary, &self.geometry);
-        DaylightField::build(medium, boundary, self.sun.as_ref(), self.sky, deepest)
+        DaylightField::build(
+            medium,
+            boundary,
+            self.sun.as_ref(),
+            self.sky,
+            deepest,
+            self.layers.as_ref(),
+        )
     }
 
     /// Steers walks by a field of daylight; that of another water makes them noisier, not wrong.
@@ -151,6 +165,21 @@ impl Prepared {
     #[inline]
     pub fn depth(&self, point: DVec3) -> f64 {
         self.boundary.map_or(0.0, |b| (b.height - point.z).max(0.0))
+    }
+
+    /// The way of `length_m` in the water from `origin` along a unit vector.
+    pub fn way(&self, origin: DVec3, direction: DVec3, length_m: f64) -> Way {
+        match &self.layers {
+            Some(layers) => layers.way(origin, direction, length_m),
+            None => Way::Length(length_m),
+        }
+    }
+
+    /// Transmittance of a way per channel, where channels are all there is.
+    pub fn transmittance(&self, way: &Way) -> Spectrum {
+        let coefficients = self.layers.as_ref().map(|layers| &layers.coefficients[..]);
+        let c = self.medium.as_ref().map_or([0.0; 3], |medium| medium.c);
+        way.transmittance(c, coefficients.unwrap_or_default())
     }
 
     /// `point` mirrored at the water surface.

@@ -7,6 +7,7 @@ use uw_media::spectral::{Curve, Drawn, primaries};
 
 use super::Geometry;
 use super::expected_light::expected_light;
+use super::layers::{Coefficients, Way, at_wavelengths};
 use super::medium::Strategies;
 use crate::scene::{Scene, Spectral};
 
@@ -27,6 +28,8 @@ pub struct AtWavelengths {
     pub b: Spectrum,
     /// Attenuation coefficient, 1/m.
     pub c: Spectrum,
+    /// Coefficients of the nodes and clouds of water that varies; `b` and `c` then stand for all of it.
+    pub layers: Vec<Coefficients>,
     /// Free flights of paths that are joined to lamps.
     pub by_scattering: Strategies,
     /// Free flights of paths that look for daylight.
@@ -52,13 +55,6 @@ pub struct WavelengthSets {
     pub own_reflectance: Vec<Option<usize>>,
     /// Means of the reflectances that surfaces are mixed of.
     mean_primaries: [Spectrum; 3],
-}
-
-impl AtWavelengths {
-    /// Transmittance over `range_m`.
-    pub fn transmittance(&self, range_m: f64) -> Spectrum {
-        self.c.map(|c| attenuated(c, range_m))
-    }
 }
 
 impl WavelengthSets {
@@ -91,8 +87,10 @@ impl WavelengthSets {
             .collect();
         let at = |drawn: [Drawn; 3]| {
             let nm = drawn.map(|drawn| drawn.wavelength_nm);
-            let (b, c) = coefficients(spectral, nm);
+            let (b, c) = coefficients(scene, spectral, nm);
+            let variation = scene.water.as_ref().map(|water| &water.variation);
             AtWavelengths {
+                layers: variation.map_or_else(Vec::new, |own| at_wavelengths(own, nm)),
                 weight: drawn.map(|drawn| drawn.weight),
                 b,
                 c,
@@ -132,12 +130,12 @@ impl WavelengthSets {
         sum.map(|sum| sum / self.sets.len().max(1) as f64)
     }
 
-    /// Mean transmittance of the channels over `range_m`, from every eighth set.
-    pub fn transmittance(&self, range_m: f64) -> Spectrum {
+    /// Mean transmittance of the channels over a way, from every eighth set.
+    pub fn transmittance(&self, way: &Way) -> Spectrum {
         let some = self.sets.iter().skip(LAYER_STEP / 2).step_by(LAYER_STEP);
         let mut sums = ([0.0; 3], [0.0; 3]);
         for set in some {
-            let own = set.transmittance(range_m);
+            let own = set.transmittance_of(way);
             for k in 0..3 {
                 sums.0[k] += set.weight[k] * own[k];
                 sums.1[k] += set.weight[k];
@@ -186,13 +184,24 @@ fn attenuated(c: f64, range_m: f64) -> f64 {
     }
 }
 
-/// Scattering and attenuation at three wavelengths.
-fn coefficients(spectral: &Spectral, wavelengths_nm: [f64; 3]) -> (Spectrum, Spectrum) {
-    let Some(water) = &spectral.water else {
+/// Scattering and attenuation at three wavelengths, of water that varies those that stand for all of it.
+fn coefficients(
+    scene: &Scene,
+    spectral: &Spectral,
+    wavelengths_nm: [f64; 3],
+) -> (Spectrum, Spectrum) {
+    let (Some(spectrum), Some(water)) = (&spectral.water, &scene.water) else {
         return ([0.0; 3], [0.0; 3]);
     };
-    let iops = water.at(wavelengths_nm);
-    (iops.b, iops.c())
+    let (iops, plumes) = (
+        spectrum.at(wavelengths_nm),
+        water.variation.share_of_plumes(),
+    );
+    let (c, c_plumes) = (iops.c(), plumes.c());
+    (
+        std::array::from_fn(|k| iops.b[k] + plumes.b[k]),
+        std::array::from_fn(|k| c[k] + c_plumes[k]),
+    )
 }
 
 /// As many strategies in every set: those of the set that needs most.

@@ -29,6 +29,7 @@ mod spectral;
 mod texels;
 mod texture;
 mod value;
+mod variation;
 
 pub use camera::SizeError;
 pub use error::SceneError;
@@ -78,15 +79,50 @@ pub struct Scene {
     pub warnings: Vec<String>,
 }
 
-/// Homogeneous water.
+/// The water.
 #[derive(Clone, Debug)]
 pub struct Water {
-    /// Absorption and scattering per channel, 1/m; of a spectral scene those near zero range.
+    /// Absorption and scattering per channel, 1/m; of a spectral scene those near zero range. Where the water varies they
+    /// stand for all of it and nothing but noise depends on them.
     pub iops: Iops,
+    /// How it differs from place to place.
+    pub variation: Variation,
     /// Phase function, the same for all channels.
     pub phase: Phase,
     /// Refractive index against air, in [1, 2]; 1.34 by default.
     pub refractive_index: f64,
+}
+
+/// How the water differs from place to place; empty where it is the same everywhere.
+#[derive(Clone, Debug, Default)]
+pub struct Variation {
+    /// The water at some depths, which grow; straight lines between them, the same beyond the first and the last, a jump
+    /// where two are at one depth. With clouds at least one.
+    pub layers: Vec<Layer>,
+    /// Clouds, which add to the layers.
+    pub plumes: Vec<Plume>,
+}
+
+/// The water at a depth.
+#[derive(Clone, Debug)]
+pub struct Layer {
+    /// Depth below the surface, m, >= 0.
+    pub depth_m: f64,
+    /// Absorption and scattering per channel, 1/m; by wavelength those near zero range.
+    pub iops: Iops,
+    /// The same by wavelength; all layers of a scene have it or none.
+    pub spectrum: Option<WaterSpectrum>,
+}
+
+/// A cloud: its coefficients times exp(-r²/2σ²) at a distance r from its middle, at every wavelength of a channel.
+#[derive(Clone, Copy, Debug)]
+pub struct Plume {
+    /// Middle, m.
+    pub centre_m: DVec3,
+    /// Standard deviation σ, m.
+    pub sigma_m: f64,
+    /// Absorption and scattering in its middle per channel, 1/m.
+    pub iops: Iops,
 }
 
 /// A scene by wavelength: a channel is the mean of what its wavelengths bring, weighted by the camera's response.

@@ -11,12 +11,14 @@ use uw_media::{Iops, MediaError, WaterType, meant};
 use super::range::Range;
 use super::reader::Table;
 use super::value::Value;
-use super::{SceneError, Spectral, Water};
+use super::{Layer, SceneError, Spectral, Variation, Water, variation};
 
-pub(super) const WATER_FIELDS: [&str; 7] = [
+pub(super) const WATER_FIELDS: [&str; 9] = [
     "jerlov",
     "bands",
     "spectrum",
+    "profile",
+    "plume",
     "a",
     "b",
     "phase",
@@ -97,11 +99,10 @@ pub(super) fn read_water(
         ),
     };
     let index_range = Range::closed(1.0, 2.0, "");
+    let (iops, variation) = read_coefficients(root, &table, spectral)?;
     Ok(Some(Water {
-        iops: match spectral {
-            Some(spectral) => spectral.wideband(),
-            None => read_iops(&table)?,
-        },
+        iops,
+        variation,
         phase,
         refractive_index: table.number_or(
             "refractive_index",
@@ -109,6 +110,37 @@ pub(super) fn read_water(
             DEFAULT_REFRACTIVE_INDEX,
         )?,
     }))
+}
+
+/// Coefficients, and how they differ from place to place.
+fn read_coefficients(
+    root: &Table<'_>,
+    table: &Table<'_>,
+    spectral: Option<&Spectral>,
+) -> Result<(Iops, Variation), SceneError> {
+    let boxes = Response::boxes();
+    let response = spectral.map_or(&boxes, |spectral| &spectral.response);
+    let profile = variation::read_profile(table, response)?;
+    if let (Some(value), None) = (table.optional("profile"), root.optional("surface")) {
+        return Err(value.invalid("left out without [surface], from which depths are counted"));
+    }
+    let homogeneous = match (&profile, spectral) {
+        (Some(layers), _) => layers[0].iops,
+        (None, Some(spectral)) => spectral.wideband(),
+        (None, None) => read_iops(table)?,
+    };
+    let mut variation = Variation {
+        layers: profile.unwrap_or_default(),
+        plumes: variation::read_plumes(table)?,
+    };
+    if variation.layers.is_empty() && !variation.plumes.is_empty() {
+        variation.layers.push(Layer {
+            depth_m: 0.0,
+            iops: homogeneous,
+            spectrum: spectral.and_then(|spectral| spectral.water.clone()),
+        });
+    }
+    Ok((variation.mean_iops(homogeneous), variation))
 }
 
 fn read_iops(table: &Table<'_>) -> Result<Iops, SceneError> {
@@ -162,7 +194,7 @@ pub(super) fn read_jerlov<'d>(table: &Table<'d>) -> Result<Option<Jerlov<'d>>, S
 }
 
 /// The type or the two types of `jerlov`.
-fn read_types(jerlov: &Value<'_>) -> Result<JerlovWater, SceneError> {
+pub(super) fn read_types(jerlov: &Value<'_>) -> Result<JerlovWater, SceneError> {
     let one = |value: &Value<'_>| {
         WaterType::from_str(value.as_text()?).map_err(|error| refused(value, error))
     };

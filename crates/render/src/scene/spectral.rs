@@ -12,7 +12,7 @@ use super::phase::{WATER_FIELDS, read_jerlov, refused};
 use super::range::Range;
 use super::reader::Table;
 use super::value::Value;
-use super::{Lamp, Material, SceneError, Spectral};
+use super::{Lamp, Material, SceneError, Spectral, variation};
 
 /// Share of a channel's response that may lie outside the water's table.
 const OUTSIDE_SHARE: f64 = 0.02;
@@ -32,9 +32,13 @@ pub(super) struct Wavelengths {
 }
 
 /// The water by wavelength; `None` where it is known in three bands.
-fn read_water(water: &Value<'_>) -> Result<Option<WaterSpectrum>, SceneError> {
+fn read_water(water: &Value<'_>, response: &Response) -> Result<Option<WaterSpectrum>, SceneError> {
     let table = water.as_table(&WATER_FIELDS)?;
     let bands = table.optional("bands");
+    if table.optional("profile").is_some() {
+        let layers = variation::read_profile(&table, response)?;
+        return Ok(layers.and_then(|layers| variation::mean_spectrum(&layers)));
+    }
     if let Some(file) = table.optional("spectrum") {
         for field in ["jerlov", "a", "b"] {
             table.refuse(field, "where water.spectrum is given")?;
@@ -62,7 +66,6 @@ fn read_water(water: &Value<'_>) -> Result<Option<WaterSpectrum>, SceneError> {
 /// All that is said of wavelengths.
 pub(super) fn read(root: &Table<'_>) -> Result<Wavelengths, SceneError> {
     let in_water = root.optional("water");
-    let water = in_water.as_ref().map_or(Ok(None), read_water)?;
     let given = spectra(root)?;
     let response = match field_of(root, "camera", &super::camera::FIELDS, "response")? {
         Some(value) => {
@@ -72,6 +75,8 @@ pub(super) fn read(root: &Table<'_>) -> Result<Wavelengths, SceneError> {
         }
         None => Response::boxes(),
     };
+    let of_water = |value| read_water(value, &response);
+    let water = in_water.as_ref().map_or(Ok(None), of_water)?;
     let zenith_deg = match field_of(root, "sun", &SUN_FIELDS, "zenith_deg")? {
         Some(value) => value.as_number(Range::finite("degrees"))?,
         None => 0.0,
@@ -171,7 +176,7 @@ fn spectra<'d>(root: &Table<'d>) -> Result<Vec<Value<'d>>, SceneError> {
 }
 
 /// The text of a file that a value names, and its path.
-fn read_file(value: &Value<'_>) -> Result<(String, std::path::PathBuf), SceneError> {
+pub(super) fn read_file(value: &Value<'_>) -> Result<(String, std::path::PathBuf), SceneError> {
     let path = value.as_path()?;
     let text =
         fs::read_to_string(&path).map_err(|error| value.unusable_file(&path, error.to_string()))?;

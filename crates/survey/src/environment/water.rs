@@ -143,6 +143,7 @@ impl WaterBody {
                 self.backscatter_fraction,
             )?),
             refractive_index: WATER_INDEX,
+            variation: uw_render::scene::Variation::default(),
         })
     }
 

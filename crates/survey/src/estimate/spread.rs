@@ -203,6 +203,7 @@ mod tests {
             iops: Iops { a, b },
             phase: phase.clone(),
             refractive_index: 1.34,
+            variation: uw_render::scene::Variation::default(),
         };
         let (view, pyramid) = (view_of(d), pyramid());
         let table = PhaseTable::new(&phase);

@@ -28,6 +28,12 @@ pub enum OpenError {
         /// The file.
         path: PathBuf,
     },
+    /// The water differs from place to place, which the viewer can neither show nor keep.
+    #[error("{}: water.profile and water.plume are not shown here yet; `uw render` makes pictures of such scenes", path.display())]
+    Varies {
+        /// The file.
+        path: PathBuf,
+    },
     /// The file name cannot be written into a scene.
     #[error("{}: the name must be valid UTF-8", path.display())]
     Name {
@@ -110,6 +116,12 @@ impl OpenScene {
     pub fn parse(text: &str, path: &Path) -> Result<(Self, Settings), OpenError> {
         let base_dir = path.parent().unwrap_or(Path::new("")).to_path_buf();
         let scene = Scene::parse(text, &base_dir, &path.display().to_string())?;
+        let water = scene.water.as_ref();
+        if water.is_some_and(|water| !water.variation.is_none()) {
+            return Err(OpenError::Varies {
+                path: path.to_path_buf(),
+            });
+        }
         // What the scene's reader has taken, this reads as well.
         let raw: toml::Table = toml::from_str(text).unwrap_or_default();
         let settings = settings(&scene, &raw, &base_dir);

@@ -255,6 +255,7 @@ impl Water {
             iops: self.coefficients.iops(response)?,
             phase: self.phase.phase()?,
             refractive_index: self.refractive_index,
+            variation: uw_render::scene::Variation::default(),
         })
     }
 }

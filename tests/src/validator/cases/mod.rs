@@ -2,6 +2,7 @@
 
 mod daylight;
 mod lamps;
+mod layers;
 
 use glam::{DVec2, DVec3};
 use uw_media::phase::{Draine, FournierForand, HenyeyGreenstein, Mixture, Phase, Rayleigh};
@@ -27,6 +28,7 @@ pub struct Case {
 pub fn all() -> Vec<Case> {
     let mut cases = lamps::cases();
     cases.extend(daylight::cases());
+    cases.extend(layers::cases());
     cases
 }
 

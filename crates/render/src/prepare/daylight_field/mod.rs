@@ -3,6 +3,7 @@
 //! Made at start-up from a coarse solution of the transfer equation per channel ([`solver`]). It steers how
 //! many copies of a walk go on; whatever its errors, they cannot bias a picture.
 
+mod column;
 mod solver;
 mod sun_share;
 mod table;
@@ -11,9 +12,10 @@ mod transition;
 use rayon::prelude::*;
 use uw_media::Spectrum;
 
-use super::{Boundary, Medium, SunBeam};
+use super::{Boundary, Layers, Medium, SunBeam};
+use column::Column;
 use solver::{Daylight, Solution};
-use sun_share::sun_shares;
+use sun_share::{Lit, sun_shares};
 use table::{ChannelField, FieldTable};
 use transition::Transitions;
 
@@ -36,7 +38,7 @@ const STRETCH_SHARE: f64 = 0.8;
 /// |ln| of the ratio of a channel's attenuation to a strategy's coefficient within which it follows it.
 const STRETCH_MATCH: f64 = 0.3;
 
-/// Plane-parallel daylight in homogeneous water: radiance per direction and depth, irradiances.
+/// Plane-parallel daylight, in layers of water or in the same water everywhere: radiance per direction and depth, irradiances.
 #[derive(Clone, Debug)]
 pub struct DaylightField {
     pub(crate) table: FieldTable,
@@ -56,34 +58,41 @@ impl DaylightField {
         sun: Option<&SunBeam>,
         sky: Spectrum,
         deepest_m: f64,
+        layers: Option<&Layers>,
     ) -> Option<Self> {
         if !medium.scatters() || (sun.is_none() && sky == [0.0; 3]) {
             return None;
         }
         let transitions = Transitions::build(&medium.phase);
-        let channels: Vec<ChannelField> = (0..3)
+        let channels: Vec<ChannelField<'_>> = (0..3)
             .into_par_iter()
             .map(|k| {
-                let c = medium.c[k];
-                let albedo = if c > 0.0 { medium.b[k] / c } else { 0.0 };
+                let column = Column::new(medium.c[k], medium.b[k], layers, k);
                 let light = Daylight {
-                    albedo,
+                    column: &column,
                     sun: sun.map(|s| (s.towards.z, s.irradiance[k])),
                     sky: sky[k],
                     boundary: *boundary,
                 };
-                let solution = Solution::solve(&light, &transitions, c * deepest_m + BELOW);
+                let max_depth = column.optical_depth(deepest_m) + BELOW;
+                let solution = Solution::solve(&light, &transitions, max_depth);
                 let sun_share = sun.map_or_else(Vec::new, |sun| {
-                    sun_shares(medium, sun, k, transitions.narrow, &solution)
+                    let lit = Lit {
+                        phase: &medium.phase,
+                        column: &column,
+                        irradiance: sun.irradiance[k],
+                        narrow: transitions.narrow,
+                    };
+                    sun_shares(&lit, sun, &solution)
                 });
                 ChannelField {
-                    c,
+                    column,
                     solution,
                     sun_share,
                 }
             })
             .collect();
-        let channels: [ChannelField; 3] = channels.try_into().ok()?;
+        let channels: [ChannelField<'_>; 3] = channels.try_into().ok()?;
         let horizontal = |s: &SunBeam| {
             let length = s.towards.truncate().length();
             (length > 1e-2).then(|| (s.towards.x / length, s.towards.y / length))
@@ -174,6 +183,7 @@ mod tests {
             },
             phase: Phase::Rayleigh(Rayleigh::new(0.0).expect("valid")),
             refractive_index: 1.34,
+            variation: crate::scene::Variation::default(),
         })
         .expect("it absorbs");
         let boundary = Boundary {
@@ -188,8 +198,8 @@ mod tests {
             irradiance: [entering / -travel.z; 3],
             irradiance_in_air: [1.0; 3],
         };
-        let field =
-            DaylightField::build(&medium, &boundary, Some(&sun), [0.0; 3], 10.0).expect("lit");
+        let field = DaylightField::build(&medium, &boundary, Some(&sun), [0.0; 3], 10.0, None)
+            .expect("lit");
         for (depth, down, up) in [(1.0, 0.3659944, 0.1734997), (5.0, 0.04328907, 0.02035448)] {
             let (diffuse, found_up) = irradiances(&field, depth);
             let beam = entering * (-depth / -travel.z).exp();

@@ -5,7 +5,9 @@
 
 use std::f64::consts::PI;
 
-use super::{AZIMUTHS, COSINES, DEPTHS, MODES, bin_cosine, transition::Transitions};
+use super::{
+    AZIMUTHS, COSINES, DEPTHS, MODES, bin_cosine, column::Column, transition::Transitions,
+};
 use crate::prepare::Boundary;
 
 /// Bins that look up (or down).
@@ -22,9 +24,8 @@ const LEAST_SHARE: f64 = 0.05;
 const OVERHEAD: f64 = 0.9999;
 
 /// What lights one channel.
-pub(super) struct Daylight {
-    /// Single scattering albedo b/c.
-    pub(super) albedo: f64,
+pub(super) struct Daylight<'a> {
+    pub(super) column: &'a Column<'a>,
     /// Cosine of the refracted sun and its irradiance on a plane perpendicular to the beam.
     pub(super) sun: Option<(f64, f64)>,
     /// Radiance of the sky in the air.
@@ -49,6 +50,8 @@ type ByCosine = Vec<[f64; COSINES]>;
 
 struct DepthGrid {
     depth: Vec<f64>,
+    /// Single scattering albedo b/c at the nodes.
+    albedo: Vec<f64>,
     /// Per interval above a node and bin: transmittance, and the weights of the source at its far and near end.
     transmitted: Vec<[f64; HALF]>,
     far: Vec<[f64; HALF]>,
@@ -57,7 +60,7 @@ struct DepthGrid {
 }
 
 impl Solution {
-    pub(super) fn solve(light: &Daylight, transitions: &Transitions, max_depth: f64) -> Self {
+    pub(super) fn solve(light: &Daylight<'_>, transitions: &Transitions, max_depth: f64) -> Self {
         let grid = DepthGrid::new(light, max_depth);
         let modes = match light.sun {
             Some((cosine, _)) if cosine < OVERHEAD => MODES,
@@ -73,7 +76,7 @@ impl Solution {
             } else {
                 vec![[0.0; COSINES]; DEPTHS]
             };
-            let rest = grid.iterate(light.albedo, &transitions.modes[mode], &known, start);
+            let rest = grid.iterate(&transitions.modes[mode], &known, start);
             add_mode(&mut scattered, &rest, mode);
             if mode == 0 {
                 total = add(&known, &rest);
@@ -96,7 +99,7 @@ impl Solution {
 }
 
 impl DepthGrid {
-    fn new(light: &Daylight, max_depth: f64) -> Self {
+    fn new(light: &Daylight<'_>, max_depth: f64) -> Self {
         let depth: Vec<f64> = (0..DEPTHS)
             .map(|t| max_depth * (t as f64 / (DEPTHS - 1) as f64).powi(2))
             .collect();
@@ -107,6 +110,7 @@ impl DepthGrid {
             reflectance: std::array::from_fn(|j| {
                 light.boundary.internal_reflectance(bin_cosine(HALF + j))
             }),
+            albedo: depth.iter().map(|&tau| light.column.albedo(tau)).collect(),
             depth,
         };
         for t in 1..DEPTHS {
@@ -124,37 +128,63 @@ impl DepthGrid {
     }
 
     /// Mode `mode` of the sunlight scattered once and, in mode 0, of the sky seen through the surface.
-    fn scored_at_once(&self, light: &Daylight, transitions: &Transitions, mode: usize) -> ByCosine {
+    fn scored_at_once(
+        &self,
+        light: &Daylight<'_>,
+        transitions: &Transitions,
+        mode: usize,
+    ) -> ByCosine {
         let mut field = vec![[0.0; COSINES]; DEPTHS];
-        for (t, row) in field.iter_mut().enumerate() {
-            let depth = self.depth[t];
-            for (j, value) in row.iter_mut().enumerate() {
-                let u = bin_cosine(j);
-                if let Some((sun_cosine, irradiance)) = light.sun {
-                    let from =
-                        (((sun_cosine + 1.0) * 0.5 * COSINES as f64) as usize).min(COSINES - 1);
-                    let phase = &transitions.modes[mode][from];
-                    let mut lit = line(depth, u, sun_cosine) * phase[j];
-                    if u > 0.0 {
-                        lit += self.reflectance[j - HALF] * (-depth / u).exp()
-                            / (1.0 + u / sun_cosine)
-                            * phase[COSINES - 1 - j];
-                    }
-                    *value += light.albedo * irradiance * lit / (2.0 * PI * WIDTH);
-                }
-                if mode == 0 && u > 0.0 {
+        if let Some((sun_cosine, irradiance)) = light.sun {
+            let from = (((sun_cosine + 1.0) * 0.5 * COSINES as f64) as usize).min(COSINES - 1);
+            let phase = transitions.modes[mode][from].map(|p| irradiance * p / (2.0 * PI * WIDTH));
+            if light.column.is_even() {
+                self.add_sunlight(sun_cosine, &phase, &mut field);
+            } else {
+                self.sweep(&self.sunlight(sun_cosine, &phase), &mut field);
+            }
+        }
+        if mode == 0 {
+            for (row, depth) in field.iter_mut().zip(&self.depth) {
+                for j in HALF..COSINES {
                     let entering =
                         (1.0 - self.reflectance[j - HALF]) * light.boundary.index.powi(2);
-                    *value += light.sky * entering * (-depth / u).exp();
+                    row[j] += light.sky * entering * (-depth / bin_cosine(j)).exp();
                 }
             }
         }
         field
     }
 
+    /// Adds what one scattering makes of sunlight in water that is the same everywhere.
+    fn add_sunlight(&self, sun_cosine: f64, phase: &[f64; COSINES], field: &mut ByCosine) {
+        for (t, row) in field.iter_mut().enumerate() {
+            let depth = self.depth[t];
+            for (j, value) in row.iter_mut().enumerate() {
+                let u = bin_cosine(j);
+                let mut lit = line(depth, u, sun_cosine) * phase[j];
+                if u > 0.0 {
+                    lit += self.reflectance[j - HALF] * (-depth / u).exp() / (1.0 + u / sun_cosine)
+                        * phase[COSINES - 1 - j];
+                }
+                *value += self.albedo[t] * lit;
+            }
+        }
+    }
+
+    /// The source of it at every node.
+    fn sunlight(&self, sun_cosine: f64, phase: &[f64; COSINES]) -> ByCosine {
+        let nodes = self.depth.iter().zip(&self.albedo);
+        let at = |(depth, albedo): (&f64, &f64)| {
+            let beam = albedo * (-depth / sun_cosine).exp();
+            phase.map(|p| beam * p)
+        };
+        nodes.map(at).collect()
+    }
+
     /// Isotropic radiance that decays as in diffusion, from all the light that enters: nearly right where
     /// little is lost, and there the iteration would not get far from nothing.
-    fn diffuse_guess(&self, light: &Daylight, mean_cosine: f64, known: &ByCosine) -> ByCosine {
+    fn diffuse_guess(&self, light: &Daylight<'_>, mean_cosine: f64, known: &ByCosine) -> ByCosine {
         let sun = light
             .sun
             .map_or(0.0, |(cosine, irradiance)| cosine * irradiance);
@@ -165,9 +195,10 @@ impl DepthGrid {
         } else {
             0.0
         };
-        let loss = 1.0 - light.albedo;
-        let decay = (3.0 * loss * (1.0 - light.albedo * mean_cosine)).sqrt();
-        let entering = light.albedo.powi(2) * (sun + sky) / PI;
+        let albedo = self.albedo.iter().sum::<f64>() / DEPTHS as f64;
+        let loss = 1.0 - albedo;
+        let decay = (3.0 * loss * (1.0 - albedo * mean_cosine)).max(0.0).sqrt();
+        let entering = albedo.powi(2) * (sun + sky) / PI;
         let at = |depth: &f64| [entering * (-decay * depth).exp(); COSINES];
         self.depth.iter().map(at).collect()
     }
@@ -175,17 +206,16 @@ impl DepthGrid {
     /// Everything that scattered after what `known` holds, from the estimate `rest` on.
     fn iterate(
         &self,
-        albedo: f64,
         matrix: &[[f64; COSINES]; COSINES],
         known: &ByCosine,
         mut rest: ByCosine,
     ) -> ByCosine {
-        if albedo == 0.0 {
+        if self.albedo.iter().all(|&albedo| albedo == 0.0) {
             return rest;
         }
         let mut previous = 0.0;
         for iteration in 0..MAX_ITERATIONS {
-            let source = scatter(albedo, matrix, known, &rest);
+            let source = self.scatter(matrix, known, &rest);
             self.sweep(&source, &mut rest);
             // Deep down there is little light but it must have converged as well.
             let size: f64 = rest
@@ -201,6 +231,26 @@ impl DepthGrid {
             previous = size;
         }
         rest
+    }
+
+    /// What scatters at every node.
+    fn scatter(
+        &self,
+        matrix: &[[f64; COSINES]; COSINES],
+        known: &ByCosine,
+        rest: &ByCosine,
+    ) -> ByCosine {
+        let mut source = vec![[0.0; COSINES]; DEPTHS];
+        for (t, out) in source.iter_mut().enumerate() {
+            // The matrix is symmetric, so its rows serve as columns and the inner loop runs along memory.
+            for j in 0..COSINES {
+                let radiance = self.albedo[t] * (known[t][j] + rest[t][j]);
+                for (o, p) in out.iter_mut().zip(&matrix[j]) {
+                    *o += p * radiance;
+                }
+            }
+        }
+        source
     }
 
     /// Radiance of `source` along every direction: upwards views from the surface down, the others from below.
@@ -250,25 +300,6 @@ fn line(tau: f64, u: f64, sun_cosine: f64) -> f64 {
         return sunlight * path;
     }
     (sunlight - (-path).exp()) / rate
-}
-
-fn scatter(
-    albedo: f64,
-    matrix: &[[f64; COSINES]; COSINES],
-    known: &ByCosine,
-    rest: &ByCosine,
-) -> ByCosine {
-    let mut source = vec![[0.0; COSINES]; DEPTHS];
-    for (t, out) in source.iter_mut().enumerate() {
-        // The matrix is symmetric, so its rows serve as columns and the inner loop runs along memory.
-        for j in 0..COSINES {
-            let radiance = albedo * (known[t][j] + rest[t][j]);
-            for (o, p) in out.iter_mut().zip(&matrix[j]) {
-                *o += p * radiance;
-            }
-        }
-    }
-    source
 }
 
 fn add(a: &ByCosine, b: &ByCosine) -> ByCosine {

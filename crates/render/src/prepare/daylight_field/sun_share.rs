@@ -4,8 +4,10 @@
 //! large, and at d' = sun, where the light is. With the irradiance E of the sun's beam, the light around the sun (its
 //! aureole) amounts to E·(e^(ωfτ/μ) − 1) (f: share of the scattering that is narrow), of which p(d·sun) is sent into d.
 
-use super::{AZIMUTHS, COSINES, DEPTHS, bin_cosine, solver::Solution};
-use crate::prepare::{Medium, SunBeam};
+use uw_media::phase::PhaseTable;
+
+use super::{AZIMUTHS, COSINES, DEPTHS, bin_cosine, column::Column, solver::Solution};
+use crate::prepare::SunBeam;
 
 /// Least and largest share: neither peak may be left out, and the estimate is coarse.
 const LEAST: f64 = 0.1;
@@ -13,30 +15,33 @@ const LARGEST: f64 = 0.7;
 /// Half the width of a bin, as sin²(θ/2): closer to the sun the grid cannot see.
 const BLUR_X: f64 = 6e-4;
 
-/// Shares at the nodes of `solution`, [depth][cosine][azimuth], for channel `k`; `narrow` as in `Transitions`.
-pub(super) fn sun_shares(
-    medium: &Medium,
-    sun: &SunBeam,
-    k: usize,
-    narrow: f64,
-    solution: &Solution,
-) -> Vec<f32> {
-    let albedo = medium.b[k] / medium.c[k];
+/// One channel in the sun.
+pub(super) struct Lit<'a> {
+    pub(super) phase: &'a PhaseTable,
+    pub(super) column: &'a Column<'a>,
+    /// Irradiance of the beam below the surface.
+    pub(super) irradiance: f64,
+    /// As in `Transitions`.
+    pub(super) narrow: f64,
+}
+
+/// Shares at the nodes of `solution`, [depth][cosine][azimuth].
+pub(super) fn sun_shares(lit: &Lit<'_>, sun: &SunBeam, solution: &Solution) -> Vec<f32> {
     let (up_sun, across_sun) = (sun.towards.z, (1.0 - sun.towards.z.powi(2)).max(0.0).sqrt());
     let mut shares = Vec::with_capacity(DEPTHS * COSINES * AZIMUTHS);
     for node in 0..DEPTHS {
         let depth = solution.max_depth * (node as f64 / (DEPTHS - 1) as f64).powi(2);
-        let beam = sun.irradiance[k] * (-depth / up_sun).exp();
-        let blurred = (narrow * albedo * depth / up_sun).min(30.0).exp_m1();
+        let albedo = lit.column.albedo(depth);
+        let scattered = lit.column.scattering_depth(depth);
+        let beam = lit.irradiance * (-depth / up_sun).exp();
+        let blurred = (lit.narrow * scattered / up_sun).min(30.0).exp_m1();
         for bin in 0..COSINES {
             let up = bin_cosine(bin);
             let across = (1.0 - up * up).sqrt();
             for azimuth in 0..AZIMUTHS {
                 let turn = 1.0 - 2.0 * (azimuth as f64 / (AZIMUTHS - 1) as f64).powi(2);
                 let cosine = up * up_sun + across * across_sun * turn;
-                let phase = medium
-                    .phase
-                    .value((0.5 * (1.0 - cosine)).clamp(BLUR_X, 1.0));
+                let phase = lit.phase.value((0.5 * (1.0 - cosine)).clamp(BLUR_X, 1.0));
                 // Sunlight scattered once on the way out, relative to its source.
                 let reach = 1.0 / ((1.0 - up / up_sun).max(0.0) + up.max(0.0) / depth.max(1e-6));
                 let line = albedo * reach.min(1e6);

@@ -1,6 +1,6 @@
 //! The field of all channels over one grid of depths, so that one look gives all of them.
 
-use super::{AZIMUTHS, COSINES, DEPTHS, solver::Solution};
+use super::{AZIMUTHS, COSINES, DEPTHS, column::Column, solver::Solution};
 use uw_media::Spectrum;
 
 /// Ratio of attenuation coefficients up to which channels share the grid's reach: beyond the grid a channel's light
@@ -27,9 +27,8 @@ pub(crate) struct FieldTable {
 }
 
 /// One channel before it goes into the table.
-pub(super) struct ChannelField {
-    /// Attenuation coefficient, 1/m.
-    pub(super) c: f64,
+pub(super) struct ChannelField<'a> {
+    pub(super) column: Column<'a>,
     pub(super) solution: Solution,
     /// [depth][cosine][azimuth], empty without a sun.
     pub(super) sun_share: Vec<f32>,
@@ -39,13 +38,17 @@ impl FieldTable {
     /// A table down to `deepest_m` and below; `scatters` tells which channels do, in at least one; `strategies` gives
     /// the channel of each strategy, in whose order the shares are; `turns` whether the light depends on azimuth.
     pub(super) fn new(
-        channels: &[ChannelField; 3],
+        channels: &[ChannelField<'_>; 3],
         scatters: [bool; 3],
         strategies: [usize; 3],
         turns: bool,
         deepest_m: f64,
     ) -> Self {
-        let relevant = || (0..3).filter(|&k| scatters[k]).map(|k| channels[k].c);
+        let relevant = || {
+            (0..3)
+                .filter(|&k| scatters[k])
+                .map(|k| channels[k].column.lowest_c())
+        };
         let c_max = relevant().fold(0.0, f64::max);
         let c_min = relevant().fold(f64::INFINITY, f64::min);
         let max_depth_m = deepest_m + BELOW / c_min.max(c_max / LARGEST_RATIO);
@@ -80,7 +83,8 @@ impl FieldTable {
             sun_share: grid.resample(&shares, [0.0; 3], directions, share_columns),
         };
         for k in 0..3 {
-            table.decay_per_m[k] = (channels[k].solution.decay * channels[k].c) as f32;
+            table.decay_per_m[k] =
+                (channels[k].solution.decay * channels[k].column.lowest_c()) as f32;
         }
         table
     }
@@ -100,7 +104,7 @@ impl FieldTable {
 
 /// The table's depths and what is brought onto them.
 struct Depths<'a> {
-    channels: &'a [ChannelField; 3],
+    channels: &'a [ChannelField<'a>; 3],
     max_depth_m: f64,
 }
 
@@ -116,8 +120,10 @@ impl Depths<'_> {
         let mut entries = Vec::with_capacity(DEPTHS * columns.len());
         for node in 0..DEPTHS {
             let depth_m = self.max_depth_m * square(node);
+            let depths = [0, 1, 2].map(|k| self.channels[k].column.optical_depth(depth_m));
             entries.extend(columns.iter().map(|&column| {
-                let at = |k: usize| self.channels[k].at(&values[k], depth_m, row, column, decay[k]);
+                let at =
+                    |k: usize| self.channels[k].at(&values[k], depths[k], row, column, decay[k]);
                 [at(0), at(1), at(2), 0.0]
             }));
         }
@@ -125,11 +131,10 @@ impl Depths<'_> {
     }
 }
 
-impl ChannelField {
-    /// The value at `depth_m` of a table over the solution's own depths with `row` columns, beyond which it falls by
+impl ChannelField<'_> {
+    /// The value at an optical depth of a table over the solution's own depths with `row` columns, beyond which it falls by
     /// `decay` per optical depth.
-    fn at(&self, values: &[f32], depth_m: f64, row: usize, column: usize, decay: f64) -> f32 {
-        let depth = self.c * depth_m;
+    fn at(&self, values: &[f32], depth: f64, row: usize, column: usize, decay: f64) -> f32 {
         let steps = (depth / self.solution.max_depth).sqrt().min(1.0) * (DEPTHS - 1) as f64;
         let node = (steps as usize).min(DEPTHS - 2);
         let (upper, lower) = (

@@ -1,0 +1,225 @@
+//! `[water] profile` and `[[water.plume]]`: how the water differs from place to place.
+
+use uw_media::Iops;
+use uw_media::spectral::{Response, WaterBands, WaterSpectrum};
+
+use super::phase::{read_types, refused};
+use super::range::Range;
+use super::reader::Table;
+use super::spectral::read_file;
+use super::value::Value;
+use super::{Layer, Plume, SceneError, Variation};
+
+const LAYER_FIELDS: [&str; 5] = ["depth_m", "jerlov", "spectrum", "a", "b"];
+const PLUME_FIELDS: [&str; 4] = ["center_m", "sigma_m", "a", "b"];
+const LAYER_EXPECTED: &str = "a Jerlov water type, a spectrum, or a and b in 1/m";
+/// Most entries of a profile, and most clouds.
+const MOST: usize = 64;
+/// Smallest standard deviation of a cloud, m.
+const LEAST_SIGMA_M: f64 = 1e-3;
+/// Share of the clouds that counts in the coefficients that stand for all the water.
+const OF_PLUMES: f64 = 0.25;
+
+/// The profile of `water` with its bands; `None` where the water is the same at every depth. `response` is the camera's.
+pub(super) fn read_profile(
+    water: &Table<'_>,
+    response: &Response,
+) -> Result<Option<Vec<Layer>>, SceneError> {
+    let Some(profile) = water.optional("profile") else {
+        return Ok(None);
+    };
+    for field in ["jerlov", "spectrum", "a", "b"] {
+        water.refuse(field, "where water.profile is given, whose entries hold it")?;
+    }
+    let elements = profile.as_elements()?;
+    if elements.is_empty() || elements.len() > MOST {
+        return Err(profile.invalid_got(format!("1 to {MOST} entries"), elements.len().to_string()));
+    }
+    let (bands, named) = match water.optional("bands") {
+        None => (WaterBands::default(), false),
+        Some(value) => {
+            let bands = value.as_text()?.parse();
+            (bands.map_err(|error| refused(&value, error))?, true)
+        }
+    };
+    let mut layers: Vec<Layer> = Vec::with_capacity(elements.len());
+    for element in &elements {
+        let layer = read_layer(element, bands, response)?;
+        check_depth(element, &layers, layer.depth_m)?;
+        let by_wavelength = layers.first().map(|first| first.spectrum.is_some());
+        if by_wavelength.is_some_and(|all| all != layer.spectrum.is_some()) {
+            return Err(element.invalid(
+                "by wavelength as the entries before it (jerlov or spectrum), or in three numbers as they are (a and b, or \
+                 jerlov with water.bands = \"mean\")",
+            ));
+        }
+        layers.push(layer);
+    }
+    let three_numbers = |element: &Value<'_>| {
+        let table = element.as_table(&LAYER_FIELDS);
+        table.is_ok_and(|table| table.optional("a").is_some())
+    };
+    if named && elements.iter().all(three_numbers) {
+        water.refuse(
+            "bands",
+            "where a and b of the profile hold for the channels as they are",
+        )?;
+    }
+    Ok(Some(layers))
+}
+
+/// Depths grow; two entries at one depth are a jump.
+fn check_depth(element: &Value<'_>, before: &[Layer], depth_m: f64) -> Result<(), SceneError> {
+    let table = element.as_table(&LAYER_FIELDS)?;
+    let Some(value) = table.optional("depth_m") else {
+        return Ok(());
+    };
+    let Some(last) = before.last() else {
+        return Ok(());
+    };
+    if depth_m < last.depth_m {
+        return Err(value.invalid(format!(
+            "at least {} m, the depth of the entry before it",
+            last.depth_m
+        )));
+    }
+    if before.len() > 1 && before[before.len() - 2].depth_m == depth_m {
+        return Err(value.invalid(format!(
+            "more than {depth_m} m, at which two entries make a jump already"
+        )));
+    }
+    Ok(())
+}
+
+fn read_layer(
+    element: &Value<'_>,
+    bands: WaterBands,
+    response: &Response,
+) -> Result<Layer, SceneError> {
+    let table = element.as_table(&LAYER_FIELDS)?;
+    let depth_m = table.number("depth_m", Range::non_negative("m"))?;
+    let of_spectrum = |spectrum: WaterSpectrum| Layer {
+        depth_m,
+        iops: spectrum.near_zero_range(response),
+        spectrum: Some(spectrum),
+    };
+    if let Some(file) = table.optional("spectrum") {
+        for field in ["jerlov", "a", "b"] {
+            table.refuse(field, "where the entry's spectrum is given")?;
+        }
+        let (text, path) = read_file(&file)?;
+        let spectrum = WaterSpectrum::parse(&text);
+        let spectrum = spectrum.map_err(|error| file.unusable_file(&path, error.to_string()))?;
+        return Ok(of_spectrum(spectrum));
+    }
+    if let Some(jerlov) = table.optional("jerlov") {
+        for field in ["a", "b"] {
+            table.refuse(field, "where the entry's jerlov is given")?;
+        }
+        let water = read_types(&jerlov)?;
+        let spectrum = bands
+            .spectrum(water)
+            .map_err(|error| refused(&jerlov, error))?;
+        if let Some(spectrum) = spectrum {
+            return Ok(of_spectrum(spectrum));
+        }
+        let iops = bands.iops(water, response);
+        return Ok(Layer {
+            depth_m,
+            iops: iops.map_err(|error| refused(&jerlov, error))?,
+            spectrum: None,
+        });
+    }
+    if table.optional("a").is_none() && table.optional("b").is_none() {
+        return Err(table.missing("jerlov", LAYER_EXPECTED));
+    }
+    Ok(Layer {
+        depth_m,
+        iops: read_triples(&table)?,
+        spectrum: None,
+    })
+}
+
+fn read_triples(table: &Table<'_>) -> Result<Iops, SceneError> {
+    let coefficient = |field| table.numbers(field, Range::non_negative("1/m"));
+    Ok(Iops {
+        a: coefficient("a")?,
+        b: coefficient("b")?,
+    })
+}
+
+/// The clouds of `water`.
+pub(super) fn read_plumes(water: &Table<'_>) -> Result<Vec<Plume>, SceneError> {
+    let elements = water.elements("plume")?;
+    if let Some(beyond) = elements.get(MOST) {
+        return Err(beyond.invalid_got(
+            format!("left out: at most {MOST} clouds"),
+            elements.len().to_string(),
+        ));
+    }
+    let read = |element: &Value<'_>| {
+        let table = element.as_table(&PLUME_FIELDS)?;
+        Ok(Plume {
+            centre_m: table.vector("center_m")?,
+            sigma_m: table.number("sigma_m", Range::at_least(LEAST_SIGMA_M, "m"))?,
+            iops: read_triples(&table)?,
+        })
+    };
+    elements.iter().map(read).collect()
+}
+
+/// The spectrum that stands for all layers: their mean; `None` where they are known in three bands.
+pub(super) fn mean_spectrum(layers: &[Layer]) -> Option<WaterSpectrum> {
+    let mut mean: Option<WaterSpectrum> = None;
+    for (i, layer) in layers.iter().enumerate() {
+        let own = layer.spectrum.clone()?;
+        mean = Some(match mean {
+            None => own,
+            Some(mean) => mean.towards(&own, 1.0 / (i + 1) as f64),
+        });
+    }
+    mean
+}
+
+impl Variation {
+    /// Whether the water is the same everywhere.
+    pub fn is_none(&self) -> bool {
+        self.layers.len() <= 1 && self.plumes.is_empty()
+    }
+
+    /// What the clouds add to the coefficients that stand for all the water.
+    pub(crate) fn share_of_plumes(&self) -> Iops {
+        let sum = |of: fn(&Iops) -> [f64; 3]| {
+            let plumes = self.plumes.iter().map(|plume| of(&plume.iops));
+            plumes.fold([0.0; 3], |sum, own| {
+                std::array::from_fn(|k| sum[k] + OF_PLUMES * own[k])
+            })
+        };
+        Iops {
+            a: sum(|iops| iops.a),
+            b: sum(|iops| iops.b),
+        }
+    }
+
+    /// Coefficients that stand for all the water, of which `homogeneous` is the part without layers.
+    pub fn mean_iops(&self, homogeneous: Iops) -> Iops {
+        let n = self.layers.len().max(1) as f64;
+        let plumes = self.share_of_plumes();
+        let mean = |of: fn(&Iops) -> [f64; 3]| {
+            let layers = self.layers.iter().map(|layer| of(&layer.iops));
+            let sum = layers.fold([0.0; 3], |sum, own| {
+                std::array::from_fn(|k| sum[k] + own[k] / n)
+            });
+            let base = if self.layers.is_empty() {
+                of(&homogeneous)
+            } else {
+                sum
+            };
+            std::array::from_fn(|k| base[k] + of(&plumes)[k])
+        };
+        Iops {
+            a: mean(|iops| iops.a),
+            b: mean(|iops| iops.b),
+        }
+    }
+}

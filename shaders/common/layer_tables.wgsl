@@ -1,0 +1,82 @@
+// Rows of water that varies: nodes of its profile in depth, and clouds.
+// Host: crates/render/src/prepare/layers.rs (makes the rows). Checked by: tests/system/ (varying_water, layered_water).
+import package::common::layout::{HAS_SPECTRUM, Spectrum, scene};
+import package::common::settings::{bridge_node_count, layer_count};
+import package::common::spectrum::spectral;
+import package::common::tables::table_row_f32;
+
+/// Rows of a cloud.
+const PLUME_ROWS: u32 = 3u;
+
+/// Which of the numbers a way is drawn by.
+const BY_SCATTERING: u32 = 0u;
+const BY_ATTENUATION: u32 = 1u;
+const BY_BRIDGE: u32 = 2u;
+
+/// Depth of a node, m, and its relative number.
+fn layer_node(i: u32, by: u32) -> vec2f {
+    let row = table_row_f32(scene.layer_table + select(0u, layer_count(), by == BY_BRIDGE) + i);
+    return vec2f(row.x, select(row.y, row.z, by == BY_ATTENUATION));
+}
+
+/// Number of the nodes.
+fn node_count_by(by: u32) -> u32 {
+    return select(layer_count(), bridge_node_count(), by == BY_BRIDGE);
+}
+
+/// Row `row` of a cloud: middle and standard deviation, m; its relative numbers by scattering, by attenuation and, itself
+/// and blurred, by bridges; the standard deviation of the blurred cloud.
+fn plume_row(i: u32, row: u32) -> vec4f {
+    return table_row_f32(scene.layer_table + layer_count() + bridge_node_count() + PLUME_ROWS * i + row);
+}
+
+/// Attenuation at node `i`, or, beyond the nodes, of a cloud; one row on: scattering.
+fn layer_coefficient(i: u32, kind: u32) -> Spectrum {
+    let row = scene.layer_rows + 2u * i + kind;
+    if HAS_SPECTRUM {
+        return spectral(row);
+    }
+    return table_row_f32(row).xyz;
+}
+
+/// Number of nodes at a depth or above it.
+fn nodes_above(depth_m: f32, by: u32) -> u32 {
+    var least = 0u;
+    var most = node_count_by(by);
+    loop {
+        if least >= most {
+            break;
+        }
+        let middle = (least + most) / 2u;
+        if layer_node(middle, by).x > depth_m {
+            most = middle;
+        } else {
+            least = middle + 1u;
+        }
+    }
+    return least;
+}
+
+/// The nodes at the ends of the stretch below `above` nodes; the same one twice beyond all nodes.
+fn upper_node(above: u32) -> u32 {
+    return select(above - 1u, 0u, above == 0u);
+}
+
+fn lower_node(above: u32, by: u32) -> u32 {
+    return min(above, node_count_by(by) - 1u);
+}
+
+/// How far a depth is from the upper to the lower end of a stretch, which are at depths given.
+fn share_between(upper_m: f32, lower_m: f32, depth_m: f32) -> f32 {
+    return clamp((depth_m - upper_m) / max(lower_m - upper_m, 1e-30), 0.0, 1.0);
+}
+
+/// The relative number of a stretch between two nodes at a depth.
+fn number_between(upper: vec2f, lower: vec2f, depth_m: f32) -> f32 {
+    return mix(upper.y, lower.y, share_between(upper.x, lower.x, depth_m));
+}
+
+/// Signed depth of a point, m.
+fn signed_depth(point: vec3f) -> f32 {
+    return scene.surface_height_m - point.z;
+}

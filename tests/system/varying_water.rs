@@ -1,0 +1,246 @@
+//! Water that varies with depth and place, against quadrature and discrete ordinates.
+
+use uw_render::irradiance::{DepthIrradiance, Estimate, IrradiancePlan};
+use uw_render::scene::Scene;
+use uw_tests::{
+    file,
+    gpu::{Backend, everywhere},
+    measure,
+};
+
+/// Rows of a table in `data`, cells by the header's names.
+fn rows(name: &str) -> Vec<Vec<String>> {
+    let text = std::fs::read_to_string(file("data").join(name)).expect("readable");
+    let lines = text.lines().filter(|line| !line.starts_with('#')).skip(1);
+    lines
+        .map(|line| line.split(',').map(str::to_owned).collect())
+        .collect()
+}
+
+fn numbers(cell: &str, separator: char) -> Vec<f64> {
+    cell.split(separator)
+        .map(|x| x.parse().expect(cell))
+        .collect()
+}
+
+/// A profile of points written depth:a:b.
+fn profile(points: &str) -> String {
+    let entries = points.split(' ').map(|point| {
+        let [depth, a, b] = numbers(point, ':')[..] else {
+            panic!("{point}")
+        };
+        format!("{{ depth_m = {depth:?}, a = [{a:?}, {a:?}, {a:?}], b = [{b:?}, {b:?}, {b:?}] }}")
+    });
+    format!("profile = [ {} ]\n", entries.collect::<Vec<_>>().join(", "))
+}
+
+/// Clouds written x:y:depth:sigma:a:b.
+fn plumes(points: &str) -> String {
+    let clouds = points.split(' ').filter(|point| !point.is_empty()).map(|point| {
+        let [x, y, depth, sigma, a, b] = numbers(point, ':')[..] else { panic!("{point}") };
+        format!(
+            "[[water.plume]]\ncenter_m = [{x:?}, {y:?}, {:?}]\nsigma_m = {sigma:?}\na = [{a:?}, {a:?}, {a:?}]\n\
+             b = [{b:?}, {b:?}, {b:?}]\n",
+            -depth
+        )
+    });
+    clouds.collect()
+}
+
+fn phase(name: &str) -> &'static str {
+    match name {
+        "hg0.8" => "phase = { model = \"henyey-greenstein\", g = 0.8 }\n",
+        "petzold" => "phase = { model = \"petzold\" }\n",
+        _ => "phase = { model = \"fournier-forand\", n = 1.10, backscatter_fraction = 0.0183 }\n",
+    }
+}
+
+fn parsed(text: &str) -> Scene {
+    let text = format!("format = \"uw-scene/1\"\n{text}");
+    Scene::parse(&text, &file(""), "varying.toml").unwrap_or_else(|e| panic!("{e}\n{text}"))
+}
+
+/// Once-scattered light of a point lamp of 1 W/sr in layers and clouds.
+#[test]
+fn once_scattered_light_of_a_lamp_is_as_quadrature_says() {
+    everywhere(|backend| {
+        for row in rows("lamp_varying_water.csv") {
+            let [
+                case,
+                phase_name,
+                points,
+                clouds,
+                camera,
+                direction,
+                lamp,
+                _,
+                expected,
+            ] = &row[..]
+            else {
+                panic!("{row:?}")
+            };
+            let place = |cell: &str| {
+                let [x, y, depth] = numbers(cell, ' ')[..] else {
+                    panic!("{cell}")
+                };
+                format!("[{x:?}, {y:?}, {:?}]", -depth)
+            };
+            let scene = parsed(&format!(
+                "[water]\n{}{}{}[surface]\nrefractive = false\n[camera]\nposition_m = {}\nforward = {}\nup = [0.3, 0.8, 0.1]\n\
+                 hfov_deg = 1e-4\nwidth = 16\nheight = 16\n[[lamp]]\nposition_m = {}\nintensity = [1.0, 1.0, 1.0]\n",
+                profile(points),
+                phase(phase_name),
+                plumes(clouds),
+                place(camera),
+                place(direction),
+                place(lamp),
+            ));
+            let expected: f64 = expected.parse().expect("a number");
+            let (mean, error) = measure(backend, &scene, 8192, 1, 5);
+            let (off, noise) = (mean[1] / expected - 1.0, error[1] / expected);
+            println!("  {case} {direction}: {off:+.2e} ± {noise:.1e}");
+            assert!(
+                off.abs() < 2e-3 + 3.0 * noise,
+                "{case}: {} {expected}",
+                mean[1]
+            );
+            assert!(noise < 4e-3 * backend.noise(), "{case}: too noisy to tell");
+        }
+    });
+}
+
+/// Irradiances under a flat surface and the sun.
+#[test]
+fn irradiances_in_layers_are_those_of_discrete_ordinates() {
+    everywhere(|backend| {
+        let rows = rows("rt_layered.csv");
+        let mut cases: Vec<&String> = rows.iter().map(|row| &row[0]).collect();
+        cases.dedup();
+        for case in cases {
+            let own: Vec<_> = rows.iter().filter(|row| row[0] == *case).collect();
+            irradiances_of(backend, &own);
+        }
+    });
+}
+
+fn irradiances_of(backend: Backend, rows: &[&Vec<String>]) {
+    let first = rows[0];
+    let scene = parsed(&format!(
+        "[water]\nrefractive_index = {}\n{}{}[surface]\n[sun]\nzenith_deg = {}\nirradiance = [1.0, 1.0, 1.0]\n[camera]\n\
+         position_m = [0.0, 0.0, -1.0]\nforward = [0.0, 0.0, 1.0]\nup = [1.0, 0.0, 0.0]\nhfov_deg = 1.0\nwidth = 1\nheight = 1\n",
+        first[3],
+        profile(&first[4]),
+        phase(first[1].split(' ').next().expect("a name")),
+        first[2],
+    ));
+    let number = |cell: &str| -> f64 { cell.parse().expect("a number") };
+    let mut depths_m: Vec<f64> = rows.iter().map(|row| number(&row[5])).collect();
+    depths_m.dedup();
+    let plan = IrradiancePlan {
+        depths_m: depths_m.clone(),
+        samples: backend.samples(1 << 16),
+        seed: 11,
+        threads: None,
+        max_bounces: 0,
+    };
+    let measured = backend.irradiances(&scene, &plan).expect("measured");
+    for row in rows {
+        let at = depths_m
+            .iter()
+            .position(|z| *z == number(&row[5]))
+            .expect("a depth");
+        let (of, allowed): (fn(&DepthIrradiance) -> Estimate, f64) = match row[6].as_str() {
+            "E_d" => (|row| row.e_d, 2e-3),
+            "E_u" => (|row| row.e_u, 2e-3),
+            "E_ou" => (|row| row.e_ou, 2e-3),
+            _ => (|row| row.l_u, 1e-2),
+        };
+        let (estimate, expected) = (of(&measured[at]), number(&row[7]));
+        let (off, noise) = (
+            estimate.value[1] / expected - 1.0,
+            estimate.standard_error[1] / expected,
+        );
+        println!(
+            "  {} {} m {}: {off:+.2e} ± {noise:.1e}",
+            row[0], row[5], row[6]
+        );
+        assert!(
+            off.abs() < allowed + 3.0 * noise,
+            "{row:?}: {}",
+            estimate.value[1]
+        );
+    }
+}
+
+/// Layers and clouds that say the same everywhere are the water without them.
+#[test]
+fn equal_layers_are_homogeneous_water() {
+    everywhere(|backend| {
+        let rest = "phase = { model = \"fournier-forand\", n = 1.10, backscatter_fraction = 0.0183 }\n[surface]\n[sun]\n\
+                    zenith_deg = 30.0\nirradiance = [1.0, 1.0, 1.0]\n[sky]\nradiance = [0.1, 0.1, 0.1]\n[camera]\n\
+                    position_m = [0.0, 0.0, -2.0]\nforward = [1.0, 0.0, -0.2]\nhfov_deg = 20.0\nwidth = 12\nheight = 12\n\
+                    [[lamp]]\nposition_m = [0.0, 0.4, -2.0]\nintensity = [9.0, 8.0, 7.0]\nradius_m = 0.05\n\
+                    forward = [1.0, 0.0, 0.0]\nhalf_angle_deg = 60.0\n[[object]]\nplane = { center_m = [2.0, 0.0, -2.0], \
+                    normal = [-1.0, 0.0, 0.0], up = [0.0, 0.0, 1.0], size_m = [3.0, 3.0] }\nreflectance = [0.5, 0.4, 0.3]\n";
+        let same = "a = [0.3, 0.1, 0.05], b = [0.4, 0.5, 0.6]";
+        let layered = format!(
+            "profile = [ {{ depth_m = 0.5, {same} }}, {{ depth_m = 2.1, {same} }}, {{ depth_m = 2.1, {same} }} ]\n"
+        );
+        let plain = parsed(&format!(
+            "[water]\n{}\n{rest}",
+            same.replace("], b", "]\nb")
+        ));
+        let layered = parsed(&format!("[water]\n{layered}{rest}"));
+        assert!(
+            uw_render::prepare::Prepared::build(&layered)
+                .layers
+                .is_some()
+        );
+        let (mean, error) = measure(backend, &layered, 1024, 0, 1);
+        let (expected, own) = measure(backend, &plain, 1024, 0, 2);
+        for k in 0..3 {
+            let z = (mean[k] - expected[k]) / error[k].hypot(own[k]);
+            println!("  channel {k}: {} {}, z {z:+.2}", mean[k], expected[k]);
+            assert!(
+                z.abs() < 4.0 && error[k] < 0.02 * backend.noise() * mean[k],
+                "{z}"
+            );
+        }
+    });
+}
+
+/// Jerlov types by depth go by wavelength as layers of three numbers do where wavelengths do not matter: two types, one below
+/// the other, seen from the upper one, are neither.
+#[test]
+fn types_by_depth_go_by_wavelength() {
+    let scene = |water: &str| {
+        parsed(&format!(
+            "[water]\n{water}[surface]\n[camera]\nposition_m = [0.0, 0.0, -3.0]\nforward = [1.0, 0.0, -0.3]\n\
+             response = \"canon5d2\"\nhfov_deg = 1e-4\nwidth = 16\nheight = 16\n[[lamp]]\nposition_m = [0.0, 0.4, -3.0]\n\
+             intensity = [9.0, 8.0, 7.0]\n"
+        ))
+    };
+    let both =
+        "profile = [ { depth_m = 3.2, jerlov = \"IB\" }, { depth_m = 3.2, jerlov = \"3C\" } ]\n";
+    let same =
+        "profile = [ { depth_m = 3.2, jerlov = \"IB\" }, { depth_m = 3.2, jerlov = \"IB\" } ]\n";
+    everywhere(|backend| {
+        let of = |water: &str, seed| measure(backend, &scene(water), 1024, 0, seed);
+        let (layered, mixed, plain) = (of(same, 1), of(both, 2), of("jerlov = \"IB\"\n", 3));
+        for k in 0..3 {
+            let z = (layered.0[k] - plain.0[k]) / layered.1[k].hypot(plain.1[k]);
+            println!(
+                "  channel {k}: {} {}, z {z:+.2}; over 3C {}",
+                layered.0[k], plain.0[k], mixed.0[k]
+            );
+            assert!(
+                z.abs() < 4.0 && plain.1[k] < 0.02 * backend.noise() * plain.0[k],
+                "{z}"
+            );
+            assert!(
+                (mixed.0[k] / plain.0[k] - 1.0).abs() > 0.05,
+                "{mixed:?} {plain:?}"
+            );
+        }
+    });
+}
