@@ -1,6 +1,6 @@
 // Where the light of a path is counted: sums per lane, moved to the batch's film when a lane has run to its end.
 // Host: crates/render/src/film.rs. Checked by: tests/system/layers.rs.
-import package::common::layout::{Spectrum, counters, dispatch, film, scene, sums};
+import package::common::layout::{Spectrum, dispatch, film, scene, sums};
 import package::common::settings::film_layers;
 
 /// Layers of the film: daylight, what was not scattered, what has not met a surface, then a layer for each lamp.
@@ -15,6 +15,8 @@ var<private> share: f32;
 var<private> ambient: Spectrum;
 var<private> direct: Spectrum;
 var<private> backscatter: Spectrum;
+/// Contributions of the lane that were left out.
+var<private> lost_light: u32;
 
 fn sum_row(layer: u32) -> u32 {
     return layer * dispatch.lanes + lane;
@@ -26,6 +28,7 @@ fn load_sums(pixel: u32) {
     ambient = film_at(pixel, AMBIENT);
     direct = film_at(pixel, DIRECT);
     backscatter = film_at(pixel, BACKSCATTER);
+    lost_light = 0u;
     for (var layer = 0u; layer < film_layers(); layer++) {
         sums[sum_row(layer)] = vec4f(film_at(pixel, layer), 0.0);
     }
@@ -50,7 +53,7 @@ fn add_light(layer: u32, level: f32, met_surface: bool, scattered: bool, radianc
     let light = share * radiance;
     // A number that is not one would spoil the pixel for good: left out and counted.
     if !is_light(light) {
-        atomicAdd(&counters.not_finite, 1u);
+        lost_light += 1u;
         return;
     }
     if layer == AMBIENT {

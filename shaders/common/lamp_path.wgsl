@@ -13,7 +13,7 @@ import package::common::layers::{water_at, way_along};
 import package::common::layout::{HAS_LAYERS, HAS_SCATTERING, HAS_SURFACE, PI, Spectrum, counters, dispatch, scene};
 import package::common::math::{cosine_hemisphere, turn};
 import package::common::medium::{channels_scatter, channels_start, rest_of_start};
-import package::common::mis::{subpath, subpath_leave, subpath_push, subpath_root, subpath_start};
+import package::common::mis::{subpath, subpath_has_room, subpath_leave, subpath_push, subpath_root, subpath_start};
 import package::common::phase::{phase_sample_x, phase_value};
 import package::common::rng::{leading, leading_bits, next_bits, uniform_number, unit};
 import package::common::settings::{lamp_strategies, max_events};
@@ -126,7 +126,7 @@ fn arrive(end: End) -> u32 {
         walk.ln_relative = log(here.relative);
     }
     walk.channels = channels_scatter(walk.channels, lamp_sigma(), lamp_ln_sigma(), way.drawn, way.depth, here.ln_b);
-    if !walk.met_surface || subpath.companions {
+    if (!walk.met_surface || subpath.companions) && subpath_has_room() {
         return IN_WATER;
     }
     let bits = next_bits();

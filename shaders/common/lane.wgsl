@@ -1,7 +1,7 @@
 // What a lane of a kernel makes: some samples of one pixel; and how it ends, so that no sample is lost unseen.
 // Host: crates/render/src/gpu/dispatches.rs (`run_block`, `check_completed`). Checked by:
 // crates/render/src/gpu/faults.rs.
-import package::common::film::{commit_sums, lane, load_sums};
+import package::common::film::{commit_sums, lane, load_sums, lost_light};
 import package::common::layout::{MANY_PIXELS, completed, counters, dispatch, scene};
 import package::common::settings::{is_forced, loop_probe, start_settings};
 
@@ -43,6 +43,8 @@ fn lane_end(work: LaneWork, reached: u32, paths: u32, vertices: u32) {
             return;
         }
         atomicAdd(&counters.cut_paths, 1u);
+        // Half a sum may be any number.
+        lost_light = 0u;
     }
     commit_sums(work.pixel);
     // A single sample that does not fit counts as made, and above as cut.
@@ -50,6 +52,9 @@ fn lane_end(work: LaneWork, reached: u32, paths: u32, vertices: u32) {
     completed[work.pixel] = made;
     atomicAdd(&counters.paths, paths);
     atomicAdd(&counters.vertices, vertices);
+    if lost_light > 0u {
+        atomicAdd(&counters.not_finite, lost_light);
+    }
     if made < dispatch.batch_samples {
         atomicAdd(&counters.unfinished, 1u);
     }

@@ -39,22 +39,28 @@ fn layer_coefficient(i: u32, kind: u32) -> Spectrum {
     return table_row_f32(row).xyz;
 }
 
-/// Number of nodes at a depth or above it.
+/// Number of nodes at a depth or above it. Written out, because drivers count the iterations of all loops of a lane.
 fn nodes_above(depth_m: f32, by: u32) -> u32 {
-    var least = 0u;
-    var most = node_count_by(by);
-    loop {
-        if least >= most {
-            break;
-        }
-        let middle = (least + most) / 2u;
-        if layer_node(middle, by).x > depth_m {
-            most = middle;
-        } else {
-            least = middle + 1u;
+    var above = 0u;
+    above = with_nodes(above, 128u, depth_m, by);
+    above = with_nodes(above, 64u, depth_m, by);
+    above = with_nodes(above, 32u, depth_m, by);
+    above = with_nodes(above, 16u, depth_m, by);
+    above = with_nodes(above, 8u, depth_m, by);
+    above = with_nodes(above, 4u, depth_m, by);
+    above = with_nodes(above, 2u, depth_m, by);
+    return with_nodes(above, 1u, depth_m, by);
+}
+
+/// `above` and `more` nodes, if all are at the depth or above it.
+fn with_nodes(above: u32, more: u32, depth_m: f32, by: u32) -> u32 {
+    let all = above + more;
+    if all <= node_count_by(by) {
+        if layer_node(all - 1u, by).x <= depth_m {
+            return all;
         }
     }
-    return least;
+    return above;
 }
 
 /// The nodes at the ends of the stretch below `above` nodes; the same one twice beyond all nodes.

@@ -12,6 +12,11 @@ import package::common::phase::phase_value;
 import package::common::settings::{lamp_strategies, largest_order};
 import package::common::spectrum::{lamp_ln_sigma, lamp_sigma, water_c, water_ln_b};
 
+/// Most vertices of a walk that are joined to lamps where the water varies.
+const MOST_JOINED: u32 = 12u;
+/// Least length of a way whose logarithm is taken, m.
+const LEAST_LENGTH: f32 = 1e-30;
+
 /// The vertices of the walk that can be joined to a lamp.
 struct CameraSubpath {
     count: u32,
@@ -57,6 +62,17 @@ fn subpath_root(position: vec3f, length: f32, drawn: f32, reflected: f32, compan
     subpath_push(position, length, drawn, 0.0, reflected);
 }
 
+/// Whether a walk with that many vertices is joined to lamps: where the water varies only with few, because what a
+/// connection takes grows with their square. Bridges of many scatterings make the paths that are left.
+fn is_joined(vertices: u32) -> bool {
+    return !HAS_LAYERS || vertices <= MOST_JOINED;
+}
+
+/// Whether one more vertex of the walk is joined to lamps.
+fn subpath_has_room() -> bool {
+    return is_joined(subpath.count + 1u);
+}
+
 /// Adds a vertex; there has to be room. `ln_relative` is of where it scattered.
 fn subpath_push(position: vec3f, length: f32, drawn: f32, ln_relative: f32, reflected: f32) {
     if HAS_LAYERS {
@@ -92,8 +108,8 @@ fn bridge_start(position: vec3f, length: f32, drawn: f32, lamp: vec3f, walked: u
     let offset = position - lamp;
     let distance2 = dot(offset, offset);
     if HAS_LAYERS {
-        let straight = drawn_between(position, lamp, BY_SCATTERING);
-        let ln_scale = log(straight / drawn_between(position, lamp, BY_BRIDGE));
+        let straight = max(drawn_between(position, lamp, BY_SCATTERING), LEAST_LENGTH);
+        let ln_scale = log(straight / max(drawn_between(position, lamp, BY_BRIDGE), LEAST_LENGTH));
         let ln_places = ln_places_of(position, length, lamp, ln_scale, walked, bridged);
         return BridgeStart(length, drawn, distance2, straight, ln_places);
     }
@@ -102,7 +118,7 @@ fn bridge_start(position: vec3f, length: f32, drawn: f32, lamp: vec3f, walked: u
 
 /// Sum over the vertices of a bridge of ln of the density of each fraction of its length, over the relative scattering there.
 fn ln_places_of(start: vec3f, length: f32, lamp: vec3f, ln_scale: f32, walked: u32, bridged: u32) -> f32 {
-    let total = path.last_length + path.remaining - length;
+    let total = max(path.last_length + path.remaining - length, LEAST_LENGTH);
     var sum = 0.0;
     var i = walked;
     loop {
@@ -148,7 +164,7 @@ fn ln_densities(start: BridgeStart, order: u32, root: bool) -> LnDensities {
     let ln_poisson = LN_POISSON_SHARE + steps * ln_ratio;
     var ln_tail = order_ln_tail(order) + ln_ratio - f32(order) * log(to_lamp);
     if HAS_LAYERS {
-        ln_tail += f32(order) * log(distance / start.drawn_to_lamp);
+        ln_tail += f32(order) * log(max(distance, LEAST_LENGTH) / start.drawn_to_lamp);
     }
     let ln_walk = select(path.ln_walk_density, path.ln_root_density, root);
     let sigma = lamp_sigma();
@@ -216,6 +232,9 @@ fn techniques_after(connection: Connection) -> f32 {
     }
     var i = 0u;
     loop {
+        if !is_joined(subpath.count + i + 1u) {
+            return density;
+        }
         let vertex = bridge_vertex(i);
         let extra = scratch[extra_row(i)];
         length += vertex.w;
