@@ -1,6 +1,12 @@
 //! Reference numbers kept in `data/`.
 
-use crate::{discrete_ordinates::Travel, file, tiles::Tiles};
+use uw_media::phase::{FournierForand, Phase, Tabulated};
+
+use crate::{
+    discrete_ordinates::{Level, Travel},
+    file,
+    tiles::Tiles,
+};
 
 /// Reads `data/reference_NAME.csv`: tile means and standard errors of a converged picture.
 ///
@@ -85,6 +91,104 @@ pub fn rayleigh_radiances() -> Vec<RadianceRow> {
             reference: number(&f[4]),
         })
         .collect()
+}
+
+/// A water of `data/rt_layered.csv` under a flat surface, a black sky and a sun of 1 W/m² on a plane perpendicular to its
+/// beam.
+pub struct LayeredCase {
+    /// Its name.
+    pub name: String,
+    /// Phase function at all depths.
+    pub phase: Phase,
+    /// Zenith angle of the sun in air, degrees.
+    pub sun_zenith_deg: f64,
+    /// Refractive index of the water.
+    pub index: f64,
+    /// The water at some depths, straight lines between them; 0.1 mm in the table is a jump.
+    pub levels: Vec<Level>,
+    /// What is known of its light.
+    pub rows: Vec<LayeredRow>,
+}
+
+/// A row of `data/rt_layered.csv`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LayeredRow {
+    /// Depth, m.
+    pub depth_m: f64,
+    /// E_d, E_u, E_ou or L_u.
+    pub quantity: String,
+    /// W/m², L_u in W/(m² sr).
+    pub reference: f64,
+    /// Uncertainty relative to it.
+    pub relative_uncertainty: f64,
+}
+
+impl LayeredCase {
+    /// Depths of the rows, increasing, m.
+    pub fn depths_m(&self) -> Vec<f64> {
+        let mut depths_m: Vec<f64> = self.rows.iter().map(|row| row.depth_m).collect();
+        depths_m.dedup();
+        depths_m
+    }
+
+    /// The row of a quantity at a depth.
+    pub fn row(&self, depth_m: f64, quantity: &str) -> Option<&LayeredRow> {
+        let is_this = |row: &&LayeredRow| row.depth_m == depth_m && row.quantity == quantity;
+        self.rows.iter().find(is_this)
+    }
+}
+
+/// Irradiances in layered waters.
+pub fn layered_irradiances() -> Vec<LayeredCase> {
+    let mut cases: Vec<LayeredCase> = Vec::new();
+    for f in fields("rt_layered") {
+        if cases.last().is_none_or(|case| case.name != f[0]) {
+            cases.push(LayeredCase {
+                name: f[0].clone(),
+                phase: layered_phase(&f[1]),
+                sun_zenith_deg: number(&f[2]),
+                index: number(&f[3]),
+                levels: levels(&f[4]),
+                rows: Vec::new(),
+            });
+        }
+        cases.last_mut().expect("just added").rows.push(LayeredRow {
+            depth_m: number(&f[5]),
+            quantity: f[6].clone(),
+            reference: number(&f[7]),
+            relative_uncertainty: number(&f[8]),
+        });
+    }
+    cases
+}
+
+/// The phase functions of that table.
+fn layered_phase(name: &str) -> Phase {
+    match name {
+        "petzold" => Phase::Tabulated(Tabulated::petzold()),
+        "fournier_forand n=1.10 B=0.0183" => {
+            Phase::FournierForand(FournierForand::new(1.10, 0.0183).expect("valid"))
+        }
+        other => panic!("unknown phase function {other}"),
+    }
+}
+
+/// Levels written depth:a:b.
+fn levels(text: &str) -> Vec<Level> {
+    let mut levels: Vec<Level> = Vec::new();
+    for level in text.split(' ') {
+        let numbers: Vec<f64> = level.split(':').map(number).collect();
+        let [mut depth_m, a, b] = numbers[..] else {
+            panic!("{level:?} is no level")
+        };
+        if let Some(above) = levels.last()
+            && depth_m - above.depth_m < 1.5e-4
+        {
+            depth_m = above.depth_m;
+        }
+        levels.push(Level { depth_m, a, b });
+    }
+    levels
 }
 
 /// Fields of the rows of `data/NAME.csv` below its header.

@@ -5,7 +5,8 @@ use super::matrix::{Matrix, sum};
 /// Optical depth of the layer that doubling starts from: once-scattered light only.
 const THIN: f64 = 1.0 / (1u32 << 26) as f64;
 
-/// Scattering between the directions: (ω/2) w_j p_m(μ_i, ±μ_j), and of the beam, (ω/4π)(2 − δ) p_m(μ_i, ±μ_0) E.
+/// Scattering at an albedo of 1 between the directions: w_j p_m(μ_i, ±μ_j) / 2, and of the beam,
+/// (2 − δ) p_m(μ_i, ±μ_0) E / 4π.
 #[derive(Clone, Debug)]
 pub struct Scattering {
     /// Cosines of the directions, in (0, 1].
@@ -38,23 +39,28 @@ pub struct Layer {
 }
 
 impl Layer {
-    /// A layer of this optical depth, by doubling.
-    pub fn new(scattering: &Scattering, optical_depth: f64) -> Self {
+    /// A layer of this albedo and optical depth, by doubling.
+    pub fn new(scattering: &Scattering, albedo: f64, optical_depth: f64) -> Self {
         let doublings = (optical_depth / THIN).log2().ceil().max(0.0) as i32;
-        let mut layer = Self::thin(scattering, optical_depth / 2f64.powi(doublings));
+        let mut layer = Self::thin(scattering, albedo, optical_depth / 2f64.powi(doublings));
         for _ in 0..doublings {
             layer = layer.doubled();
         }
         layer
     }
 
-    fn thin(scattering: &Scattering, optical_depth: f64) -> Self {
+    fn thin(scattering: &Scattering, albedo: f64, optical_depth: f64) -> Self {
         let n = scattering.mu.len();
         let slant = |i: usize| optical_depth / scattering.mu[i];
-        let scaled =
-            |m: &Matrix| Matrix::from_fn(n, |i, j| if i == j { slant(i) } else { 0.0 }).times(m);
+        let scattered = |i: usize| albedo * slant(i);
+        let scaled = |m: &Matrix| {
+            Matrix::from_fn(n, |i, j| if i == j { scattered(i) } else { 0.0 }).times(m)
+        };
         let unscattered = Matrix::from_fn(n, |i, j| if i == j { (-slant(i)).exp() } else { 0.0 });
-        let from_beam = |beam: &[f64]| beam.iter().enumerate().map(|(i, s)| slant(i) * s).collect();
+        let from_beam = |beam: &[f64]| {
+            let terms = beam.iter().enumerate();
+            terms.map(|(i, s)| scattered(i) * s).collect()
+        };
         Self {
             r: scaled(&scattering.back),
             t: scaled(&scattering.onward).plus(&unscattered),
