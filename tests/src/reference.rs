@@ -93,21 +93,19 @@ pub fn rayleigh_radiances() -> Vec<RadianceRow> {
         .collect()
 }
 
-/// A water of `data/rt_layered.csv` under a flat surface, a black sky and a sun of 1 W/m² on a plane perpendicular to its
-/// beam.
+/// A water of `data/rt_layered.csv`, of refractive index 1.34, under a flat surface, a black sky and a sun of 1 W/m² on a
+/// plane perpendicular to its beam.
 pub struct LayeredCase {
     /// Its name.
     pub name: String,
-    /// Phase function at all depths.
-    pub phase: Phase,
-    /// Zenith angle of the sun in air, degrees.
-    pub sun_zenith_deg: f64,
-    /// Refractive index of the water.
-    pub index: f64,
     /// The water at some depths, straight lines between them; 0.1 mm in the table is a jump.
     pub levels: Vec<Level>,
+    /// Phase function at all depths.
+    pub phase: Phase,
     /// What is known of its light.
     pub rows: Vec<LayeredRow>,
+    /// Zenith angle of the sun in air, degrees.
+    pub sun_zenith_deg: f64,
 }
 
 /// A row of `data/rt_layered.csv`.
@@ -142,12 +140,12 @@ impl LayeredCase {
 pub fn layered_irradiances() -> Vec<LayeredCase> {
     let mut cases: Vec<LayeredCase> = Vec::new();
     for f in fields("rt_layered") {
+        assert_eq!(f[3], "1.34", "refractive index of {}", f[0]);
         if cases.last().is_none_or(|case| case.name != f[0]) {
             cases.push(LayeredCase {
                 name: f[0].clone(),
                 phase: layered_phase(&f[1]),
                 sun_zenith_deg: number(&f[2]),
-                index: number(&f[3]),
                 levels: levels(&f[4]),
                 rows: Vec::new(),
             });

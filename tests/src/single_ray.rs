@@ -3,8 +3,11 @@
 use glam::{DVec2, DVec3};
 use uw_media::{Iops, phase::Phase};
 use uw_render::scene::{
-    Camera, Falloff, Lamp, Material, Quad, RenderSettings, Scene, Water, WaterSurface,
+    Camera, Falloff, Lamp, Layer, Material, Plume, Quad, RenderSettings, Scene, Sun, Water,
+    WaterSurface,
 };
+
+use crate::discrete_ordinates::Travel;
 
 /// Focal length, pixels, at which a pixel is a ray: it covers 1e-9 rad.
 const FOCAL_PX: f64 = 1e9;
@@ -24,6 +27,14 @@ pub fn camera(origin: DVec3, direction: DVec3, width: u32) -> Camera {
         centre_px: DVec2::new(0.5 * f64::from(width), 0.5),
         distortion: [0.0; 5],
     }
+}
+
+/// A camera of `width` equal pixels at a depth, which see light that travels so where sunlight travels towards +x.
+pub fn camera_against(depth_m: f64, travel: Travel, width: u32) -> Camera {
+    let (sin, cos) = travel.azimuth_deg.to_radians().sin_cos();
+    let horizontal = (1.0 - travel.down * travel.down).sqrt();
+    let view = DVec3::new(-horizontal * cos, -horizontal * sin, travel.down);
+    camera(DVec3::new(0.0, 0.0, -depth_m), view, width)
 }
 
 /// A scene with nothing but a camera.
@@ -56,6 +67,35 @@ pub fn water(a: [f64; 3], b: [f64; 3], phase: Phase) -> Water {
         phase,
         refractive_index: 1.34,
         variation: uw_render::scene::Variation::default(),
+    }
+}
+
+/// Water of these coefficients, 1/m, at a depth, m.
+pub fn layer(depth_m: f64, a: [f64; 3], b: [f64; 3]) -> Layer {
+    Layer {
+        depth_m,
+        iops: Iops { a, b },
+        spectrum: None,
+    }
+}
+
+/// Gives the scene's water a profile and clouds; its own coefficients become those that stand for all of it.
+///
+/// # Panics
+/// When the scene has no water.
+pub fn vary(scene: &mut Scene, layers: Vec<Layer>, plumes: Vec<Plume>) {
+    let water = scene.water.as_mut().expect("water");
+    water.variation.layers = layers;
+    water.variation.plumes = plumes;
+    water.iops = water.variation.mean_iops(water.iops);
+}
+
+/// Sunlight towards +x with an irradiance in W/m² perpendicular to it.
+pub fn sun(zenith_deg: f64, irradiance: [f64; 3]) -> Sun {
+    let (sin, cos) = zenith_deg.to_radians().sin_cos();
+    Sun {
+        travel_direction: DVec3::new(sin, 0.0, -cos),
+        irradiance,
     }
 }
 

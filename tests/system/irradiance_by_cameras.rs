@@ -14,7 +14,8 @@ use uw_tests::{
     plan,
 };
 
-use crate::radiative_transfer::{B, Comparison, IRRADIANCE_MARGIN, assert_agreement};
+use crate::agreement::{Comparison, IRRADIANCE_MARGIN, assert_agreement};
+use crate::radiative_transfer::B;
 
 const DEPTHS_M: [f64; 2] = [1.0, 5.0];
 /// Names of the quantities that cameras see.

@@ -10,10 +10,10 @@ use uw_media::phase::{HenyeyGreenstein, Phase};
 use uw_render::backend::Device;
 use uw_render::irradiance::{Estimate, IrradianceError, IrradiancePlan, measure};
 use uw_render::prepare::Prepared;
-use uw_render::scene::{Scene, Sun};
+use uw_render::scene::Scene;
 use uw_tests::discrete_ordinates::{Problem, irradiances};
 use uw_tests::gpu::{Backend, everywhere};
-use uw_tests::single_ray::{add_plate, camera, empty, point_lamp, surface, water};
+use uw_tests::single_ray::{add_plate, camera, empty, point_lamp, sun, surface, water};
 
 const INDEX: f64 = 1.34;
 
@@ -36,13 +36,7 @@ fn under_surface(a: [f64; 3], b: [f64; 3], refractive: bool) -> Scene {
     scene
 }
 
-fn sun(zenith_deg: f64) -> Sun {
-    let (sin, cos) = zenith_deg.to_radians().sin_cos();
-    Sun {
-        travel_direction: DVec3::new(sin, 0.0, -cos),
-        irradiance: [1.0, 2.0, 3.0],
-    }
-}
+const SUN: [f64; 3] = [1.0, 2.0, 3.0];
 
 fn assert_near(backend: Backend, estimate: &Estimate, expected: [f64; 3], what: &str) {
     for k in 0..3 {
@@ -125,7 +119,7 @@ fn a_lamp_and_its_reflection_add_their_unscattered_light_exactly() {
 fn a_plate_shadows_the_sun_and_reflects_it() {
     everywhere(|backend| {
         let mut scene = under_surface([0.2; 3], [0.0; 3], true);
-        scene.sun = Some(sun(60.0));
+        scene.sun = Some(sun(60.0, SUN));
         let lit = backend.irradiances(&scene, &plan(&[1.0])).expect("valid")[0];
         let mu = (1.0 - (60f64.to_radians().sin() / INDEX).powi(2)).sqrt();
         let entering = 0.5 * (1.0 - fresnel_reflectance(0.5, 1.0, INDEX));
@@ -172,7 +166,7 @@ fn a_lambertian_bottom_under_sun_and_sky_is_that_of_discrete_ordinates() {
         let reflectance = [0.3, 0.6, 0.9];
         let depths_m = [0.0, 1.0, 1.9];
         let mut scene = under_surface(a, b, true);
-        scene.sun = Some(sun(30.0));
+        scene.sun = Some(sun(30.0, SUN));
         scene.sky_radiance = [0.3, 0.2, 0.1];
         add_plate(
             &mut scene,
@@ -189,7 +183,7 @@ fn a_lambertian_bottom_under_sun_and_sky_is_that_of_discrete_ordinates() {
         for k in 0..3 {
             let problem = Problem {
                 sun_zenith_deg: 30.0,
-                sun_irradiance: [1.0, 2.0, 3.0][k],
+                sun_irradiance: SUN[k],
                 sky_radiance: scene.sky_radiance[k],
                 bottom: Some((2.0, reflectance[k])),
                 ..Problem::benchmark(phase, b[k])
@@ -222,7 +216,7 @@ fn a_lambertian_bottom_under_sun_and_sky_is_that_of_discrete_ordinates() {
 fn the_number_of_threads_changes_nothing() {
     everywhere(|backend| {
         let mut scene = under_surface([0.1; 3], [0.4, 0.9, 0.2], true);
-        scene.sun = Some(sun(40.0));
+        scene.sun = Some(sun(40.0, SUN));
         scene
             .lamps
             .push(point_lamp(DVec3::new(0.5, 0.0, -1.0), 2.0));

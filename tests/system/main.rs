@@ -5,6 +5,7 @@
     reason = "tests print the deviations they measured"
 )]
 
+mod agreement;
 mod closed_form;
 mod convergence;
 mod estimated_error;
@@ -15,6 +16,7 @@ mod gpu_features;
 mod gpu_shaders;
 mod irradiance_by_cameras;
 mod irradiance_sensors;
+mod layered_daylight;
 mod layers;
 mod near_lamps;
 mod radiative_transfer;

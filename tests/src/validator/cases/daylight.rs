@@ -5,8 +5,6 @@ use uw_render::scene::Scene;
 
 use super::*;
 
-const SKY: [f64; 3] = [0.3, 0.4, 0.5];
-
 pub(super) fn cases() -> Vec<Case> {
     let mut cases = suns();
     cases.extend(skies());
@@ -14,21 +12,6 @@ pub(super) fn cases() -> Vec<Case> {
     cases.extend(emitters());
     cases.extend(limits_of_events());
     cases
-}
-
-/// Half a metre below the surface, looking obliquely down at a plate 1.5 m deep.
-fn bottom(a: [f64; 3], b: [f64; 3], phase: Phase, refractive: bool) -> Scene {
-    let mut scene = view(v(0.0, 0.0, -0.5), v(0.7, 0.1, -1.5), 10.0);
-    scene.water = Some(water(a, b, phase));
-    scene.surface = Some(surface(refractive));
-    add_plate(
-        &mut scene,
-        v(0.7, 0.0, -1.5),
-        v(-0.1, 0.0, 1.0),
-        0.5,
-        [0.8, 0.5, 0.3],
-    );
-    scene
 }
 
 fn looking(mut scene: Scene, from: DVec3, to: DVec3) -> Scene {

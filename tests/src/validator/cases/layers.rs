@@ -1,9 +1,10 @@
 //! Scenes whose water is not the same everywhere.
 
 use uw_media::Iops;
-use uw_render::scene::{Layer, Plume};
+use uw_render::scene::Plume;
 
 use super::*;
+use crate::single_ray::{layer, vary};
 
 pub(super) fn cases() -> Vec<Case> {
     vec![
@@ -27,22 +28,6 @@ pub(super) fn cases() -> Vec<Case> {
     ]
 }
 
-fn layer(depth_m: f64, a: [f64; 3], b: [f64; 3]) -> Layer {
-    Layer {
-        depth_m,
-        iops: Iops { a, b },
-        spectrum: None,
-    }
-}
-
-/// Gives the scene's water a profile; its own coefficients become those that stand for all of it.
-fn layered(scene: &mut Scene, layers: Vec<Layer>, plumes: Vec<Plume>) {
-    let water = scene.water.as_mut().expect("water");
-    water.variation.layers = layers;
-    water.variation.plumes = plumes;
-    water.iops = water.variation.mean_iops(water.iops);
-}
-
 const CLEAR: ([f64; 3], [f64; 3]) = ([0.10, 0.06, 0.05], [0.15, 0.12, 0.1]);
 const TURBID: ([f64; 3], [f64; 3]) = ([0.3, 0.2, 0.25], [4.0, 3.0, 2.0]);
 
@@ -58,14 +43,8 @@ fn behind_layer((phase, lamp): (Phase, Lamp)) -> Scene {
         at(2.3, TURBID),
         at(2.4, CLEAR),
     ];
-    layered(&mut scene, layers, Vec::new());
-    add_plate(
-        &mut scene,
-        v(0.2, 0.1, -3.0),
-        v(-0.1, 0.0, 1.0),
-        1.5,
-        [0.8, 0.5, 0.3],
-    );
+    vary(&mut scene, layers, Vec::new());
+    add_coloured_plate(&mut scene, v(0.2, 0.1, -3.0), v(-0.1, 0.0, 1.0), 1.5);
     add_lamp(&mut scene, lamp);
     scene
 }
@@ -86,9 +65,7 @@ fn disk_lamp() -> (Phase, Lamp) {
 
 /// Turbid water with a jump at its top, over the bottom.
 fn bottom_layer() -> Scene {
-    let mut scene = view(v(0.0, 0.0, -0.5), v(0.7, 0.1, -1.5), 10.0);
-    scene.water = Some(water(CLEAR.0, CLEAR.1, henyey_greenstein(0.7)));
-    scene.surface = Some(surface(true));
+    let mut scene = bottom(CLEAR.0, CLEAR.1, henyey_greenstein(0.7), true);
     let thick = ([0.3, 0.2, 0.25], [2.0, 1.5, 1.0]);
     let layers = vec![
         layer(0.3, CLEAR.0, CLEAR.1),
@@ -96,16 +73,9 @@ fn bottom_layer() -> Scene {
         layer(1.0, thick.0, thick.1),
         layer(2.0, thick.0, [3.0, 2.5, 2.0]),
     ];
-    layered(&mut scene, layers, Vec::new());
+    vary(&mut scene, layers, Vec::new());
     scene.sun = sun(40.0, 70.0, 3.0);
-    scene.sky_radiance = [0.3, 0.4, 0.5];
-    add_plate(
-        &mut scene,
-        v(0.7, 0.0, -1.5),
-        v(-0.1, 0.0, 1.0),
-        0.5,
-        [0.8, 0.5, 0.3],
-    );
+    scene.sky_radiance = SKY;
     scene
 }
 
@@ -120,18 +90,12 @@ fn cloud() -> Scene {
             b: [4.0, 2.0, 1.0],
         },
     };
-    layered(
+    vary(
         &mut scene,
         vec![layer(0.0, [0.1; 3], [0.3, 0.2, 0.15])],
         vec![plume],
     );
-    add_plate(
-        &mut scene,
-        v(2.0, 0.0, 0.0),
-        v(-1.0, 0.0, 0.1),
-        1.5,
-        [0.8, 0.5, 0.3],
-    );
+    add_coloured_plate(&mut scene, v(2.0, 0.0, 0.0), v(-1.0, 0.0, 0.1), 1.5);
     add_lamp(&mut scene, disk(v(0.0, 0.4, 0.1), v(1.0, -0.1, 0.0), 0.25));
     scene
 }
@@ -141,14 +105,8 @@ fn under_surface() -> Scene {
     scene.water = Some(water(CLEAR.0, CLEAR.1, fournier_forand(0.03)));
     scene.surface = Some(surface(true));
     let layers = vec![layer(0.0, TURBID.0, TURBID.1), layer(0.6, CLEAR.0, CLEAR.1)];
-    layered(&mut scene, layers, Vec::new());
-    add_plate(
-        &mut scene,
-        v(1.0, 0.1, -0.5),
-        v(-1.0, 0.0, 0.2),
-        0.8,
-        [0.8, 0.5, 0.3],
-    );
+    vary(&mut scene, layers, Vec::new());
+    add_coloured_plate(&mut scene, v(1.0, 0.1, -0.5), v(-1.0, 0.0, 0.2), 0.8);
     add_lamp(&mut scene, disk(v(0.1, -0.3, -0.3), v(0.8, 0.3, -0.2), 0.2));
     scene
 }

@@ -10,6 +10,9 @@ use uw_render::scene::{Camera, Falloff, Lamp, Mesh, Scene, Sun};
 
 use crate::single_ray::{self, camera, empty, surface, water};
 
+/// Radiance of the sky, W/(m² sr).
+const SKY: [f64; 3] = [0.3, 0.4, 0.5];
+
 /// A scene and how much work it takes to bring both sides to an error of about one percent.
 pub struct Case {
     /// What is special about it.
@@ -111,6 +114,15 @@ fn disk(position_m: DVec3, forward: DVec3, radius_m: f64) -> Lamp {
     }
 }
 
+/// Half a metre below the surface, looking obliquely down at a plate 1.5 m deep.
+fn bottom(a: [f64; 3], b: [f64; 3], phase: Phase, refractive: bool) -> Scene {
+    let mut scene = view(v(0.0, 0.0, -0.5), v(0.7, 0.1, -1.5), 10.0);
+    scene.water = Some(water(a, b, phase));
+    scene.surface = Some(surface(refractive));
+    add_coloured_plate(&mut scene, v(0.7, 0.0, -1.5), v(-0.1, 0.0, 1.0), 0.5);
+    scene
+}
+
 /// Adds a lamp under a name of its own.
 fn add_lamp(scene: &mut Scene, mut lamp: Lamp) {
     lamp.name = format!("lamp{}", scene.lamps.len() + 1);
@@ -132,6 +144,11 @@ fn sun(zenith_deg: f64, azimuth_deg: f64, irradiance: f64) -> Option<Sun> {
 /// Adds a square plate of edge 2 `half_m` that faces `normal`, of any length.
 fn add_plate(scene: &mut Scene, centre: DVec3, normal: DVec3, half_m: f64, reflectance: [f64; 3]) {
     single_ray::add_plate(scene, centre, normal.normalize(), half_m, reflectance);
+}
+
+/// Adds one that reflects the channels differently.
+fn add_coloured_plate(scene: &mut Scene, centre: DVec3, normal: DVec3, half_m: f64) {
+    add_plate(scene, centre, normal, half_m, [0.8, 0.5, 0.3]);
 }
 
 /// Lets the plate that was added last emit light.
