@@ -1,6 +1,6 @@
 //! Daylight in layered water against discrete ordinates: another solver's rows, and waters of which there are none.
 
-use uw_media::phase::{FournierForand, HenyeyGreenstein, Phase, Tabulated};
+use uw_media::phase::{FournierForand, Phase, Tabulated};
 use uw_render::irradiance::{DepthIrradiance, IrradiancePlan};
 use uw_render::scene::{Layer, Scene};
 use uw_tests::discrete_ordinates::{Level, Problem, Travel, Water, irradiances, radiances};
@@ -93,18 +93,6 @@ fn gradients() -> Scene {
     lit(Phase::Tabulated(Tabulated::petzold()), layers, 30.0)
 }
 
-/// A turbid layer at the top that ends at a jump, and water that grows turbid below.
-fn turbid_top() -> Scene {
-    let layers = vec![
-        layer(0.0, [0.20, 0.15, 0.10], [1.2, 0.9, 0.6]),
-        layer(1.0, [0.15, 0.10, 0.10], [0.6, 0.7, 0.8]),
-        layer(1.0, [0.05, 0.05, 0.10], [0.3, 0.2, 0.3]),
-        layer(3.0, [0.05, 0.08, 0.15], [0.5, 0.6, 0.8]),
-    ];
-    let phase = HenyeyGreenstein::new(0.9).expect("valid");
-    lit(Phase::HenyeyGreenstein(phase), layers, 30.0)
-}
-
 /// The problem of one channel of such a scene under a uniform sky.
 fn problem(scene: &Scene, channel: usize) -> Problem<'_> {
     let water = scene.water.as_ref().expect("water");
@@ -129,7 +117,6 @@ fn irradiances_under_sun_and_sky_are_those_of_discrete_ordinates() {
     for (what, mut scene, depths_m) in [
         ("turbid layer", turbid_layer(), [2.0, 4.25, 6.0]),
         ("gradients", gradients(), [1.0, 2.5, 4.0]),
-        ("turbid top", turbid_top(), [0.5, 1.0, 3.0]),
     ] {
         scene.sky_radiance = [SKY_RADIANCE; 3];
         let solved = [0, 1, 2].map(|k| irradiances(&problem(&scene, k), &depths_m, 32));
