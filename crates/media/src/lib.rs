@@ -20,6 +20,7 @@
 //! ```
 
 mod bands;
+mod depth_profile;
 mod error;
 pub mod interface;
 mod iops;
@@ -30,6 +31,7 @@ mod tables;
 pub mod transmittance;
 
 pub use bands::{Bands, Camera, Interval, channel_iops};
+pub use depth_profile::{DepthLayer, depth_profile};
 pub use error::{MediaError, meant};
 pub use iops::{Iops, Spectrum};
 pub use jerlov::{SpectralIop, WaterType, spectrum};

@@ -12,6 +12,9 @@ pub(crate) const JERLOV_10NM: &str = include_str!("../../../assets/water/jerlov_
 /// Measured a and b of six Jerlov types.
 pub(crate) const MEASURED: &str =
     include_str!("../../../assets/water/williamson_hollins_2022_iop.csv");
+/// Types of each 10 m of depth, by the type at the surface.
+pub(crate) const DEPTH_PROFILES: &str =
+    include_str!("../../../assets/water/jerlov_depth_profiles.csv");
 /// Spectral responses of three cameras.
 pub(crate) const CAMERAS: &str = include_str!("../../../assets/water/camera_responses.csv");
 /// Spectral responses of eleven more.

@@ -114,6 +114,54 @@ fn light_and_water_are_as_written() {
     );
 }
 
+/// Depths and red absorption of the water of a scene whose water and camera are as given.
+fn layers(water: &str, camera_z_m: f64) -> (Vec<(f64, [f64; 3])>, Scene) {
+    let text = format!(
+        "format = \"uw-scene/1\"\n[surface]\n[water]\n{water}\n[camera]\nposition_m = [0, 0, {camera_z_m}]\n\
+         forward = [1, 0, 0]\nhfov_deg = 60\nwidth = 8\nheight = 8\n"
+    );
+    let scene = parse(&text).expect("valid");
+    let variation = &scene.water.as_ref().expect("water").variation;
+    let found = variation.layers.iter();
+    let found = found.map(|layer| (layer.depth_m, layer.iops.a)).collect();
+    (found, scene)
+}
+
+/// 3C for 20 m, III for 20 m and II: the same within a layer, jumps between.
+#[test]
+fn a_jerlov_profile_is_written_out_layer_by_layer() {
+    let three = "{ depth_m = 0, jerlov = \"3C\" }, { depth_m = 20, jerlov = \"3C\" }, { depth_m = 20, jerlov = \"III\" }, \
+                 { depth_m = 40, jerlov = \"III\" }, { depth_m = 40, jerlov = \"II\" }";
+    for bands in ["", "bands = \"mean\"\n", "bands = \"spectral-measured\"\n"] {
+        let (short, scene) = layers(&format!("{bands}jerlov_profile = \"3C\""), -1.0);
+        let (long, _) = layers(&format!("{bands}profile = [ {three} ]"), -1.0);
+        assert_eq!(short, long, "{bands}");
+        assert_eq!(short.len(), 5);
+        assert_ne!(short[1].1, short[2].1, "a jump at 20 m");
+        assert_eq!(scene.spectral.is_some(), bands != "bands = \"mean\"\n");
+        assert!(scene.warnings.is_empty());
+    }
+}
+
+#[test]
+fn a_camera_below_the_known_layers_is_told() {
+    let (found, scene) = layers("jerlov_profile = \"9C\"", -15.0);
+    assert_eq!(found.len(), 1);
+    assert_eq!(
+        scene.warnings,
+        [
+            "water.jerlov_profile 9C is known down to 10 m; the camera is 15 m deep, in water of the type 9C that goes on from \
+             the last known layer"
+        ]
+    );
+    assert!(
+        layers("jerlov_profile = \"9C\"", -9.0)
+            .1
+            .warnings
+            .is_empty()
+    );
+}
+
 #[test]
 fn camera_objects_and_sensor_are_as_written() {
     let scene = parse(COMPLETE).expect("valid");

@@ -2,6 +2,7 @@
 
 mod bands;
 mod contract;
+mod depth_profile;
 mod fournier_forand;
 mod models;
 mod phase_table;

@@ -14,7 +14,7 @@ use super::reader::Table;
 use super::setting::Amended;
 use super::{
     Camera, Lamp, Scene, SceneError, Setting, WaterSurface, light, object, phase, sections,
-    spectral,
+    spectral, variation,
 };
 
 /// Value of the `format` field.
@@ -132,6 +132,8 @@ fn read_scene(root: &Table<'_>) -> Result<Scene, SceneError> {
     }
     light::append_named(&mut lamps, more_lamps);
     warnings.extend(wavelengths.warnings);
+    let eye_z_m = camera.position_m.z;
+    warnings.extend(variation::below_known(root, surface.as_ref(), eye_z_m)?);
     let spectral = wavelengths.spectral;
     if let Some(spectral) = &spectral {
         warnings.extend(spectral.dark_channels(&lamps));

@@ -13,11 +13,12 @@ use super::reader::Table;
 use super::value::Value;
 use super::{Layer, SceneError, Spectral, Variation, Water, variation};
 
-pub(super) const WATER_FIELDS: [&str; 9] = [
+pub(super) const WATER_FIELDS: [&str; 10] = [
     "jerlov",
     "bands",
     "spectrum",
     "profile",
+    "jerlov_profile",
     "plume",
     "a",
     "b",
@@ -121,7 +122,7 @@ fn read_coefficients(
     let boxes = Response::boxes();
     let response = spectral.map_or(&boxes, |spectral| &spectral.response);
     let profile = variation::read_profile(table, response)?;
-    if let (Some(value), None) = (table.optional("profile"), root.optional("surface")) {
+    if let (Some(value), None) = (variation::profile_field(table), root.optional("surface")) {
         return Err(value.invalid("left out without [surface], from which depths are counted"));
     }
     let homogeneous = match (&profile, spectral) {

@@ -35,7 +35,7 @@ pub(super) struct Wavelengths {
 fn read_water(water: &Value<'_>, response: &Response) -> Result<Option<WaterSpectrum>, SceneError> {
     let table = water.as_table(&WATER_FIELDS)?;
     let bands = table.optional("bands");
-    if table.optional("profile").is_some() {
+    if variation::profile_field(&table).is_some() {
         let layers = variation::read_profile(&table, response)?;
         return Ok(layers.and_then(|layers| variation::mean_spectrum(&layers)));
     }

@@ -1,14 +1,14 @@
-//! `[water] profile` and `[[water.plume]]`: how the water differs from place to place.
+//! `[water] profile`, `jerlov_profile` and `[[water.plume]]`: how the water differs from place to place.
 
-use uw_media::Iops;
-use uw_media::spectral::{Response, WaterBands, WaterSpectrum};
+use uw_media::spectral::{JerlovWater, Response, WaterBands, WaterSpectrum};
+use uw_media::{DepthLayer, Iops, WaterType, depth_profile};
 
-use super::phase::{read_types, refused};
+use super::phase::{WATER_FIELDS, read_types, refused};
 use super::range::Range;
 use super::reader::Table;
 use super::spectral::read_file;
 use super::value::Value;
-use super::{Layer, Plume, SceneError, Variation};
+use super::{Layer, Plume, SceneError, Variation, WaterSurface};
 
 const LAYER_FIELDS: [&str; 5] = ["depth_m", "jerlov", "spectrum", "a", "b"];
 const PLUME_FIELDS: [&str; 4] = ["center_m", "sigma_m", "a", "b"];
@@ -20,11 +20,23 @@ const LEAST_SIGMA_M: f64 = 1e-3;
 /// Share of the clouds that counts in the coefficients that stand for all the water.
 const OF_PLUMES: f64 = 0.25;
 
+/// What makes the water of `table` differ with depth: `profile` or `jerlov_profile`.
+pub(super) fn profile_field<'d>(table: &Table<'d>) -> Option<Value<'d>> {
+    let of = |field| table.optional(field);
+    of("jerlov_profile").or_else(|| of("profile"))
+}
+
 /// The profile of `water` with its bands; `None` where the water is the same at every depth. `response` is the camera's.
 pub(super) fn read_profile(
     water: &Table<'_>,
     response: &Response,
 ) -> Result<Option<Vec<Layer>>, SceneError> {
+    if let Some(value) = water.optional("jerlov_profile") {
+        for field in ["profile", "jerlov", "spectrum", "a", "b"] {
+            water.refuse(field, "where water.jerlov_profile is given")?;
+        }
+        return read_typical(water, &value, response).map(Some);
+    }
     let Some(profile) = water.optional("profile") else {
         return Ok(None);
     };
@@ -35,13 +47,8 @@ pub(super) fn read_profile(
     if elements.is_empty() || elements.len() > MOST {
         return Err(profile.invalid_got(format!("1 to {MOST} entries"), elements.len().to_string()));
     }
-    let (bands, named) = match water.optional("bands") {
-        None => (WaterBands::default(), false),
-        Some(value) => {
-            let bands = value.as_text()?.parse();
-            (bands.map_err(|error| refused(&value, error))?, true)
-        }
-    };
+    let named = water.optional("bands").is_some();
+    let bands = read_bands(water)?;
     let mut layers: Vec<Layer> = Vec::with_capacity(elements.len());
     for element in &elements {
         let layer = read_layer(element, bands, response)?;
@@ -66,6 +73,89 @@ pub(super) fn read_profile(
         )?;
     }
     Ok(Some(layers))
+}
+
+/// The bands that hold for all entries.
+fn read_bands(water: &Table<'_>) -> Result<WaterBands, SceneError> {
+    match water.optional("bands") {
+        None => Ok(WaterBands::default()),
+        Some(value) => {
+            let bands = value.as_text()?.parse();
+            bands.map_err(|error| refused(&value, error))
+        }
+    }
+}
+
+/// The layers below a surface of the type that `value` names: each the same from its upper to its lower side, with jumps
+/// between them, since the source tells one type for a whole layer; below the last known layer its water goes on.
+fn read_typical(
+    water: &Table<'_>,
+    value: &Value<'_>,
+    response: &Response,
+) -> Result<Vec<Layer>, SceneError> {
+    let at_surface: Result<WaterType, _> = value.as_text()?.parse();
+    let at_surface = at_surface.map_err(|error| refused(value, error))?;
+    let bands = read_bands(water)?;
+    let blamed = water.optional("bands");
+    let blamed = blamed.as_ref().unwrap_or(value);
+    let mut layers: Vec<Layer> = Vec::new();
+    for DepthLayer {
+        top_m, water_type, ..
+    } in depth_profile(at_surface)
+    {
+        let layer = of_type(*top_m, bands, (*water_type).into(), response, blamed)?;
+        if let Some(above) = layers.last() {
+            layers.push(Layer {
+                depth_m: *top_m,
+                ..above.clone()
+            });
+        }
+        layers.push(layer);
+    }
+    Ok(layers)
+}
+
+/// A sentence where a camera at the height `z_m` is below the layers that the source of `jerlov_profile` knows.
+pub(super) fn below_known(
+    root: &Table<'_>,
+    surface: Option<&WaterSurface>,
+    z_m: f64,
+) -> Result<Option<String>, SceneError> {
+    let Some(water) = root.table("water", &WATER_FIELDS)? else {
+        return Ok(None);
+    };
+    let (Some(value), Some(surface)) = (water.optional("jerlov_profile"), surface) else {
+        return Ok(None);
+    };
+    let at_surface: Result<WaterType, _> = value.as_text()?.parse();
+    let at_surface = at_surface.map_err(|error| refused(&value, error))?;
+    let last = depth_profile(at_surface).last();
+    let depth_m = surface.height_m - z_m;
+    let below = last.filter(|last| depth_m > last.bottom_m);
+    Ok(below.map(|last| {
+        format!(
+            "water.jerlov_profile {at_surface} is known down to {} m; the camera is {depth_m} m deep, in water of the type {} \
+             that goes on from the last known layer",
+            last.bottom_m, last.water_type
+        )
+    }))
+}
+
+/// Water of Jerlov's scale at a depth; `blamed` is told where `bands` do not cover it.
+fn of_type(
+    depth_m: f64,
+    bands: WaterBands,
+    water: JerlovWater,
+    response: &Response,
+    blamed: &Value<'_>,
+) -> Result<Layer, SceneError> {
+    let spectrum = bands.spectrum(water);
+    let iops = bands.iops(water, response);
+    Ok(Layer {
+        depth_m,
+        iops: iops.map_err(|error| refused(blamed, error))?,
+        spectrum: spectrum.map_err(|error| refused(blamed, error))?,
+    })
 }
 
 /// Depths grow; two entries at one depth are a jump.
@@ -117,18 +207,7 @@ fn read_layer(
             table.refuse(field, "where the entry's jerlov is given")?;
         }
         let water = read_types(&jerlov)?;
-        let spectrum = bands
-            .spectrum(water)
-            .map_err(|error| refused(&jerlov, error))?;
-        if let Some(spectrum) = spectrum {
-            return Ok(of_spectrum(spectrum));
-        }
-        let iops = bands.iops(water, response);
-        return Ok(Layer {
-            depth_m,
-            iops: iops.map_err(|error| refused(&jerlov, error))?,
-            spectrum: None,
-        });
+        return of_type(depth_m, bands, water, response, &jerlov);
     }
     if table.optional("a").is_none() && table.optional("b").is_none() {
         return Err(table.missing("jerlov", LAYER_EXPECTED));
