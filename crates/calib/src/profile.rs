@@ -105,6 +105,7 @@ pub struct Profile {
     contrast_off: Vec<ContrastSample>,
     source: Source,
     rig: Rig,
+    contrast_depth_m: Option<[f64; 2]>,
 }
 
 impl Profile {
@@ -128,6 +129,7 @@ impl Profile {
             contrast_off,
             source,
             rig: Rig::default(),
+            contrast_depth_m: None,
         };
         let (min, max) = profile.distance_range_m();
         if min > max {
@@ -144,6 +146,36 @@ impl Profile {
     /// The same profile of pictures of this camera with these lamps.
     pub fn with_rig(self, rig: Rig) -> Self {
         Self { rig, ..self }
+    }
+
+    /// The same profile with K_c of pictures from the depths `[least, most]`, m.
+    ///
+    /// # Errors
+    /// They are not finite and >= 0, or the first is more than the second.
+    pub fn with_contrast_depth(self, [least, most]: [f64; 2]) -> Result<Self, ProfileError> {
+        if !(least >= 0.0 && most >= least && most.is_finite()) {
+            return Err(FieldError::out_of_range(
+                "contrast_depth_m",
+                "[least, most], finite, 0 <= least <= most (m)",
+                format!("[{least}, {most}]"),
+            )
+            .into());
+        }
+        Ok(Self {
+            contrast_depth_m: Some([least, most]),
+            ..self
+        })
+    }
+
+    /// Least and most depth of the pictures that K_c was measured in, m, where it is known.
+    pub fn contrast_depth_m(&self) -> Option<[f64; 2]> {
+        self.contrast_depth_m
+    }
+
+    /// How much deeper or shallower than the pictures of K_c a depth is, m; `None` where that is not known.
+    pub fn beyond_contrast_depth_m(&self, depth_m: f64) -> Option<f64> {
+        let [least, most] = self.contrast_depth_m?;
+        Some((least - depth_m).max(depth_m - most).max(0.0))
     }
 
     /// Camera, sensor and lamps of its pictures, as far as they are known.

@@ -98,8 +98,12 @@ pub fn from_manifest(
         note,
     };
     let rig = work.size_px.map(Rig::of_size).unwrap_or_default();
+    let profile = Profile::new(depth, on, off, source)?.with_rig(rig);
     Ok(Calibration {
-        profile: Profile::new(depth, on, off, source)?.with_rig(rig),
+        profile: match work.contrast_depth(&target) {
+            Some(depths_m) => profile.with_contrast_depth(depths_m)?,
+            None => profile,
+        },
         warnings: work.warnings,
     })
 }
@@ -267,6 +271,27 @@ impl<'a> Work<'a> {
             ));
         }
         here
+    }
+
+    /// Least and most depth of the pictures of the target, m; `None` where one of them does not tell.
+    fn contrast_depth(&mut self, target: &[Target]) -> Option<[f64; 2]> {
+        let depths: Vec<f64> = target.iter().filter_map(|t| t.depth_m).collect();
+        if depths.len() < target.len() {
+            self.warnings.push(
+                "the depth of the pictures of the target (kind contrast, depth_m) is not given for all: advice at other depths, \
+                 where the water may be another, is not told from advice at theirs"
+                    .into(),
+            );
+            return None;
+        }
+        let (least, most) = range(&depths);
+        if most - least > 2.0 * SAME_DEPTH_M {
+            self.warnings.push(format!(
+                "the pictures of the target are from depths of {least} to {most} m: K_c mixes what the water is there; in layered \
+                 water calibrate at one depth"
+            ));
+        }
+        Some([least, most])
     }
 
     /// K_c at the common lamp level and with the lamps off.

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use uw_calib::{PatchGrid, Profile, calibrate_manifest};
+use uw_calib::{PatchGrid, Profile, RoutineOptions, calibrate_manifest, from_manifest};
 
 /// The tables print 10 significant digits of values below 256, so 1e-6 leaves room for nothing but rounding.
 const TOLERANCE_COUNTS: f64 = 1e-6;
@@ -148,12 +148,49 @@ fn a_manifest_of_images_becomes_a_profile() {
     let path = dir.path().join("profile.json");
     profile.write(&path).unwrap();
     assert_eq!(Profile::read(&path).unwrap(), profile);
+    // All pictures of the target are from one depth, which those that look up do not change.
+    assert_eq!(profile.contrast_depth_m(), Some([3.0, 3.0]));
     // One distance is enough for the lamps only.
     let warnings = profile.warnings();
     assert!(
         warnings.len() == 1 && warnings[0].contains("one distance only (1 m)"),
         "{warnings:?}"
     );
+}
+
+#[test]
+fn depths_of_the_target_that_are_mixed_or_not_given_are_told() {
+    let dir = tempfile::tempdir().unwrap();
+    for name in ["s2_turbid.png", "s3_lamp.png"] {
+        std::fs::copy(data(name), dir.path().join(name)).unwrap();
+    }
+    let made = |off: &str, on: &str| {
+        let manifest = dir.path().join("routine.csv");
+        let rows = format!(
+            "file,kind,depth_m,distance_m,light_pct\ns2_turbid.png,depth,0.5,,0\ns2_turbid.png,depth,5,,0\n\
+             s2_turbid.png,contrast,{off},1.0,0\ns3_lamp.png,contrast,{on},1.0,100\n"
+        );
+        std::fs::write(&manifest, rows).unwrap();
+        from_manifest(&manifest, "test 1", &RoutineOptions::default()).unwrap()
+    };
+    let told = |off, on| {
+        let made = made(off, on);
+        let of_depth = made.warnings.into_iter().filter(|w| w.contains("depth"));
+        (
+            made.profile.contrast_depth_m(),
+            of_depth.collect::<Vec<_>>().join(" "),
+        )
+    };
+    assert_eq!(told("3.0", "3.4"), (Some([3.0, 3.4]), String::new()));
+    let (depths, warning) = told("1", "4");
+    assert_eq!(depths, Some([1.0, 4.0]));
+    assert!(
+        warning.contains("from depths of 1 to 4 m: K_c mixes"),
+        "{warning}"
+    );
+    let (depths, warning) = told("3.0", "");
+    assert_eq!(depths, None);
+    assert!(warning.contains("is not given for all"), "{warning}");
 }
 
 #[test]

@@ -41,6 +41,11 @@ pub struct Checks {
     pub min_gain: f64,
     /// What is done about pictures, profiles and models of different cameras or lamps.
     pub other_camera: Strictness,
+    /// What is done at depths other than that of the profile's contrast, where the profile tells it: the water may be
+    /// another.
+    pub other_depth: Strictness,
+    /// How far from it a depth may lie, m, >= 0.
+    pub depth_margin_m: f64,
     /// Whether suggestions lie on whole centimetres and tenths of a percent, as far as the bounds allow.
     pub round: bool,
 }
@@ -55,6 +60,8 @@ impl Default for Checks {
             misfit: Strictness::Refuse,
             min_gain: 0.02,
             other_camera: Strictness::Refuse,
+            other_depth: Strictness::Warn,
+            depth_margin_m: 0.5,
             round: true,
         }
     }
@@ -70,6 +77,8 @@ impl Checks {
             misfit: Strictness::Ignore,
             min_gain: f64::NEG_INFINITY,
             other_camera: Strictness::Ignore,
+            other_depth: Strictness::Ignore,
+            depth_margin_m: 0.0,
             round: false,
         }
     }
@@ -83,6 +92,8 @@ impl Checks {
             "misfit",
             "min_gain",
             "other_camera",
+            "other_depth",
+            "depth_margin_m",
         ])?;
         let mut checks = *self;
         let number = |name: &str, zero_allowed: bool, value: &mut f64| {
@@ -104,10 +115,12 @@ impl Checks {
         number("training_margin", true, &mut checks.training_margin)?;
         number("max_misfit", false, &mut checks.max_misfit)?;
         number("min_gain", true, &mut checks.min_gain)?;
+        number("depth_margin_m", true, &mut checks.depth_margin_m)?;
         for (name, value) in [
             ("training", &mut checks.training),
             ("misfit", &mut checks.misfit),
             ("other_camera", &mut checks.other_camera),
+            ("other_depth", &mut checks.other_depth),
         ] {
             if overrides.get(name).is_some() {
                 *value = Strictness::read(overrides, name)?;

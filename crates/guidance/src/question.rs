@@ -60,6 +60,12 @@ impl<'a> Question<'a> {
         observation.check().map_err(Reason::BadObservation)?;
         let situation = Situation::new(observation, profile)?;
         let mut warnings = Vec::new();
+        if let Some(reason) = other_depth(observation.depth_m, profile, checks) {
+            match checks.other_depth {
+                Strictness::Refuse => return Err(reason),
+                Strictness::Warn | Strictness::Ignore => warnings.push(reason),
+            }
+        }
         if checks.training != Strictness::Ignore
             && let Some(reason) = model.outside(&situation, checks.training_margin)
         {
@@ -290,6 +296,18 @@ impl<'a> Question<'a> {
             terms: self.criterion.terms(contrast, distance_m),
         }
     }
+}
+
+/// Why the contrasts of `profile` may not hold at `depth_m`: they were measured at another depth.
+fn other_depth(depth_m: f64, profile: &Profile, checks: &Checks) -> Option<Reason> {
+    let beyond_m = profile.beyond_contrast_depth_m(depth_m)?;
+    let asked = checks.other_depth != Strictness::Ignore && beyond_m > checks.depth_margin_m;
+    let calibrated_m = profile.contrast_depth_m().filter(|_| asked)?;
+    Some(Reason::OtherDepth {
+        depth_m,
+        calibrated_m,
+        margin_m: checks.depth_margin_m,
+    })
 }
 
 /// An input that follows the calibration to the candidate's distance, and its allowed range.

@@ -47,6 +47,15 @@ pub enum Reason {
     },
     /// The picture, the profile and the model are of different cameras or lamps.
     OtherCamera(String),
+    /// The profile's contrasts were measured at another depth, where the water may be another.
+    OtherDepth {
+        /// Depth of the vehicle, m.
+        depth_m: f64,
+        /// Least and most depth of the pictures of the contrasts, m.
+        calibrated_m: [f64; 2],
+        /// How far beyond them is allowed, m.
+        margin_m: f64,
+    },
     /// The objective's distances and the calibrated (and trained) ones have nothing in common.
     NoCandidates {
         /// Distances of the objective, m.
@@ -84,6 +93,7 @@ impl Reason {
             Self::OutsideTraining { .. } => "outside_training",
             Self::ModelMisfit { .. } => "model_misfit",
             Self::OtherCamera(_) => "other_camera",
+            Self::OtherDepth { .. } => "other_depth",
             Self::NoCandidates { .. } => "no_candidates",
             Self::NotFinite => "not_finite",
             Self::Clamped { .. } => "clamped",
@@ -147,6 +157,22 @@ impl std::fmt::Display for Reason {
                 residual.misfit
             ),
             Self::OtherCamera(difference) => f.write_str(difference),
+            Self::OtherDepth {
+                depth_m,
+                calibrated_m: [least, most],
+                margin_m,
+            } => {
+                let at = match least == most {
+                    true => format!("{} m", short(*least)),
+                    false => format!("{} to {} m", short(*least), short(*most)),
+                };
+                write!(
+                    f,
+                    "the contrasts of the profile were measured at a depth of {at}, the vehicle is {} m deep, and {} m beyond is allowed: the advice holds only where the water is the same at both; calibrate at this depth",
+                    short(*depth_m),
+                    short(*margin_m)
+                )
+            }
             Self::NoCandidates {
                 wanted_m: [near, far],
                 calibrated_m: [min, max],

@@ -310,7 +310,7 @@ fn load(line: usize, value: &Value, model: &Model, digest: &str) -> Result<Loade
 fn same_settings(line: usize, value: &Value, service: &Service) -> Result<(), ReplayError> {
     let given = service.describe(&service.loaded());
     for what in ["objective", "settings"] {
-        if value[what] != given[what] {
+        if !agrees(&value[what], &given[what]) {
             return Err(ReplayError::Other {
                 line,
                 what,
@@ -320,4 +320,14 @@ fn same_settings(line: usize, value: &Value, service: &Service) -> Result<(), Re
         }
     }
     Ok(())
+}
+
+/// Whether all that is recorded is given now; fields that only this program knows are of no recording of an older one.
+fn agrees(recorded: &Value, given: &Value) -> bool {
+    match (recorded, given) {
+        (Value::Object(recorded), Value::Object(given)) => recorded
+            .iter()
+            .all(|(name, value)| given.get(name).is_some_and(|given| agrees(value, given))),
+        _ => recorded == given,
+    }
 }

@@ -43,6 +43,7 @@ impl Profile {
             "depth",
             "contrast_on",
             "contrast_off",
+            "contrast_depth_m",
             "source",
         ];
         document.only(&[&known[..], &Rig::SECTIONS].concat())?;
@@ -63,7 +64,11 @@ impl Profile {
             contrast_samples(&document, "contrast_off")?,
             read_source(&document)?,
         )?;
-        Ok(profile.with_rig(Rig::read(&document)?))
+        let profile = profile.with_rig(Rig::read(&document)?);
+        match document.get("contrast_depth_m") {
+            None => Ok(profile),
+            Some(_) => profile.with_contrast_depth(document.numbers("contrast_depth_m")?),
+        }
     }
 
     /// The text of the profile file, one sample a line.
@@ -81,8 +86,11 @@ impl Profile {
             .iter()
             .map(|(name, object)| format!(" \"{name}\": {object},\n"))
             .collect();
+        let depths = self.contrast_depth_m.map_or_else(String::new, |depths| {
+            format!(" \"contrast_depth_m\": {},\n", serde_json::json!(depths))
+        });
         format!(
-            "{{\"format\": \"{PROFILE_FORMAT}\", \"unit\": \"{PROFILE_UNIT}\",\n \"depth\": {},\n \"contrast_on\": {},\n \"contrast_off\": {},\n{rig} \"source\": {}}}\n",
+            "{{\"format\": \"{PROFILE_FORMAT}\", \"unit\": \"{PROFILE_UNIT}\",\n \"depth\": {},\n \"contrast_on\": {},\n \"contrast_off\": {},\n{depths}{rig} \"source\": {}}}\n",
             lines(self.depth.iter().map(|s| serde_json::json!(s)).collect()),
             contrast(&self.contrast_on),
             contrast(&self.contrast_off),

@@ -37,6 +37,32 @@ fn round_trip_keeps_every_bit() {
 }
 
 #[test]
+fn the_depth_of_the_contrasts_is_kept_where_it_is_known() {
+    assert_eq!(profile().contrast_depth_m(), None);
+    assert_eq!(profile().beyond_contrast_depth_m(9.0), None);
+    assert!(!profile().to_json().contains("contrast_depth_m"));
+    let known = profile().with_contrast_depth([2.0, 2.4]).unwrap();
+    let again = Profile::from_json(&serde_json::from_str(&known.to_json()).unwrap()).unwrap();
+    assert_eq!(again, known);
+    assert_eq!(again.contrast_depth_m(), Some([2.0, 2.4]));
+    let beyond = [1.5, 2.0, 2.2, 2.9].map(|z| known.beyond_contrast_depth_m(z).unwrap());
+    for (got, expected) in beyond.into_iter().zip([0.5, 0.0, 0.0, 0.5]) {
+        assert!((got - expected).abs() < 1e-12, "{beyond:?}");
+    }
+    for (wrong, told) in [
+        (json!([3.0, 2.0]), "contrast_depth_m"),
+        (json!([-1.0, 2.0]), "contrast_depth_m"),
+        (json!([1.0]), "contrast_depth_m"),
+        (json!(3.0), "contrast_depth_m"),
+    ] {
+        let mut document = document();
+        document["contrast_depth_m"] = wrong;
+        let error = Profile::from_json(&document).unwrap_err().to_string();
+        assert!(error.contains(told), "{error}");
+    }
+}
+
+#[test]
 fn a_failed_write_leaves_nothing_behind() {
     let dir = tempfile::tempdir().unwrap();
     let target = dir.path().join("taken");

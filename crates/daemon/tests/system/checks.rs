@@ -77,6 +77,60 @@ fn a_model_that_misses_the_picture_is_not_followed() {
 }
 
 #[test]
+fn contrasts_of_another_depth_are_told_or_refused() {
+    let ask_at = |depth_m: f64, calibrated_m: Option<[f64; 2]>, checks: &Checks| {
+        let water = match calibrated_m {
+            Some(depths_m) => water().with_contrast_depth(depths_m).unwrap(),
+            None => water(),
+        };
+        let now = Observation { depth_m, ..NOW };
+        advise_checked(
+            &now,
+            &water,
+            &model(-2.0, 0.02),
+            &Objective::default(),
+            checks,
+        )
+    };
+    let default = Checks::default();
+    // At the depth of the contrasts, within half a metre of it, or where that depth is not known.
+    for (depth_m, calibrated_m) in [
+        (3.0, Some([3.0, 3.0])),
+        (2.6, Some([3.0, 3.0])),
+        (4.4, Some([2.0, 4.0])),
+        (5.0, None),
+    ] {
+        let advice = ask_at(depth_m, calibrated_m, &default);
+        assert!(advice.valid() && advice.warnings.is_empty(), "{advice:?}");
+    }
+    let advice = ask_at(4.5, Some([1.5, 3.0]), &default);
+    assert!(advice.valid() && advice.moves(), "{advice:?}");
+    assert_eq!(advice.warnings[0].name(), "other_depth");
+    let refuse = Checks {
+        other_depth: Strictness::Refuse,
+        ..default
+    };
+    assert!(ask_at(3.0, Some([3.0, 3.0]), &refuse).valid());
+    let advice = ask_at(4.5, Some([1.5, 3.0]), &refuse);
+    assert_hold(&advice, "other_depth");
+    let told = advice.reason.unwrap().to_string();
+    assert!(
+        told.contains("at a depth of 1.5 to 3 m, the vehicle is 4.5 m deep, and 0.5 m beyond"),
+        "{told}"
+    );
+    let ignore = Checks {
+        other_depth: Strictness::Ignore,
+        ..default
+    };
+    assert!(ask_at(1.0, Some([3.0, 3.0]), &ignore).warnings.is_empty());
+    let wide = Checks {
+        depth_margin_m: 2.0,
+        ..refuse
+    };
+    assert!(ask_at(4.5, Some([3.0, 3.0]), &wide).valid());
+}
+
+#[test]
 fn the_usual_error_of_a_model_is_no_misfit() {
     let advice = ask(&NOW, &misfitting([0.2, -0.3, 0.4]), &Checks::default());
     assert!(advice.valid() && advice.warnings.is_empty(), "{advice:?}");

@@ -40,6 +40,9 @@ pub(super) fn profile(profile: &Profile) -> Value {
         "distance_m": profile.distance_range_m(),
         "source": profile.source(),
     });
+    if let Some(depths_m) = profile.contrast_depth_m() {
+        described["contrast_depth_m"] = json!(depths_m);
+    }
     add_rig(&mut described, profile.rig());
     described
 }
@@ -82,6 +85,8 @@ pub(super) fn settings(settings: &Settings) -> Value {
             "misfit": checks.misfit.name(),
             "min_gain": checks.min_gain,
             "other_camera": checks.other_camera.name(),
+            "other_depth": checks.other_depth.name(),
+            "depth_margin_m": checks.depth_margin_m,
         },
         "max_age": {
             "depth_s": age.depth_s,

@@ -128,6 +128,7 @@ impl From<Reason> for WireError {
                 Self::new(Code::OutOfRange, message).at("objective.distance_m")
             }
             Reason::OutsideTraining { input, .. } => Self::new(Code::OutOfRange, message).at(input),
+            Reason::OtherDepth { .. } => Self::new(Code::OutOfRange, message).at("depth_m"),
             Reason::ModelMisfit { .. } | Reason::OtherCamera(_) => {
                 Self::new(Code::InvalidValue, message)
             }
