@@ -45,6 +45,7 @@ pub fn empty(camera: Camera) -> Scene {
         sun: None,
         sky_radiance: [0.0; 3],
         camera,
+        snow: None,
         spectral: None,
         lamps: Vec::new(),
         quads: Vec::new(),

@@ -6,11 +6,14 @@ mod finite;
 
 pub(crate) use error::FEWEST_SAMPLES;
 pub use finite::NotFinite;
+use std::sync::Arc;
 use uw_media::Spectrum;
 
 use rayon::prelude::*;
 
 use coarse::Coarse;
+
+use crate::snow::SnowLayers;
 
 /// Radiance of one source or one way, or the variance of the whole.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,6 +63,8 @@ pub struct Film {
     lamps: usize,
     /// What rows without samples show.
     coarse: Option<Box<Coarse>>,
+    /// What marine snow changes.
+    snow: Option<Arc<SnowLayers>>,
 }
 
 /// Fixed entries of a pixel before the lamps: total, squares, ambient, direct, backscatter.
@@ -82,6 +87,7 @@ impl Film {
             rows: vec![row; height as usize],
             lamps,
             coarse: None,
+            snow: None,
         }
     }
 
@@ -109,6 +115,12 @@ impl Film {
         self
     }
 
+    /// Shows marine snow of a picture of the same size in the total, in each lamp's layer and in the backscatter from now
+    /// on, or none; samples and their variance stay what they are.
+    pub fn show_snow(&mut self, snow: Option<Arc<SnowLayers>>) {
+        self.snow = snow;
+    }
+
     /// Number of lamps.
     pub fn lamps(&self) -> usize {
         self.lamps
@@ -124,6 +136,9 @@ impl Film {
             Some(coarse) if row.batches == 0 => coarse.show(y, layer, values),
             _ => row.show(self.lamps, layer, values),
         });
+        if let Some(snow) = &self.snow {
+            snow.add_to(layer, &mut out);
+        }
         out
     }
 

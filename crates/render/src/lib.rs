@@ -14,3 +14,4 @@ pub mod rays;
 pub mod sampling;
 pub mod scene;
 pub mod sensor;
+pub mod snow;

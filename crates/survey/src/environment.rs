@@ -144,6 +144,7 @@ pub fn scene_in(
             irradiance: [vehicle.sun_irradiance; 3],
         }),
         sky_radiance: [vehicle.sky_radiance; 3],
+        snow: None,
         spectral: spectral(vehicle, water, bands, &colours)?,
         lamps: lamps(vehicle, &camera, colours.lamps.as_ref()),
         camera,

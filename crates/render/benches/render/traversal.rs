@@ -100,6 +100,7 @@ fn empty() -> Scene {
             centre_px: DVec2::splat(0.5),
             distortion: [0.0; 5],
         },
+        snow: None,
         spectral: None,
         lamps: Vec::new(),
         quads: Vec::new(),

@@ -1,7 +1,10 @@
 //! A render as batches of dispatches.
 
 use std::{
-    sync::atomic::{AtomicBool, Ordering},
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
     time::{Duration, Instant},
 };
 
@@ -18,6 +21,7 @@ use crate::{
     integrator::{Plan, Progress, RenderError, RenderStats, coarse::CoarseFirst, thread_pool},
     kernels::{GpuError, Selection, Tables, Tracer, levels},
     prepare::Prepared,
+    snow::snow,
 };
 
 /// Renders `scene` on `gpu`. `cancel` stops it; `observe` is called after each dispatch that finishes rows.
@@ -51,8 +55,9 @@ pub(super) fn render_edited(
     let cpu_start = ProcessTime::now();
     let mut job = Batches::new(gpu, scene, plan, cancel, observe, edit)?;
     job.end = plan.end(setup);
-    let setup_s = setup.elapsed().as_secs_f64();
     let pool = thread_pool(plan.threads)?;
+    let snow = pool.install(|| snow(scene, plan.dark_lamps, cancel));
+    let setup_s = setup.elapsed().as_secs_f64();
     let coarse = pool.install(|| CoarseFirst::begin(scene, plan, cancel, setup))?;
     let mut film = Film::new(scene.camera.width, scene.camera.height, scene.lamps.len());
     job.run(&mut film, coarse.as_ref())?;
@@ -71,6 +76,7 @@ pub(super) fn render_edited(
             count: job.dispatches.work.lost_light,
         });
     }
+    film.show_snow(snow.map(Arc::new));
     film.check_finite(&scene.lamp_names)?;
     let stats = RenderStats {
         adapter: Some(gpu.info().name.clone()),

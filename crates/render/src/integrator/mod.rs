@@ -9,7 +9,10 @@ pub mod stepper;
 mod threads;
 
 use std::{
-    sync::atomic::{AtomicBool, Ordering},
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
     time::Instant,
 };
 
@@ -19,6 +22,7 @@ use crate::{
     film::Film,
     kernels::{GpuError, Selection},
     prepare::Prepared,
+    snow::snow,
 };
 use coarse::CoarseFirst;
 pub use error::RenderError;
@@ -93,9 +97,10 @@ fn render_in(
 ) -> Result<(Film, RenderStats), RenderError> {
     let start = Instant::now();
     let shared = share(scene, plan, precision)?;
-    let setup_s = start.elapsed().as_secs_f64();
     let pool = thread_pool(plan.threads)?;
     let cpu_start = ProcessTime::now();
+    let snow = pool.install(|| snow(scene, plan.dark_lamps, cancel));
+    let setup_s = start.elapsed().as_secs_f64();
     let coarse = pool.install(|| CoarseFirst::begin(scene, plan, cancel, start))?;
     let mut job = RowRender::new(scene, plan, &shared, start, cancel, observe);
     let mut film = Film::new(scene.camera.width, scene.camera.height, scene.lamps.len());
@@ -122,6 +127,7 @@ fn render_in(
             count: work.lost_light,
         });
     }
+    film.show_snow(snow.map(Arc::new));
     film.check_finite(&scene.lamp_names)?;
     let stats = RenderStats {
         adapter: precision.adapter(),

@@ -209,6 +209,19 @@ impl Layers {
         Way::Counted(counted)
     }
 
+    /// What each node and each cloud counts for at a point below the surface.
+    pub(crate) fn counted_at(&self, point: DVec3) -> Vec<f64> {
+        let mut counted = vec![0.0; self.coefficients.len()];
+        let (upper, lower, share) = self.stretch(self.height_m - point.z);
+        counted[upper] += 1.0 - share;
+        counted[lower] += share;
+        let clouds = &mut counted[self.depths_m.len()..];
+        for (&(centre, sigma), counted) in self.plumes.iter().zip(clouds) {
+            *counted = (-0.5 * centre.distance_squared(point) / (sigma * sigma)).exp();
+        }
+        counted
+    }
+
     /// Adds what a part of a way counts that lies on one side of the surface.
     fn count_part(
         &self,
@@ -316,6 +329,18 @@ fn length_in_plume(offset: DVec3, direction: DVec3, length: f64, sigma: f64) -> 
 }
 
 impl Way {
+    /// This way and another one in the same water.
+    pub(crate) fn and(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Counted(own), Self::Counted(other)) => {
+                Self::Counted(own.iter().zip(&other).map(|(x, y)| x + y).collect())
+            }
+            (Self::Length(own), Self::Length(other)) => Self::Length(own + other),
+            // Ways in one water are of one kind.
+            (own, _) => own,
+        }
+    }
+
     /// Transmittance, where the water has attenuation `c` or, where it varies, `coefficients`.
     pub(crate) fn transmittance(&self, c: Spectrum, coefficients: &[Coefficients]) -> Spectrum {
         std::array::from_fn(|k| match self {

@@ -25,7 +25,7 @@ pub use layers::{Coefficients, Layers, Relative, Way};
 pub use medium::{Medium, Strategies};
 pub use spectrum::{AtWavelengths, WavelengthSets};
 
-use crate::scene::{Camera, Scene};
+use crate::scene::{Camera, Scene, Snow};
 
 /// Everything an integrator reads.
 #[derive(Clone, Debug)]
@@ -36,6 +36,8 @@ pub struct Prepared {
     pub medium: Option<Medium>,
     /// How the water varies; `None` where it is the same everywhere.
     pub layers: Option<Layers>,
+    /// Marine snow, where a camera in the water sees it.
+    pub snow: Option<Snow>,
     /// The scene by wavelength; `None` where the three channels are all there is.
     pub spectrum: Option<WavelengthSets>,
     /// The water surface; `None` when the medium fills all space.
@@ -97,6 +99,7 @@ impl Prepared {
         };
         let lamps = scene.lamps.iter().map(PreparedLamp::build);
         let lamps: Vec<_> = lamps.map(under_surface).collect();
+        let above = boundary.is_some_and(|b| scene.camera.position_m.z > b.height);
         // Without a surface the sun would be infinitely far away through the water.
         let lit = boundary.is_some() || medium.is_none();
         let sun = SunBeam::build(scene, boundary.as_ref()).filter(|_| lit);
@@ -114,6 +117,7 @@ impl Prepared {
             sun / std::f64::consts::PI + scene.sky_radiance[k] + largest_emission[k]
         });
         Self {
+            snow: scene.snow.filter(|_| medium.is_some() && !above),
             camera: scene.camera.clone(),
             medium,
             layers,

@@ -4,6 +4,7 @@ use glam::{DMat2, DVec2, DVec3};
 
 use super::range::Range;
 use super::reader::Table;
+use super::snow::BLUR_FIELDS;
 use super::{Camera, SceneError};
 
 /// Largest image side, pixels.
@@ -25,7 +26,7 @@ const INVERTIBLE_ERROR: f64 = 1e-9;
 /// Points per image side at which the distortion is checked when a scene is read.
 const CHECKED_POINTS: u32 = 16;
 
-pub(super) const FIELDS: [&str; 12] = [
+pub(super) const FIELDS: [&str; 16] = [
     "position_m",
     "forward",
     "up",
@@ -38,6 +39,10 @@ pub(super) const FIELDS: [&str; 12] = [
     "width",
     "height",
     "response",
+    BLUR_FIELDS[0],
+    BLUR_FIELDS[1],
+    BLUR_FIELDS[2],
+    BLUR_FIELDS[3],
 ];
 
 /// A size that no picture can have.
@@ -242,6 +247,18 @@ impl Camera {
         let distance_m = offset.dot(self.forward);
         let ideal = DVec2::new(offset.dot(self.right), offset.dot(self.down)) / distance_m;
         (distance_m > 0.0).then(|| self.centre_px + self.distort(ideal).0 * self.focal_px)
+    }
+
+    /// The image point of [`Camera::project`], and the area that a pixel there covers on a plane perpendicular to the
+    /// optical axis at a distance of 1 m along it, m².
+    pub fn project_with_area(&self, point_m: DVec3) -> Option<(DVec2, f64)> {
+        let offset = point_m - self.position_m;
+        let distance_m = offset.dot(self.forward);
+        let ideal = DVec2::new(offset.dot(self.right), offset.dot(self.down)) / distance_m;
+        let (seen, jacobian) = self.distort(ideal);
+        let stretch = jacobian.determinant() * self.focal_px.x * self.focal_px.y;
+        let in_front = distance_m > 0.0 && stretch > 0.0;
+        in_front.then(|| (self.centre_px + seen * self.focal_px, 1.0 / stretch))
     }
 
     /// Brown-Conrady distortion (OpenCV's model) of a point in the image plane at unit distance,

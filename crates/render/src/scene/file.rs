@@ -15,6 +15,8 @@ use super::setting::Amended;
 use super::{
     Camera, Lamp, Scene, SceneError, Setting, WaterSurface, light, object, phase, sections,
     spectral, variation,
+    Camera, Lamp, Scene, SceneError, Setting, WaterSurface, light, object, phase, sections, snow,
+    spectral,
 };
 
 /// Value of the `format` field.
@@ -105,6 +107,7 @@ fn syntax_error(doc: &Document<'_>, error: &toml::de::Error) -> SceneError {
 fn read_scene(root: &Table<'_>) -> Result<Scene, SceneError> {
     let wavelengths = spectral::read(root)?;
     let water = phase::read_water(root, wavelengths.spectral.as_ref())?;
+    let (snow, snow_warnings) = snow::read(root)?;
     let surface = sections::read_surface(root)?;
     let sun = light::read_sun(root)?;
     let sky_radiance = light::read_sky(root)?;
@@ -134,12 +137,18 @@ fn read_scene(root: &Table<'_>) -> Result<Scene, SceneError> {
     warnings.extend(wavelengths.warnings);
     let eye_z_m = camera.position_m.z;
     warnings.extend(variation::below_known(root, surface.as_ref(), eye_z_m)?);
+    warnings.extend(snow_warnings);
+    if snow.is_some() && surface.is_some_and(|s| camera.position_m.z > s.height_m) {
+        warnings
+            .push("the camera is above the water surface, from where no snow is seen".to_owned());
+    }
     let spectral = wavelengths.spectral;
     if let Some(spectral) = &spectral {
         warnings.extend(spectral.dark_channels(&lamps));
     }
     Ok(Scene {
         water,
+        snow,
         surface,
         sun,
         sky_radiance,

@@ -25,6 +25,7 @@ mod range;
 mod reader;
 mod sections;
 mod setting;
+mod snow;
 mod spectral;
 mod texels;
 mod texture;
@@ -49,6 +50,8 @@ use uw_media::{
 pub struct Scene {
     /// The water; `None` is air or vacuum.
     pub water: Option<Water>,
+    /// Marine snow in the water.
+    pub snow: Option<Snow>,
     /// The flat water surface; `None` when the medium fills all space.
     pub surface: Option<WaterSurface>,
     /// The sun. Without a surface it shines from infinity through the medium and is therefore only
@@ -123,6 +126,40 @@ pub struct Plume {
     pub sigma_m: f64,
     /// Absorption and scattering in its middle per channel, 1/m.
     pub iops: Iops,
+}
+
+/// Marine snow: flakes that hold a share of what the water scatters of the lamps' light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Snow {
+    /// Share of the once-scattered lamp light that sits in flakes, in [0, 1].
+    pub share: f64,
+    /// Flakes of a diameter d are as many as d to the power of minus this.
+    pub slope: f64,
+    /// Smallest and largest diameter, m.
+    pub diameter_m: [f64; 2],
+    /// Mean number of flakes in a cubic metre.
+    pub per_m3: f64,
+    /// Velocity of the flakes, m/s.
+    pub drift_m_s: DVec3,
+    /// Time at which the exposure begins, s: by then flakes have drifted so long.
+    pub time_s: f64,
+    /// Seed of the cloud.
+    pub seed: u32,
+    /// How the camera blurs flakes.
+    pub blur: Blur,
+}
+
+/// A thin lens and a shutter. They act on flakes alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Blur {
+    /// Diameter of the lens's opening, m; 0 for a pinhole.
+    pub aperture_m: f64,
+    /// Distance along the optical axis that is in focus, m.
+    pub focus_m: f64,
+    /// Time for which the shutter is open, s.
+    pub exposure_s: f64,
+    /// Velocity of the camera, m/s; the picture is that of its place when the shutter opens.
+    pub velocity_m_s: DVec3,
 }
 
 /// A scene by wavelength: a channel is the mean of what its wavelengths bring, weighted by the camera's response.

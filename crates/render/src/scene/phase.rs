@@ -20,6 +20,7 @@ pub(super) const WATER_FIELDS: [&str; 10] = [
     "profile",
     "jerlov_profile",
     "plume",
+    "snow",
     "a",
     "b",
     "phase",

@@ -238,6 +238,7 @@ impl Settings {
             sun: self.sun.as_ref().map(Sun::build),
             sky_radiance: self.sky_radiance,
             camera: self.camera.build(),
+            snow: None,
             spectral: self.spectral()?,
             lamps: self.lit_lamps().map(LampSettings::build).collect(),
             quads: Vec::new(),
