@@ -1,11 +1,14 @@
 //! A complete scene file says what it should, and what is left out has its default.
 
 use std::fs;
+use std::path::Path;
 
 use glam::{DVec2, DVec3};
 use uw_media::phase::{Phase, PhaseFunction};
 use uw_media::{Bands, WaterType, channel_iops};
-use uw_render::scene::{Encoding, Exposure, Falloff, Noise, Scene, SceneError, TextureFilter};
+use uw_render::scene::{
+    Blur, Encoding, Exposure, Falloff, Noise, Scene, SceneError, Setting, Snow, TextureFilter,
+};
 
 const COMPLETE: &str = r#"
 format = "uw-scene/1"
@@ -303,4 +306,75 @@ fn every_phase_function_model_is_read() {
             read.mean_cosine()
         );
     }
+}
+
+/// Snow, and what of the camera blurs its flakes: every field, its default, and `--set` in the place of both.
+#[test]
+fn snow_is_read_with_what_blurs_it() {
+    let scene = |water: &str, camera: &str| {
+        parse(&format!(
+            "format = \"uw-scene/1\"\n[water]\na = [1, 1, 1]\nb = [1, 1, 1]\n{water}\n[camera]\nposition_m = [0, 0, 0]\n\
+             forward = [1, 0, 0]\nhfov_deg = 60\nwidth = 32\nheight = 18\n{camera}\n"
+        ))
+        .expect("valid")
+    };
+    let none = scene("", "aperture_mm = 0");
+    assert_eq!((none.snow, none.warnings.len()), (None, 0));
+    let defaults = scene("[water.snow]", "").snow.expect("snow");
+    assert_eq!((defaults.share, defaults.slope), (0.1, 3.3));
+    assert_eq!((defaults.per_m3, defaults.diameter_m), (2e4, [3e-4, 5e-3]));
+    assert_eq!((defaults.seed, defaults.time_s), (1, 0.0));
+    assert_eq!(
+        (defaults.drift_m_s, defaults.blur),
+        (DVec3::ZERO, Blur::default())
+    );
+    let full = scene(
+        "snow = { share = 0.4, slope = 3.0, diameter_mm = [1, 2], per_litre = 0.5, drift_m_s = [0, 0.1, -0.2], time_s = 3, seed = 7 }",
+        "aperture_mm = 5\nfocus_m = 1.5\nexposure_s = 0.02\nvelocity_m_s = [0.3, 0, 0]",
+    );
+    let expected = Snow {
+        share: 0.4,
+        slope: 3.0,
+        diameter_m: [1e-3, 2e-3],
+        per_m3: 500.0,
+        drift_m_s: DVec3::new(0.0, 0.1, -0.2),
+        time_s: 3.0,
+        seed: 7,
+        blur: Blur {
+            aperture_m: 5e-3,
+            focus_m: 1.5,
+            exposure_s: 0.02,
+            velocity_m_s: DVec3::new(0.3, 0.0, 0.0),
+        },
+    };
+    assert_eq!(full.snow, Some(expected));
+    assert!(full.warnings[0].contains("blur the flakes of water.snow alone"));
+    let without = scene("", "exposure_s = 0.02");
+    assert!(without.warnings[0].contains("no effect without [water.snow]"));
+}
+
+#[test]
+fn settings_reach_snow() {
+    let text = "format = \"uw-scene/1\"\nwater = { a = [1, 1, 1], b = [1, 1, 1] }\n\
+                camera = { position_m = [0, 0, 0], forward = [1, 0, 0], hfov_deg = 60, width = 32, height = 18 }";
+    let settings: Vec<Setting> = [
+        "water.snow.share=0.3",
+        "water.snow.diameter_mm=[1, 4]",
+        "camera.exposure_s=0.1",
+    ]
+    .iter()
+    .map(|text| text.parse().expect("a setting"))
+    .collect();
+    let scene = Scene::parse_with(text, Path::new("."), "test.toml", &settings).expect("valid");
+    let snow = scene.snow.expect("snow");
+    assert_eq!(
+        (snow.share, snow.diameter_m, snow.blur.exposure_s),
+        (0.3, [1e-3, 4e-3], 0.1)
+    );
+    let wrong = ["water.snow.share=3".parse().expect("a setting")];
+    let error = Scene::parse_with(text, Path::new("."), "test.toml", &wrong).expect_err("refused");
+    assert!(
+        error.to_string().contains("share must be in [0, 1], got 3"),
+        "{error}"
+    );
 }

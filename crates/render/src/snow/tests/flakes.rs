@@ -185,7 +185,7 @@ fn circles_are_those_of_a_thin_lens() {
             );
         }
         let off = mean.length();
-        assert!(off < 0.02 + 0.01 * circle_px, "at {distance_m} m: {mean}");
+        assert!(off < 0.05 + 0.01 * circle_px, "at {distance_m} m: {mean}");
     }
 }
 

@@ -123,7 +123,7 @@ fn the_veil_is_the_renderers_own() {
         let prepared = Prepared::build(&scene);
         let view = View::new(&prepared);
         let plan = Plan {
-            samples_per_pixel: Some(2048),
+            samples_per_pixel: Some(1024),
             max_bounces: 1,
             ..Plan::new(1)
         };
@@ -135,7 +135,9 @@ fn the_veil_is_the_renderers_own() {
         for lamp in 0..2 {
             let source = Source::new(&prepared, lamp).expect("water");
             let guide = Guide::new(&view, &source, 200.0).expect("light");
-            let own = veil(&view, &source, &guide, 1);
+            let own: Vec<_> = (0..16)
+                .flat_map(|seed| veil(&view, &source, &guide, seed))
+                .collect();
             let theirs = film.layer(FilmLayer::Lamp(lamp));
             for k in 0..3 {
                 let mean = |of: &[[f64; 3]]| of.iter().map(|p| p[k]).sum::<f64>() / of.len() as f64;
