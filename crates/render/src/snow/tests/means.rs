@@ -10,7 +10,7 @@ use crate::integrator::{Plan, render, render_lanes};
 use crate::prepare::Prepared;
 use crate::scene::Scene;
 
-const GO_ON: AtomicBool = AtomicBool::new(false);
+static GO_ON: AtomicBool = AtomicBool::new(false);
 /// Tiles along the sides of a picture of 48 × 27 pixels.
 const TILES: [usize; 2] = [6, 3];
 
@@ -70,11 +70,6 @@ fn check_means(scene: &Scene, seeds: u32, error: f64) {
         .iter()
         .map(|(mean, error)| format!("{:.2} ({:.4})", mean / error, error / held))
         .collect();
-    println!(
-        "mean {:.2} s.e. ({:.4} of the veil), tiles {told:?}",
-        mean / of_mean,
-        of_mean / held
-    );
     assert!(beyond.count() <= 1, "z (s.e. of the veil): {told:?}");
     assert!(mean.abs() <= 3.0 * of_mean, "mean {mean}, error {of_mean}");
     assert!(of_mean <= error * held, "error {of_mean} of {held}");
@@ -143,7 +138,6 @@ fn the_veil_is_the_renderers_own() {
                 let mean = |of: &[[f64; 3]]| of.iter().map(|p| p[k]).sum::<f64>() / of.len() as f64;
                 let (own, theirs) = (mean(&own), mean(&theirs));
                 let error = film.variance_of_mean()[k].sqrt();
-                println!("lamp {lamp} channel {k}: {own} against {theirs} ± {error}");
                 assert!(
                     (own - theirs).abs() <= 3.0 * error + 3e-3 * theirs,
                     "lamp {lamp} channel {k}: {own} {theirs}"
