@@ -5,8 +5,10 @@ use std::sync::atomic::AtomicBool;
 use super::super::veil::{Guide, veil};
 use super::super::{Source, View, snow};
 use super::{prepared, scene};
+use crate::backend::Device;
 use crate::film::{Film, FilmLayer};
-use crate::integrator::{Plan, render, render_lanes};
+use crate::gpu::{AdapterChoice, Gpu, skipped::skip_test};
+use crate::integrator::{Plan, render};
 use crate::prepare::Prepared;
 use crate::scene::Scene;
 
@@ -147,7 +149,7 @@ fn the_veil_is_the_renderers_own() {
     }
 }
 
-/// Every backend of the processor shows the same snow, in the picture, the veil and each lamp's layer, which still add up.
+/// Every backend shows the same snow, in the picture, the veil and each lamp's layer, which still add up.
 #[test]
 fn films_show_the_snow_in_the_layers_of_its_light() {
     let water = "a = [0.2, 0.1, 0.05]\nb = [0.4, 0.5, 0.6]\nsnow = { share = 0.5, per_litre = 2 }";
@@ -161,9 +163,17 @@ fn films_show_the_snow_in_the_layers_of_its_light() {
         samples_per_pixel: Some(1),
         ..Plan::new(1)
     };
-    for render in [render, render_lanes] {
+    let gpu = match Gpu::open(AdapterChoice::Best) {
+        Ok(gpu) => Some(Device::from(gpu)),
+        Err(error) => {
+            skip_test(&error);
+            None
+        }
+    };
+    for device in [Device::Cpu, Device::CpuSimd].into_iter().chain(gpu) {
         let film = |scene: &Prepared| -> Film {
-            render(scene, &plan, &GO_ON, &|_| {}).expect("rendered").0
+            let rendered = device.render(scene, &plan, &GO_ON, &|_| {});
+            rendered.expect("rendered").0
         };
         let (with, without) = (film(&with), film(&without));
         for layer in [
