@@ -129,7 +129,7 @@ impl OpenScene {
             Some(toml::Value::Array(objects)) => objects.clone(),
             _ => Vec::new(),
         };
-        let open = Self {
+        let mut open = Self {
             path: Some(path.to_path_buf()),
             title: title(path),
             base_dir,
@@ -137,6 +137,10 @@ impl OpenScene {
             geometry: Arc::new(Geometry::build(&scene)),
             warnings: scene.warnings,
         };
+        if scene.snow.is_some() {
+            let warning = "the snow of water.snow is neither shown nor saved here";
+            open.warnings.push(warning.to_owned());
+        }
         Ok((open, settings))
     }
 
