@@ -13,10 +13,8 @@ use super::kind::check_kind;
 use super::reader::Table;
 use super::setting::Amended;
 use super::{
-    Camera, Lamp, Scene, SceneError, Setting, WaterSurface, light, object, phase, sections,
-    spectral, variation,
     Camera, Lamp, Scene, SceneError, Setting, WaterSurface, light, object, phase, sections, snow,
-    spectral,
+    spectral, variation,
 };
 
 /// Value of the `format` field.

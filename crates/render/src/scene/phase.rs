@@ -13,7 +13,7 @@ use super::reader::Table;
 use super::value::Value;
 use super::{Layer, SceneError, Spectral, Variation, Water, variation};
 
-pub(super) const WATER_FIELDS: [&str; 10] = [
+pub(super) const WATER_FIELDS: [&str; 11] = [
     "jerlov",
     "bands",
     "spectrum",
