@@ -83,6 +83,6 @@ mod tests {
         assert_eq!(of(C3), [(20.0, C3), (40.0, III), (70.0, II)]);
         assert_eq!(of(C9), [(10.0, C9)]);
         let (above, below) = (depth_profile(III).len(), depth_profile(IA).len());
-        assert_eq!((above, below), (3, 3));
+        assert_eq!((above, below), (3, 2));
     }
 }
