@@ -86,6 +86,8 @@ impl Viewer {
                 self.geometry_changed = true;
                 self.picture.forget_probe();
                 self.pixel = None;
+                self.profile_view.selected = 0;
+                self.placed_cloud = None;
             }
             Err(error) => self
                 .toasts

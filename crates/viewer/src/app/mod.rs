@@ -14,7 +14,9 @@ pub use files::FilePurpose;
 
 use crate::guidance::Guidance;
 use crate::model::{Display, History, OpenScene, Settings, camera::Motion, recent::Recent};
-use crate::ui::{self, files::FileDialog, picture::PictureView, toasts::Toasts};
+use crate::ui::{
+    self, depth_profile::ProfileView, files::FileDialog, picture::PictureView, toasts::Toasts,
+};
 use crate::worker::{Frame, Goal, PixelSpectrum, RenderDevice, View, Worker};
 use files::Loading;
 
@@ -79,6 +81,12 @@ pub struct Viewer {
     pub lamps_follow: bool,
     /// Whether the help is shown.
     pub help_open: bool,
+    /// What the water panel keeps of a profile.
+    pub profile_view: ProfileView,
+    /// The cloud that goes where the picture is clicked next.
+    pub placed_cloud: Option<usize>,
+    /// Whether clouds have circles in the picture.
+    pub clouds_shown: bool,
     /// Advice.
     pub guidance: Guidance,
     /// Messages.
@@ -132,6 +140,9 @@ impl Viewer {
             motion: Motion::default(),
             lamps_follow: true,
             help_open: false,
+            profile_view: ProfileView::default(),
+            placed_cloud: None,
+            clouds_shown: true,
             toasts: Toasts::default(),
             files: None,
             picture: PictureView::new(options.canvas),

@@ -5,13 +5,14 @@ mod draw;
 use std::path::Path;
 
 use plotters::style::RGBColor;
+use uw_media::{Iops, spectral::Response};
 use uw_render::image::{ImageError, write_atomically, write_frame};
 
 use crate::guidance::{
     Guidance,
     answer::{Answer, ScoreMap},
 };
-use crate::model::{Coefficients, Settings, water::scale_name};
+use crate::model::{Coefficients, DepthProfile, Settings, water::scale_name};
 use crate::ui::{phase_plot, plots};
 
 /// A curve of a plot.
@@ -79,6 +80,9 @@ fn panels(settings: &Settings, guidance: &Guidance) -> Vec<Panel> {
         if !rows.is_empty() {
             panels.push(spectra(&water.coefficients, &rows));
         }
+        if let Coefficients::Profile(profile) = &water.coefficients {
+            panels.extend(by_depth(profile, &settings.response.response));
+        }
         if let Ok(phase) = water.phase.phase() {
             panels.push(phase_panel(water.phase.name(), phase_plot::curve(&phase)));
         }
@@ -131,9 +135,29 @@ fn spectra(water: &Coefficients, rows: &[(f64, f64, f64)]) -> Panel {
     let title = match water {
         Coefficients::Jerlov { scale, .. } => format!("Jerlov {}", scale_name(*scale)),
         Coefficients::OfFile { path, .. } => path.clone(),
-        Coefficients::Direct(_) => String::new(),
+        Coefficients::Direct(_) | Coefficients::Profile(_) => String::new(),
     };
     panel(title, "wavelength, nm", "1/m", curves)
+}
+
+/// Absorption and scattering of the channels against depth.
+fn by_depth(profile: &DepthProfile, response: &Response) -> Vec<Panel> {
+    let Ok(iops) = profile.iops(response) else {
+        return Vec::new();
+    };
+    let depths = profile.entries().iter().map(|entry| entry.depth_m);
+    let of = |values: fn(&Iops) -> [f64; 3]| {
+        let channel = |(k, (name, colour)): (usize, (&str, RGBColor))| {
+            let points = depths.clone().zip(&iops).map(|(d, i)| [d, values(i)[k]]);
+            curve(name, colour, points.collect())
+        };
+        CHANNELS.into_iter().enumerate().map(channel).collect()
+    };
+    let named = |name: &str, curves| panel(name.to_owned(), "depth, m", "1/m", curves);
+    vec![
+        named("Absorption a", of(|iops| iops.a)),
+        named("Scattering b", of(|iops| iops.b)),
+    ]
 }
 
 fn phase_panel(name: &str, points: Vec<[f64; 2]>) -> Panel {

@@ -22,6 +22,11 @@ use super::task::{GuidanceJob, VehiclePosition};
 /// Who made a profile.
 const MADE_BY: &str = concat!("viewer ", env!("CARGO_PKG_VERSION"));
 
+/// Why there are no images in water that differs from place to place: what spreads the sight of the target is known for water
+/// of one kind, and the target stands in a world of its own, where the clouds of the scene are not.
+pub const VARIES: &str = "The vehicle's images know water that is the same everywhere alone: switch off \"varies with depth\" and \
+    remove the clouds in the water panel, or open a profile and a recording.";
+
 /// Takes images; made once per task.
 pub struct VehicleCamera<'a> {
     job: &'a GuidanceJob,
@@ -37,8 +42,11 @@ impl<'a> VehicleCamera<'a> {
     /// The camera for `job`.
     ///
     /// # Errors
-    /// The target's texture cannot be read, or the settings are not valid.
+    /// The target's texture cannot be read, the settings are not valid, or the water differs from place to place.
     pub fn new(job: &'a GuidanceJob, cancel: &'a AtomicBool) -> Result<Self, String> {
+        if job.settings.water_varies() {
+            return Err(VARIES.to_owned());
+        }
         let target = Target::read(job.pattern, &job.assets).map_err(|e| e.to_string())?;
         let tile_m = f64::from(job.pattern.tile_m());
         Ok(Self {

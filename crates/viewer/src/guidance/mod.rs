@@ -18,6 +18,7 @@ use uw_survey::{routine::TARGET_PATHS, scenery::textures::Pattern, vehicle::Vehi
 use crate::model::Settings;
 use crate::ui::toasts::Toasts;
 use answer::Answer;
+pub use camera::VARIES;
 use daemon::Link;
 pub use look::Look;
 use operation::Operation;

@@ -1,6 +1,8 @@
 //! What the viewer knows, without a window: the settings, the open scene, undo, camera motions, display.
 
 pub mod camera;
+pub mod cloud;
+pub mod depth_profile;
 pub mod display;
 pub mod open_scene;
 pub mod paths;
@@ -12,6 +14,8 @@ pub mod undo;
 pub mod water;
 
 pub use camera::CameraSettings;
+pub use cloud::Cloud;
+pub use depth_profile::DepthProfile;
 pub use display::{Display, FalseColour, ShownLayer};
 pub use open_scene::{OpenError, OpenScene};
 pub use settings::{Balance, LampSettings, SensorSettings, Settings, Sun, Surface};

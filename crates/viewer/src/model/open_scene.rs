@@ -5,15 +5,17 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use uw_media::WaterType;
+use uw_media::spectral::JerlovWater;
 use uw_render::{
     prepare::Geometry,
-    scene::{Scene, SceneError},
+    scene::{Layer, Scene, SceneError},
 };
 
+use super::depth_profile::{DepthProfile, Entry, LayerWater, place, pure};
 use super::settings::rounded;
 use super::{
-    CameraSettings, Coefficients, LampSettings, LightSpectrum, PhaseModel, ResponseSettings,
-    SensorSettings, Settings, Sun, Surface, Water,
+    CameraSettings, Cloud, Coefficients, LampSettings, LightSpectrum, PhaseModel, ResponseSettings,
+    SensorSettings, Settings, Sun, Surface, Water, WaterBands,
 };
 
 /// A scene cannot be opened.
@@ -28,9 +30,9 @@ pub enum OpenError {
         /// The file.
         path: PathBuf,
     },
-    /// The water differs from place to place, which the viewer can neither show nor keep.
-    #[error("{}: water.profile and water.plume are not shown here yet; `uw render` makes pictures of such scenes", path.display())]
-    Varies {
+    /// The water has layers that `water.profile` does not tell of.
+    #[error("{}: layers of the water that water.profile does not hold are not shown here", path.display())]
+    Layers {
         /// The file.
         path: PathBuf,
     },
@@ -116,15 +118,19 @@ impl OpenScene {
     pub fn parse(text: &str, path: &Path) -> Result<(Self, Settings), OpenError> {
         let base_dir = path.parent().unwrap_or(Path::new("")).to_path_buf();
         let scene = Scene::parse(text, &base_dir, &path.display().to_string())?;
-        let water = scene.water.as_ref();
-        if water.is_some_and(|water| !water.variation.is_none()) {
-            return Err(OpenError::Varies {
-                path: path.to_path_buf(),
-            });
-        }
         // What the scene's reader has taken, this reads as well.
         let raw: toml::Table = toml::from_str(text).unwrap_or_default();
         let settings = settings(&scene, &raw, &base_dir);
+        let layers = |water: &uw_render::scene::Water| water.variation.layers.len();
+        let kept = |water: &Water| match &water.coefficients {
+            Coefficients::Profile(profile) => profile.entries().len(),
+            _ => 1,
+        };
+        if scene.water.as_ref().map_or(0, layers) > settings.water.as_ref().map_or(0, kept) {
+            return Err(OpenError::Layers {
+                path: path.to_path_buf(),
+            });
+        }
         let objects = match raw.get("object") {
             Some(toml::Value::Array(objects)) => objects.clone(),
             _ => Vec::new(),
@@ -235,6 +241,7 @@ fn settings(scene: &Scene, raw: &toml::Table, folder: &Path) -> Settings {
     Settings {
         water: scene.water.as_ref().map(|water| Water {
             coefficients: coefficients(scene, water, raw),
+            clouds: water.variation.plumes.iter().map(Cloud::from).collect(),
             phase: phase(water, raw),
             refractive_index: water.refractive_index,
         }),
@@ -263,6 +270,10 @@ fn coefficients(scene: &Scene, water: &uw_render::scene::Water, raw: &toml::Tabl
     let field = |name| raw.get("water")?.get(name);
     let text = |name| field(name).and_then(toml::Value::as_str);
     let bands = text("bands").and_then(|name| name.parse().ok());
+    let layers = &water.variation.layers;
+    if let Some(profile) = field("profile").and_then(|raw| profile(raw, layers, bands)) {
+        return Coefficients::Profile(profile);
+    }
     let spectrum = scene.spectral.as_ref().and_then(|s| s.water.clone());
     if let (Some(path), Some(spectrum)) = (text("spectrum"), spectrum) {
         return Coefficients::OfFile {
@@ -275,27 +286,49 @@ fn coefficients(scene: &Scene, water: &uw_render::scene::Water, raw: &toml::Tabl
             scale,
             bands: bands.unwrap_or_default(),
         },
-        None => Coefficients::Direct(water.iops),
+        // Without the clouds' share, which `water.iops` has.
+        None => Coefficients::Direct(layers.first().map_or(water.iops, |layer| layer.iops)),
     }
 }
 
-/// The place of a water type, or of what lies between two neighbours, along the types.
-fn scale(jerlov: &toml::Value) -> Option<f64> {
-    let index = |name: &toml::Value| {
-        let jerlov: WaterType = name.as_str()?.parse().ok()?;
-        WaterType::ALL.iter().position(|&t| t == jerlov)
+/// The profile of the entries of a scene file that `layers` were read from.
+fn profile(raw: &toml::Value, layers: &[Layer], bands: Option<WaterBands>) -> Option<DepthProfile> {
+    let entry = |(raw, layer): (&toml::Value, &Layer)| {
+        let text = |field| raw.get(field).and_then(toml::Value::as_str);
+        let water = match (text("spectrum"), &layer.spectrum, raw.get("jerlov")) {
+            (Some(path), Some(spectrum), _) => LayerWater::OfFile {
+                path: path.to_owned(),
+                spectrum: spectrum.clone(),
+            },
+            (_, _, Some(jerlov)) => LayerWater::Jerlov(pure(types(jerlov)?)),
+            _ => LayerWater::Direct(layer.iops),
+        };
+        let depth_m = layer.depth_m;
+        Some(Entry { depth_m, water })
     };
+    let raw = raw.as_array().filter(|raw| raw.len() == layers.len())?;
+    let entries: Option<Vec<_>> = raw.iter().zip(layers).map(entry).collect();
+    DepthProfile::new(bands.unwrap_or_default(), entries?)
+}
+
+/// The place of a water type, or of what lies between two neighbours, along the types. Between types that are no neighbours
+/// the place is another water's.
+fn scale(jerlov: &toml::Value) -> Option<f64> {
+    place(&types(jerlov)?)
+}
+
+/// A water type, or what lies between two.
+fn types(jerlov: &toml::Value) -> Option<JerlovWater> {
+    let one = |name: &toml::Value| name.as_str()?.parse::<WaterType>().ok();
     let Some(between) = jerlov.get("between") else {
-        return index(jerlov).map(|i| i as f64);
+        return one(jerlov).map(JerlovWater::from);
     };
     let share = jerlov.get("share")?;
-    let share = share.as_float().or(share.as_integer().map(|i| i as f64))?;
-    let (first, second) = (
-        index(between.get(0)?)? as f64,
-        index(between.get(1)?)? as f64,
-    );
-    // Between types that are no neighbours the place is another water's.
-    ((second - first).abs() == 1.0 || share == 0.0).then_some(first + share * (second - first))
+    Some(JerlovWater {
+        from: one(between.get(0)?)?,
+        to: one(between.get(1)?)?,
+        share: share.as_float().or(share.as_integer().map(|i| i as f64))?,
+    })
 }
 
 fn phase(water: &uw_render::scene::Water, raw: &toml::Table) -> PhaseModel {

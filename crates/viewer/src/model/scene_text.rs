@@ -9,6 +9,7 @@ use uw_media::spectral::JerlovWater;
 use uw_render::image::{ImageError, write_atomically};
 use uw_render::scene::{Encoding, Exposure, Falloff, Sensor};
 
+use super::depth_profile::{DepthProfile, Entry, LayerWater};
 use super::paths::rebased;
 use super::{
     Balance, CameraSettings, Coefficients, LampSettings, LightSpectrum, OpenScene, PhaseModel,
@@ -89,20 +90,15 @@ fn write_water(text: &mut String, water: &Water, moved: &dyn Fn(&Value) -> Value
     text.push_str("\n[water]\n");
     let _ = match &water.coefficients {
         Coefficients::Jerlov { scale, bands } => {
-            let jerlov = match water::neighbours(*scale) {
-                JerlovWater {
-                    from, share: 0.0, ..
-                } => format!("\"{from}\""),
-                JerlovWater { from, to, share } => {
-                    format!("{{ between = [\"{from}\", \"{to}\"], share = {share:?} }}")
-                }
-            };
+            let jerlov = types(&water::neighbours(*scale));
             write!(text, "jerlov = {jerlov}\nbands = \"{bands}\"\n")
         }
         Coefficients::OfFile { path, .. } => {
-            let fields = [("spectrum".to_owned(), Value::from(path.as_str()))];
-            let entry = moved(&Value::Table(toml::Table::from_iter(fields)));
-            writeln!(text, "spectrum = {}", inline(&entry["spectrum"]))
+            writeln!(text, "spectrum = {}", spectrum_file(path, moved))
+        }
+        Coefficients::Profile(profile) => {
+            text.push_str(&profile_text(profile, moved));
+            Ok(())
         }
         Coefficients::Direct(iops) => write!(text, "a = {:?}\nb = {:?}\n", iops.a, iops.b),
     };
@@ -121,6 +117,55 @@ fn write_water(text: &mut String, water: &Water, moved: &dyn Fn(&Value) -> Value
         "phase = {phase}\nrefractive_index = {:?}\n",
         water.refractive_index
     );
+    for cloud in &water.clouds {
+        let _ = write!(
+            text,
+            "\n[[water.plume]]\ncenter_m = {}\nsigma_m = {:?}\na = {:?}\nb = {:?}\n",
+            vector(cloud.centre_m),
+            cloud.sigma_m,
+            cloud.iops.a,
+            cloud.iops.b
+        );
+    }
+}
+
+/// What `jerlov` is for a water of the types.
+fn types(water: &JerlovWater) -> String {
+    match water {
+        JerlovWater {
+            from, share: 0.0, ..
+        } => format!("\"{from}\""),
+        JerlovWater { from, to, share } => {
+            format!("{{ between = [\"{from}\", \"{to}\"], share = {share:?} }}")
+        }
+    }
+}
+
+/// What `spectrum` is for the file of a water.
+fn spectrum_file(path: &str, moved: &dyn Fn(&Value) -> Value) -> String {
+    let fields = [("spectrum".to_owned(), Value::from(path))];
+    let entry = moved(&Value::Table(toml::Table::from_iter(fields)));
+    inline(&entry["spectrum"])
+}
+
+/// A profile, with the bands where they count.
+fn profile_text(profile: &DepthProfile, moved: &dyn Fn(&Value) -> Value) -> String {
+    let entry = |Entry { depth_m, water }: &Entry| {
+        let water = match water {
+            LayerWater::Jerlov(water) => format!("jerlov = {}", types(water)),
+            LayerWater::OfFile { path, .. } => {
+                format!("spectrum = {}", spectrum_file(path, moved))
+            }
+            LayerWater::Direct(iops) => format!("a = {:?}, b = {:?}", iops.a, iops.b),
+        };
+        format!("    {{ depth_m = {depth_m:?}, {water} }},\n")
+    };
+    let entries: String = profile.entries().iter().map(entry).collect();
+    let mut text = format!("profile = [\n{entries}]\n");
+    if !profile.entries().iter().all(|e| e.water.is_direct()) {
+        text += &format!("bands = \"{}\"\n", profile.bands());
+    }
+    text
 }
 
 fn write_spectrum(

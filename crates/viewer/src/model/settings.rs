@@ -221,6 +221,11 @@ impl Settings {
         self.surface.map(|s| s.height_m - self.camera.position_m.z)
     }
 
+    /// Whether the water differs from place to place.
+    pub fn water_varies(&self) -> bool {
+        self.water.as_ref().is_some_and(Water::varies)
+    }
+
     /// The scene without objects, for [`uw_render::prepare::Prepared::build_with`].
     ///
     /// # Errors

@@ -5,13 +5,17 @@ use uw_media::{
     Iops, MediaError, WaterType,
     phase::{Draine, FournierForand, HenyeyGreenstein, Phase, Rayleigh, Tabulated},
 };
-use uw_render::scene;
+use uw_render::scene::{self, Layer, Variation};
 
-/// Water: coefficients, phase function, refractive index.
+use super::{Cloud, DepthProfile};
+
+/// Water: coefficients, clouds, phase function, refractive index.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Water {
     /// Where absorption and scattering come from.
     pub coefficients: Coefficients,
+    /// Clouds, which add to the coefficients.
+    pub clouds: Vec<Cloud>,
     /// Phase function of all channels.
     pub phase: PhaseModel,
     /// Refractive index against air, in [1, 2].
@@ -37,6 +41,8 @@ pub enum Coefficients {
     },
     /// Set by hand, 1/m per channel.
     Direct(Iops),
+    /// By depth.
+    Profile(DepthProfile),
 }
 
 /// A phase function with the parameters that can be set.
@@ -163,6 +169,7 @@ impl Default for Water {
                 scale: 2.0,
                 bands: WaterBands::Spectral,
             },
+            clouds: Vec::new(),
             phase: PhaseModel::DEFAULT,
             refractive_index: 1.34,
         }
@@ -170,7 +177,8 @@ impl Default for Water {
 }
 
 impl Coefficients {
-    /// Absorption and scattering per channel, 1/m; of water by wavelength those near zero range for `response`.
+    /// Absorption and scattering per channel, 1/m; of water by wavelength those near zero range for `response`, of a profile the
+    /// mean of its entries.
     ///
     /// # Errors
     /// Bands that the tables do not cover.
@@ -179,10 +187,20 @@ impl Coefficients {
             Self::Direct(iops) => Ok(*iops),
             Self::OfFile { spectrum, .. } => Ok(spectrum.near_zero_range(response)),
             Self::Jerlov { scale, bands } => bands.iops(neighbours(*scale), response),
+            Self::Profile(profile) => {
+                let layers = profile.layers(response)?;
+                let first = layers[0].iops;
+                let clouds = Vec::new();
+                let variation = Variation {
+                    layers,
+                    plumes: clouds,
+                };
+                Ok(variation.mean_iops(first))
+            }
         }
     }
 
-    /// The water by wavelength; `None` where it is known in three bands.
+    /// The water by wavelength, of a profile the mean of its entries; `None` where it is known in three bands.
     ///
     /// # Errors
     /// Types that were not measured.
@@ -191,11 +209,15 @@ impl Coefficients {
             Self::Direct(_) => Ok(None),
             Self::OfFile { spectrum, .. } => Ok(Some(spectrum.clone())),
             Self::Jerlov { scale, bands } => bands.spectrum(neighbours(*scale)),
+            Self::Profile(profile) => profile.mean_spectrum(),
         }
     }
 
-    /// What is drawn: (wavelength in nm, a, b in 1/m); nothing of coefficients without wavelengths.
+    /// What is drawn: (wavelength in nm, a, b in 1/m); nothing of coefficients without wavelengths and of profiles.
     pub fn rows(&self) -> Vec<(f64, f64, f64)> {
+        if let Self::Profile(_) = self {
+            return Vec::new();
+        }
         match (self, self.spectrum()) {
             (_, Ok(Some(spectrum))) => {
                 let nodes = spectrum.a.nodes().iter();
@@ -246,16 +268,44 @@ pub fn scale_name(scale: f64) -> String {
 }
 
 impl Water {
+    /// Whether it differs from place to place.
+    pub fn varies(&self) -> bool {
+        let by_depth = match &self.coefficients {
+            Coefficients::Profile(profile) => profile.entries().len() > 1,
+            _ => false,
+        };
+        by_depth || !self.clouds.is_empty()
+    }
+
     /// The water as the renderer takes it.
     ///
     /// # Errors
     /// A parameter outside its range.
     pub fn build(&self, response: &Response) -> Result<scene::Water, MediaError> {
+        let homogeneous = self.coefficients.iops(response)?;
+        let variation = self.variation(homogeneous, response)?;
         Ok(scene::Water {
-            iops: self.coefficients.iops(response)?,
+            iops: variation.mean_iops(homogeneous),
             phase: self.phase.phase()?,
             refractive_index: self.refractive_index,
-            variation: uw_render::scene::Variation::default(),
+            variation,
+        })
+    }
+
+    /// How the water differs from place to place, as scene files have it: with clouds there is at least one layer.
+    fn variation(&self, homogeneous: Iops, response: &Response) -> Result<Variation, MediaError> {
+        let layers = match &self.coefficients {
+            Coefficients::Profile(profile) => profile.layers(response)?,
+            _ if self.clouds.is_empty() => Vec::new(),
+            same => vec![Layer {
+                depth_m: 0.0,
+                iops: homogeneous,
+                spectrum: same.spectrum()?,
+            }],
+        };
+        Ok(Variation {
+            layers,
+            plumes: self.clouds.iter().map(Into::into).collect(),
         })
     }
 }

@@ -8,7 +8,7 @@ use uw_survey::scenery::textures::Pattern;
 use super::knobs::{Steps, heading, slider, stepped};
 use super::{look, operation, plots};
 use crate::app::{FilePurpose, Viewer};
-use crate::guidance::{Adviser, answer::Answer};
+use crate::guidance::{Adviser, VARIES, answer::Answer};
 
 /// Depth of the vehicle.
 const DEPTH: Steps = Steps {
@@ -41,6 +41,9 @@ pub fn show(app: &mut Viewer, ui: &mut Ui) {
             app.guidance.cancel();
         }
     }
+    if app.settings.water_varies() {
+        ui.colored_label(ui.visuals().warn_fg_color, VARIES);
+    }
     calibration(app, ui);
     state(app, ui);
     adviser(app, ui);
@@ -66,6 +69,20 @@ fn calibration(app: &mut Viewer, ui: &mut Ui) {
         .show_unindented(ui, |ui| routine(app, ui));
 }
 
+/// Whether the vehicle's camera can take images now.
+fn can_look(app: &Viewer) -> bool {
+    app.guidance.progress().is_none() && !app.settings.water_varies()
+}
+
+/// Why it cannot.
+fn why_not(app: &Viewer) -> &'static str {
+    if app.settings.water_varies() {
+        VARIES
+    } else {
+        "Something is being done"
+    }
+}
+
 fn routine(app: &mut Viewer, ui: &mut Ui) {
     ui.horizontal(|ui| {
         ComboBox::from_label("target")
@@ -77,14 +94,15 @@ fn routine(app: &mut Viewer, ui: &mut Ui) {
             });
     });
     ui.horizontal(|ui| {
-        let idle = app.guidance.progress().is_none();
+        let idle = can_look(app);
         let run = egui::Button::new("Run the routine");
         let text = format!(
             "{} images looking up, {} of the target with lamps off and on",
             UP_DEPTHS_M.len(),
             DISTANCES_M.len()
         );
-        if ui.add_enabled(idle, run).on_hover_text(text).clicked() {
+        let run = ui.add_enabled(idle, run).on_hover_text(text);
+        if run.on_disabled_hover_text(why_not(app)).clicked() {
             let settings = app.settings.clone();
             app.guidance.calibrate(&settings, &mut app.toasts);
         }
@@ -139,12 +157,12 @@ fn state(app: &mut Viewer, ui: &mut Ui) {
             guidance.position.depth_m = depth_m.unwrap_or(guidance.position.depth_m);
             guidance.light_pct = light_pct.unwrap_or(guidance.light_pct);
         }
-        let idle = app.guidance.progress().is_none();
         if ui
-            .add_enabled(idle, egui::Button::new("Look"))
+            .add_enabled(can_look(app), egui::Button::new("Look"))
             .on_hover_text(
                 "Renders what the vehicle's camera sees here, for the statistics of its image",
             )
+            .on_disabled_hover_text(why_not(app))
             .clicked()
         {
             let settings = app.settings.clone();
@@ -231,6 +249,10 @@ fn advice(app: &mut Viewer, ui: &mut Ui) {
         ui.weak("calibrate and look, and the advice appears here");
         return;
     };
+    if app.settings.water_varies() && app.guidance.operation.is_none() {
+        ui.weak("none: the image it would be about is of other water");
+        return;
+    }
     verdict(ui, &answer);
     if let (Some(score), Some(here)) = (answer.score, answer.score_here) {
         ui.weak(format!(
@@ -285,9 +307,11 @@ fn follow(app: &mut Viewer, ui: &mut Ui, answer: &Answer) {
                 app.guidance.look(&settings, &mut app.toasts);
             }
         }
-        let idle = app.guidance.progress().is_none() && answer.moves;
         if ui
-            .add_enabled(idle, egui::Button::new("Render it"))
+            .add_enabled(
+                can_look(app) && answer.moves,
+                egui::Button::new("Render it"),
+            )
             .on_hover_text("Renders the suggestion and compares its contrast with the prediction")
             .clicked()
         {

@@ -89,7 +89,10 @@ pub fn channels(ui: &mut Ui, name: &str, values: &mut [f64; 3], most: f64, unit:
         ui.label(name);
         for (value, channel) in values.iter_mut().zip(CHANNELS) {
             let speed = 0.01 * value.abs().max(0.02);
-            let knob = DragValue::new(value).range(0.0..=most).speed(speed);
+            let knob = DragValue::new(value)
+                .range(0.0..=most)
+                .clamp_existing_to_range(false)
+                .speed(speed);
             ui.add(knob.prefix(format!("{channel} ")).max_decimals(5))
                 .on_hover_text(format!("{name}, {channel}, {unit}"));
         }
@@ -131,7 +134,10 @@ pub fn position(ui: &mut Ui, name: &str, value: &mut DVec3) {
             (&mut value.y, "y"),
             (&mut value.z, "z"),
         ] {
-            let knob = DragValue::new(value).speed(0.02).range(-1e4..=1e4);
+            let knob = DragValue::new(value)
+                .speed(0.02)
+                .range(-1e4..=1e4)
+                .clamp_existing_to_range(false);
             ui.add(knob.prefix(format!("{axis} ")).max_decimals(3))
                 .on_hover_text(format!("{name}, {axis}, m"));
         }

@@ -2,6 +2,9 @@
 
 pub mod camera;
 mod canvas;
+pub mod clouds;
+mod depth_plot;
+pub mod depth_profile;
 pub mod files;
 pub mod guidance;
 pub mod help;

@@ -10,7 +10,7 @@ use uw_render::prepare::Primitive;
 
 use super::canvas::Canvas;
 use super::scale::figure;
-use super::{overlay, pixel, theme};
+use super::{clouds, overlay, pixel, theme};
 use crate::app::Viewer;
 use crate::model::{CameraSettings, camera::Motion};
 use crate::worker::Frame;
@@ -96,9 +96,12 @@ pub fn show(app: &mut Viewer, ui: &mut Ui) {
     if !app.picture.canvas.draw(ui, rect, &frame) {
         ui.painter().rect_filled(rect, 0.0, backdrop);
     }
+    clouds::circles(app, ui, rect);
     let legend = frame.shown.legend.as_ref();
     let taken = legend.map(|legend| overlay::legend(ui, rect, legend));
-    if !app.is_current() {
+    if app.placed_cloud.is_some() {
+        overlay::note(ui, rect, taken, "click where the cloud goes");
+    } else if !app.is_current() {
         overlay::note(ui, rect, taken, "updating: earlier settings");
     }
     app.picture.probe = response.hover_pos().map(|at| {
@@ -221,6 +224,14 @@ fn navigate(app: &mut Viewer, ui: &Ui, response: &egui::Response, frame: &Frame)
         && let Some(at) = app.picture.probe
     {
         pixel::ask(app, ui, at);
+    }
+    if app.placed_cloud.is_some() {
+        if response.clicked()
+            && let Some(at) = app.picture.probe
+        {
+            clouds::put(app, surface_at(frame, at));
+        }
+        return;
     }
     if response.double_clicked()
         && let Some(at) = app.picture.probe

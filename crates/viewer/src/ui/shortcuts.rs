@@ -76,6 +76,9 @@ pub fn handle(app: &mut Viewer, ctx: &Context) {
         ctx.send_viewport_cmd(egui::ViewportCommand::Close);
     }
     let key = |key: Key| ctx.input(|i| i.key_pressed(key) && i.modifiers.is_none());
+    if key(Key::Escape) {
+        app.placed_cloud = None;
+    }
     if key(Key::F1) {
         app.help_open = !app.help_open;
     }

@@ -1,12 +1,17 @@
 //! The water panel: an ocean of any kind.
 
-use egui::{ComboBox, Slider, Ui};
+use egui::{Button, Checkbox, ComboBox, Slider, Ui};
 use uw_media::{Bands, WaterType, phase::PhaseFunction, spectral::Response};
 
 use super::knobs::{channels, heading, light_spectrum, list_height, log_slider, slider};
-use super::{phase_plot, spectra};
+use super::{clouds, depth_profile, phase_plot, spectra};
 use crate::app::{FilePurpose, Viewer};
-use crate::model::{Coefficients, PhaseModel, Sun, Surface, Water, WaterBands, water};
+use crate::model::{
+    Coefficients, DepthProfile, PhaseModel, Sun, Surface, Water, WaterBands, water,
+};
+
+/// Depth of the lower point of a new profile, at least, m.
+const FIRST_BOTTOM_M: f64 = 4.0;
 
 /// Shows the panel.
 pub fn show(app: &mut Viewer, ui: &mut Ui) {
@@ -18,9 +23,9 @@ pub fn show(app: &mut Viewer, ui: &mut Ui) {
         (false, Some(_)) => app.settings.water = None,
         _ => {}
     }
-    let response = app.settings.response.response.clone();
+    coefficients(app, ui);
+    clouds::show(app, ui);
     if let Some(water) = &mut app.settings.water {
-        coefficients(ui, &mut water.coefficients, &response);
         phase(ui, &mut water.phase);
         slider(
             ui,
@@ -42,8 +47,58 @@ pub fn show(app: &mut Viewer, ui: &mut Ui) {
     });
 }
 
-fn coefficients(ui: &mut Ui, coefficients: &mut Coefficients, response: &Response) {
+fn coefficients(app: &mut Viewer, ui: &mut Ui) {
+    let camera_depth_m = app.settings.depth_m();
+    let response = app.settings.response.response.clone();
+    let Some(water) = &mut app.settings.water else {
+        return;
+    };
     heading(ui, "Absorption a and scattering b");
+    depth_switch(ui, &mut water.coefficients, &response, camera_depth_m);
+    match &mut water.coefficients {
+        Coefficients::Profile(profile) => depth_profile::show(
+            ui,
+            profile,
+            &mut app.profile_view,
+            &response,
+            camera_depth_m,
+        ),
+        same => everywhere(ui, same, &response),
+    }
+}
+
+/// Whether the water varies with depth, which needs a surface from which depths are counted.
+fn depth_switch(
+    ui: &mut Ui,
+    coefficients: &mut Coefficients,
+    response: &Response,
+    camera_depth_m: Option<f64>,
+) {
+    let was = matches!(coefficients, Coefficients::Profile(_));
+    let mut varies = was;
+    ui.add_enabled(
+        was || camera_depth_m.is_some(),
+        Checkbox::new(&mut varies, "varies with depth"),
+    )
+    .on_hover_text(
+        "On: two points of this water, to be moved. Off: the water of the point nearest to the camera's depth, everywhere",
+    )
+    .on_disabled_hover_text("Depths are counted from the water surface: switch it on below");
+    let camera_depth_m = camera_depth_m.unwrap_or(0.0);
+    match coefficients {
+        Coefficients::Profile(profile) if !varies => {
+            *coefficients = profile.nearest(camera_depth_m, response);
+        }
+        same if varies && !was => {
+            let bottom_m = (2.0 * camera_depth_m).ceil().max(FIRST_BOTTOM_M);
+            *same = Coefficients::Profile(DepthProfile::of(same, bottom_m));
+        }
+        _ => {}
+    }
+}
+
+/// Water that is the same at every depth.
+fn everywhere(ui: &mut Ui, coefficients: &mut Coefficients, response: &Response) {
     types(ui, coefficients, response);
     let before = coefficients.iops(response);
     let rows = coefficients.rows();
@@ -57,7 +112,7 @@ fn coefficients(ui: &mut Ui, coefficients: &mut Coefficients, response: &Respons
                     .custom_formatter(name),
             )
             .on_hover_text("Mixes a and b of neighbouring types");
-            bands_box(ui, bands);
+            bands_box(ui, bands, |_| true);
             match bands {
                 WaterBands::Three(bands) => spectra::with_intervals(ui, &rows, bands),
                 _ => spectra::with_response(ui, &rows, response),
@@ -67,7 +122,7 @@ fn coefficients(ui: &mut Ui, coefficients: &mut Coefficients, response: &Respons
             ui.weak(format!("by wavelength, from {path}"));
             spectra::with_response(ui, &rows, response);
         }
-        Coefficients::Direct(_) => {}
+        Coefficients::Direct(_) | Coefficients::Profile(_) => {}
     }
     let is_spectral = matches!(coefficients.spectrum(), Ok(Some(_)));
     let mut iops = match before {
@@ -104,7 +159,7 @@ fn types(ui: &mut Ui, coefficients: &mut Coefficients, response: &Response) {
         ui.spacing_mut().item_spacing.x = 3.0;
         let (scale, bands) = match coefficients {
             Coefficients::Jerlov { scale, bands } => (Some(*scale), *bands),
-            Coefficients::Direct(_) | Coefficients::OfFile { .. } => (None, WaterBands::default()),
+            _ => (None, WaterBands::default()),
         };
         for (i, water_type) in WaterType::ALL.into_iter().enumerate() {
             let chosen = scale == Some(i as f64);
@@ -127,13 +182,13 @@ fn types(ui: &mut Ui, coefficients: &mut Coefficients, response: &Response) {
     });
 }
 
-fn bands_box(ui: &mut Ui, bands: &mut WaterBands) {
+/// How wavelengths become channels; what does not fit cannot be chosen.
+pub(super) fn bands_box(ui: &mut Ui, bands: &mut WaterBands, fits: impl Fn(&WaterBands) -> bool) {
     let intervals = match &*bands {
         WaterBands::Three(bands) => spectra::intervals(bands),
         _ => spectra::intervals(&Bands::Mean),
     };
     let own = Bands::Intervals(intervals);
-    let three = |bands| WaterBands::Three(bands);
     ComboBox::from_label("wavelengths to channels")
         .selected_text(match &*bands {
             WaterBands::Three(Bands::Intervals(_)) => "own intervals".to_owned(),
@@ -141,22 +196,30 @@ fn bands_box(ui: &mut Ui, bands: &mut WaterBands) {
         })
         .height(list_height(ui))
         .show_ui(ui, |ui| {
-            ui.selectable_value(bands, WaterBands::Spectral, "spectral")
+            let mut choice = |choice: WaterBands, name: &str| {
+                let button = Button::selectable(*bands == choice, name);
+                let response = ui
+                    .add_enabled(fits(&choice), button)
+                    .on_disabled_hover_text("Not every point of the profile can be had with it");
+                if response.clicked() {
+                    *bands = choice;
+                }
+                response
+            };
+            choice(WaterBands::Spectral, "spectral")
                 .on_hover_text("Each sample has a wavelength for each channel: right at any range");
-            ui.selectable_value(
-                bands,
+            choice(
                 WaterBands::SpectralMeasured,
                 "spectral-measured (IB II III 1C 3C 5C)",
             );
             let cameras = uw_media::Camera::ALL.map(Bands::Camera);
-            for choice in [Bands::Mean, Bands::Measured].into_iter().chain(cameras) {
-                ui.selectable_value(bands, three(choice), choice.to_string())
+            for three in [Bands::Mean, Bands::Measured].into_iter().chain(cameras) {
+                choice(WaterBands::Three(three), &three.to_string())
                     .on_hover_text("One coefficient for each channel: right near zero range");
             }
-            ui.selectable_value(bands, three(own), "own intervals");
-            ui.selectable_value(
-                bands,
-                three(Bands::PaperPrinted),
+            choice(WaterBands::Three(own), "own intervals");
+            choice(
+                WaterBands::Three(Bands::PaperPrinted),
                 "paper-printed (misprints)",
             );
         });
@@ -224,7 +287,10 @@ fn light(app: &mut Viewer, ui: &mut Ui) {
     heading(ui, "Depth, sun and sky");
     let settings = &mut app.settings;
     let mut surface = settings.surface.is_some();
-    ui.checkbox(&mut surface, "water surface");
+    let water = settings.water.as_ref().map(|water| &water.coefficients);
+    let is_needed = surface && matches!(water, Some(Coefficients::Profile(_)));
+    ui.add_enabled(!is_needed, Checkbox::new(&mut surface, "water surface"))
+        .on_disabled_hover_text("The depths of the water's profile are counted from it");
     match (surface, settings.surface) {
         (true, None) => {
             settings.surface = Some(Surface {
