@@ -83,6 +83,18 @@ impl LayerWater {
     }
 }
 
+/// Coefficients within what can be set by hand; `None` for what are no numbers.
+fn settable(iops: Iops) -> Option<Iops> {
+    let held = |values: [f64; 3]| {
+        let finite = values.into_iter().all(f64::is_finite);
+        finite.then(|| values.map(|x| x.clamp(0.0, LARGEST_PER_M)))
+    };
+    Some(Iops {
+        a: held(iops.a)?,
+        b: held(iops.b)?,
+    })
+}
+
 /// The same water, of one type alone where only one counts.
 pub fn pure(water: JerlovWater) -> JerlovWater {
     match water.share {
@@ -204,14 +216,10 @@ impl DepthProfile {
 
     /// Sets the coefficients of an entry, 1/m, within what can be set; not of one that has them from a type or a file.
     pub fn set_values(&mut self, at: usize, iops: Iops) {
-        let held = |values: [f64; 3]| {
-            let finite = values.into_iter().all(f64::is_finite);
-            finite.then(|| values.map(|x| x.clamp(0.0, LARGEST_PER_M)))
-        };
-        if let (LayerWater::Direct(own), Some(a), Some(b)) =
-            (&mut self.entries[at].water, held(iops.a), held(iops.b))
+        if let (LayerWater::Direct(own), Some(iops)) =
+            (&mut self.entries[at].water, settable(iops))
         {
-            *own = Iops { a, b };
+            *own = iops;
         }
     }
 
@@ -229,7 +237,7 @@ impl DepthProfile {
 
     /// Makes an entry coefficients of its own, 1/m, where light does not go by wavelength.
     pub fn set_direct(&mut self, at: usize, iops: Iops) {
-        if !self.bands.is_spectral() {
+        if let (false, Some(iops)) = (self.bands.is_spectral(), settable(iops)) {
             self.entries[at].water = LayerWater::Direct(iops);
             self.settle_bands();
         }

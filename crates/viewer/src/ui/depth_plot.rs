@@ -1,6 +1,6 @@
 //! The plot of a profile of the water: coefficients against depth, downwards, with points that can be dragged.
 
-use egui::{CursorIcon, Pos2, Ui};
+use egui::{CursorIcon, Pos2, Role, Ui, WidgetInfo};
 use egui_plot::{HLine, Line, LineStyle, MarkerShape, PlotPoint, PlotPoints, PlotUi, Points};
 use uw_media::Iops;
 
@@ -92,6 +92,7 @@ pub fn show(
             }
         });
     let response = shown.response.interact(egui::Sense::click_and_drag());
+    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, "Profile of the water"));
     let on_screen = |at: usize, channel: usize| {
         let value = quantity.of(&iops[at])[channel];
         shown

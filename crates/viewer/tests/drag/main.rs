@@ -1,4 +1,4 @@
-//! A slider that is dragged for a long time: frames stay short, memory stays flat, nothing stale is called current.
+//! A slider, and a point of a profile, dragged for a long time: frames stay short, memory stays flat, nothing stale is called current.
 //! A program of its own, because the memory it reads is that of the whole process.
 
 #[path = "../common/mod.rs"]
@@ -7,7 +7,8 @@ mod common;
 use std::time::{Duration, Instant};
 
 use uw_viewer::app::{Options, Viewer};
-use uw_viewer::model::{Coefficients, OpenScene};
+use uw_media::Iops;
+use uw_viewer::model::{Coefficients, DepthProfile, OpenScene, Water, WaterBands};
 
 use common::{PATIENCE, SCENE};
 
@@ -29,8 +30,42 @@ fn memory() -> Option<u64> {
     Some(4096 * pages)
 }
 
+/// Water between the types, by a slider that goes to and fro.
+fn slide(water: &mut Water, i: u32) {
+    water.coefficients = Coefficients::Jerlov {
+        scale: 4.5 + 4.5 * (f64::from(i) * 0.05).sin(),
+        bands: WaterBands::Spectral,
+    };
+}
+
+/// A layer that a dragged point makes denser and deeper, and thinner and shallower again.
+fn draw(water: &mut Water, i: u32) {
+    if let Coefficients::Jerlov { .. } = water.coefficients {
+        let clear = Coefficients::Direct(Iops {
+            a: [0.3, 0.1, 0.05],
+            b: [0.2; 3],
+        });
+        let mut profile = DepthProfile::of(&clear, 6.0);
+        profile.insert(3.0);
+        water.coefficients = Coefficients::Profile(profile);
+    }
+    if let Coefficients::Profile(profile) = &mut water.coefficients {
+        let share = (f64::from(i) * 0.05).sin();
+        profile.set_depth(1, 3.0 + share);
+        let (a, b) = ([0.3, 0.1, 0.05], [0.6 + 0.4 * share; 3]);
+        profile.set_values(1, Iops { a, b });
+    }
+}
+
+/// One after the other, because the memory is that of the whole process.
 #[test]
-fn dragging_a_slider_neither_freezes_nor_leaks_nor_lies() {
+fn dragging_neither_freezes_nor_leaks_nor_lies() {
+    for change in [slide, draw] {
+        is_dragged(change);
+    }
+}
+
+fn is_dragged(change: fn(&mut Water, u32)) {
     let text = SCENE.replace("width = 160, height = 90", "width = 640, height = 360");
     let opened = OpenScene::parse(&text, "drag.toml".as_ref()).expect("valid");
     let viewer =
@@ -49,10 +84,7 @@ fn dragging_a_slider_neither_freezes_nor_leaks_nor_lies() {
         let due = start + Duration::from_secs(1) * i / RATE_HZ;
         std::thread::sleep(due.saturating_duration_since(Instant::now()));
         let water = harness.state_mut().settings.water.as_mut().expect("water");
-        water.coefficients = Coefficients::Jerlov {
-            scale: 4.5 + 4.5 * (f64::from(i) * 0.05).sin(),
-            bands: uw_viewer::model::WaterBands::Spectral,
-        };
+        change(water, i);
         let before = cpu_time::ThreadTime::now();
         harness.step();
         longest = longest.max(before.elapsed());

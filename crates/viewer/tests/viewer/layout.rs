@@ -13,7 +13,7 @@ use crate::panels::{click, until, viewer};
 use crate::support::{profile, recording};
 
 /// A small window, points.
-const SMALL: Vec2 = vec2(900.0, 600.0);
+pub(crate) const SMALL: Vec2 = vec2(900.0, 600.0);
 /// A window whose picture leaves no room above and below, points.
 const LOW: Vec2 = vec2(1280.0, 480.0);
 /// How far a rectangle may reach over an edge: rounding to pixels.
@@ -68,6 +68,13 @@ fn labels_and_buttons_are_whole_in_a_small_window() {
     let guidance = &mut harness.state_mut().guidance;
     guidance.profile = Some(std::sync::Arc::new(profile()));
     guidance.open_record(&path).expect("a recording");
+    for tab in [Tab::Water, Tab::Scene, Tab::Guidance] {
+        is_whole(&mut harness, tab);
+    }
+}
+
+/// Nothing of a panel reaches over the picture or out of the small window.
+pub(crate) fn is_whole(harness: &mut Harness<'_, Viewer>, tab: Tab) {
     let roles = [
         Role::Label,
         Role::Button,
@@ -77,36 +84,34 @@ fn labels_and_buttons_are_whole_in_a_small_window() {
         Role::ComboBox,
         Role::RadioButton,
     ];
-    for tab in [Tab::Water, Tab::Scene, Tab::Guidance] {
-        harness.state_mut().tab = tab;
-        harness.run_steps(4);
-        let picture = harness.get_by_label("Picture").rect();
-        let window = Rect::from_min_size(egui::Pos2::ZERO, SMALL).expand(ROUNDING);
-        let mut seen = 0;
-        for node in harness.root().children_recursive() {
-            if !roles.contains(&node.accesskit_node().role()) {
-                continue;
-            }
-            let rect = node.rect();
-            // Bars at the top and bottom have the whole width.
-            let in_bar = rect.top() < 26.0 || rect.top() > SMALL.y - 36.0;
-            let right = if in_bar {
-                window.right()
-            } else {
-                picture.left()
-            };
-            if rect.left() > right || picture.contains(rect.center()) {
-                continue;
-            }
-            seen += 1;
-            assert!(
-                rect.left() >= window.left() && rect.right() <= right + ROUNDING,
-                "{tab:?}: {:?} at {rect:?}, beyond {right}",
-                text(&node)
-            );
+    harness.state_mut().tab = tab;
+    harness.run_steps(4);
+    let picture = harness.get_by_label("Picture").rect();
+    let window = Rect::from_min_size(egui::Pos2::ZERO, SMALL).expand(ROUNDING);
+    let mut seen = 0;
+    for node in harness.root().children_recursive() {
+        if !roles.contains(&node.accesskit_node().role()) {
+            continue;
         }
-        assert!(seen > 20, "{tab:?}: {seen}");
+        let rect = node.rect();
+        // Bars at the top and bottom have the whole width.
+        let in_bar = rect.top() < 26.0 || rect.top() > SMALL.y - 36.0;
+        let right = if in_bar {
+            window.right()
+        } else {
+            picture.left()
+        };
+        if rect.left() > right || picture.contains(rect.center()) {
+            continue;
+        }
+        seen += 1;
+        assert!(
+            rect.left() >= window.left() && rect.right() <= right + ROUNDING,
+            "{tab:?}: {:?} at {rect:?}, beyond {right}",
+            text(&node)
+        );
     }
+    assert!(seen > 20, "{tab:?}: {seen}");
 }
 
 #[test]

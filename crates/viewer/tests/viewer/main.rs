@@ -12,4 +12,5 @@ mod scene_files;
 mod shared;
 mod snapshots;
 mod support;
+mod varying;
 mod worker;

@@ -8,6 +8,7 @@ use uw_viewer::worker::{Activity, Goal};
 
 use crate::panels::until;
 use crate::support::{has_gpu, profile, recording, small};
+use crate::varying::{NUMBERS, TYPES, opened};
 
 /// A viewer whose picture is finished after one sample, so that it is always the same.
 fn finished(tab: Tab, light: bool, prepare: impl FnOnce(&mut Viewer)) -> Harness<'static, Viewer> {
@@ -75,6 +76,22 @@ fn panels_look_as_they_did() {
         (Tab::Water, true, "water_light"),
     ] {
         let mut harness = finished(tab, light, |_| {});
+        compare_panels(&mut harness, name);
+        results.extend_harness(&mut harness);
+    }
+}
+
+#[test]
+fn water_that_varies_looks_as_it_did() {
+    if !has_gpu() {
+        return;
+    }
+    let mut results = SnapshotResults::new();
+    for (water, light, name) in [
+        (NUMBERS, false, "water_profile"),
+        (TYPES, true, "water_profile_light"),
+    ] {
+        let mut harness = finished(Tab::Water, light, |v| v.settings = opened(water).1);
         compare_panels(&mut harness, name);
         results.extend_harness(&mut harness);
     }
