@@ -55,28 +55,29 @@ pub(super) fn read(root: &Table<'_>) -> Result<(Option<Snow>, Vec<String>), Scen
 }
 
 fn read_snow(table: &Table<'_>, blur: Blur) -> Result<Snow, SceneError> {
+    let usual = Snow::default();
     let diameter = Range::closed(1e-3, 1e2, "mm");
-    let [smallest, largest] = match table.optional("diameter_mm") {
-        None => DEFAULT_DIAMETER_MM,
+    let diameter_m = match table.optional("diameter_mm") {
+        None => usual.diameter_m,
         Some(value) => {
             let [smallest, largest]: [f64; 2] = value.as_numbers(diameter)?;
             if largest < smallest {
                 return Err(value.invalid("[smallest, largest] diameter in mm"));
             }
-            [smallest, largest]
+            [smallest / MM, largest / MM]
         }
     };
     let per_litre = Range::closed(1e-6, 1e6, "flakes");
     Ok(Snow {
-        share: table.number_or("share", Range::closed(0.0, 1.0, ""), DEFAULT_SHARE)?,
-        slope: table.number_or("slope", Range::closed(0.0, 10.0, ""), DEFAULT_SLOPE)?,
-        diameter_m: [smallest / MM, largest / MM],
+        share: table.number_or("share", Range::closed(0.0, 1.0, ""), usual.share)?,
+        slope: table.number_or("slope", Range::closed(0.0, 10.0, ""), usual.slope)?,
+        diameter_m,
         per_m3: LITRES * table.number_or("per_litre", per_litre, DEFAULT_PER_LITRE)?,
         drift_m_s: velocity(table, "drift_m_s")?,
         time_s: table.number_or("time_s", TIME, 0.0)?,
         seed: table
             .optional("seed")
-            .map_or(Ok(1), |value| value.as_whole(0, u32::MAX, ""))?,
+            .map_or(Ok(usual.seed), |value| value.as_whole(0, u32::MAX, ""))?,
         blur,
     })
 }
@@ -109,6 +110,22 @@ fn velocity(table: &Table<'_>, field: &str) -> Result<DVec3, SceneError> {
     let value = table.optional(field);
     let numbers = value.map_or(Ok([0.0; 3]), |value| value.as_numbers(SPEED))?;
     Ok(DVec3::from_array(numbers))
+}
+
+impl Default for Snow {
+    /// What scene files have where they say nothing of it.
+    fn default() -> Self {
+        Self {
+            share: DEFAULT_SHARE,
+            slope: DEFAULT_SLOPE,
+            diameter_m: DEFAULT_DIAMETER_MM.map(|mm| mm / MM),
+            per_m3: LITRES * DEFAULT_PER_LITRE,
+            drift_m_s: DVec3::ZERO,
+            time_s: 0.0,
+            seed: 1,
+            blur: Blur::default(),
+        }
+    }
 }
 
 impl Default for Blur {

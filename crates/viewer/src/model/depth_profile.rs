@@ -216,8 +216,7 @@ impl DepthProfile {
 
     /// Sets the coefficients of an entry, 1/m, within what can be set; not of one that has them from a type or a file.
     pub fn set_values(&mut self, at: usize, iops: Iops) {
-        if let (LayerWater::Direct(own), Some(iops)) =
-            (&mut self.entries[at].water, settable(iops))
+        if let (LayerWater::Direct(own), Some(iops)) = (&mut self.entries[at].water, settable(iops))
         {
             *own = iops;
         }
@@ -256,6 +255,7 @@ impl DepthProfile {
     pub fn set_bands(&mut self, bands: WaterBands) {
         if self.takes_bands(&bands) {
             self.bands = bands;
+            self.settle_bands();
         }
     }
 

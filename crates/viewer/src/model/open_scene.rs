@@ -135,7 +135,7 @@ impl OpenScene {
             Some(toml::Value::Array(objects)) => objects.clone(),
             _ => Vec::new(),
         };
-        let mut open = Self {
+        let open = Self {
             path: Some(path.to_path_buf()),
             title: title(path),
             base_dir,
@@ -143,10 +143,6 @@ impl OpenScene {
             geometry: Arc::new(Geometry::build(&scene)),
             warnings: scene.warnings,
         };
-        if scene.snow.is_some() {
-            let warning = "the snow of water.snow is neither shown nor saved here";
-            open.warnings.push(warning.to_owned());
-        }
         Ok((open, settings))
     }
 
@@ -245,6 +241,7 @@ fn settings(scene: &Scene, raw: &toml::Table, folder: &Path) -> Settings {
             phase: phase(water, raw),
             refractive_index: water.refractive_index,
         }),
+        snow: scene.snow,
         surface: scene.surface.map(|s| Surface {
             height_m: s.height_m,
             refractive: s.refractive,
@@ -271,7 +268,11 @@ fn coefficients(scene: &Scene, water: &uw_render::scene::Water, raw: &toml::Tabl
     let text = |name| field(name).and_then(toml::Value::as_str);
     let bands = text("bands").and_then(|name| name.parse().ok());
     let layers = &water.variation.layers;
-    if let Some(profile) = field("profile").and_then(|raw| profile(raw, layers, bands)) {
+    let raw_profile = match text("jerlov_profile") {
+        Some(name) => name.parse().ok().map(stratified),
+        None => field("profile").cloned(),
+    };
+    if let Some(profile) = raw_profile.and_then(|raw| profile(&raw, layers, bands)) {
         return Coefficients::Profile(profile);
     }
     let spectrum = scene.spectral.as_ref().and_then(|s| s.water.clone());
@@ -309,6 +310,25 @@ fn profile(raw: &toml::Value, layers: &[Layer], bands: Option<WaterBands>) -> Op
     let raw = raw.as_array().filter(|raw| raw.len() == layers.len())?;
     let entries: Option<Vec<_>> = raw.iter().zip(layers).map(entry).collect();
     DepthProfile::new(bands.unwrap_or_default(), entries?)
+}
+
+/// The entries that `jerlov_profile` stands for: those of the types of its layers, with jumps between them.
+fn stratified(at_surface: WaterType) -> toml::Value {
+    let entry = |depth_m: f64, water_type: WaterType| {
+        toml::Value::Table(toml::Table::from_iter([
+            ("depth_m".to_owned(), depth_m.into()),
+            ("jerlov".to_owned(), water_type.name().into()),
+        ]))
+    };
+    let layers = uw_media::depth_profile(at_surface);
+    let jumps = layers
+        .windows(2)
+        .flat_map(|pair| [&pair[0], &pair[1]].map(|own| entry(pair[1].top_m, own.water_type)));
+    let first = layers
+        .iter()
+        .take(1)
+        .map(|own| entry(own.top_m, own.water_type));
+    toml::Value::Array(first.chain(jumps).collect())
 }
 
 /// The place of a water type, or of what lies between two neighbours, along the types. Between types that are no neighbours

@@ -7,10 +7,11 @@ use glam::DVec3;
 use toml::Value;
 use uw_media::spectral::JerlovWater;
 use uw_render::image::{ImageError, write_atomically};
-use uw_render::scene::{Encoding, Exposure, Falloff, Sensor};
+use uw_render::scene::{Blur, Encoding, Exposure, Falloff, Sensor, Snow};
 
 use super::depth_profile::{DepthProfile, Entry, LayerWater};
 use super::paths::rebased;
+use super::settings::rounded;
 use super::{
     Balance, CameraSettings, Coefficients, LampSettings, LightSpectrum, OpenScene, PhaseModel,
     SensorSettings, Settings, Water, water,
@@ -44,6 +45,9 @@ pub fn scene_text(open: &OpenScene, settings: &Settings, folder: &Path) -> Strin
     // Writing to a string cannot fail; the results are dropped throughout.
     if let Some(water) = &settings.water {
         write_water(&mut text, water, &moved);
+        if let Some(snow) = &settings.snow {
+            write_snow(&mut text, snow);
+        }
     }
     if let Some(surface) = settings.surface {
         let _ = write!(
@@ -65,6 +69,9 @@ pub fn scene_text(open: &OpenScene, settings: &Settings, folder: &Path) -> Strin
         write_spectrum(&mut text, settings.sky_spectrum.as_ref(), &moved);
     }
     write_camera(&mut text, &settings.camera);
+    if let Some(snow) = &settings.snow {
+        write_blur(&mut text, &snow.blur);
+    }
     if let Some(response) = &settings.response.entry {
         let _ = writeln!(text, "response = {}", inline(&moved(response)));
     }
@@ -125,6 +132,35 @@ fn write_water(text: &mut String, water: &Water, moved: &dyn Fn(&Value) -> Value
             cloud.sigma_m,
             cloud.iops.a,
             cloud.iops.b
+        );
+    }
+}
+
+fn write_snow(text: &mut String, snow: &Snow) {
+    let [smallest, largest] = snow.diameter_m.map(|d| rounded(1e3 * d));
+    let _ = write!(
+        text,
+        "\n[water.snow]\nshare = {:?}\nslope = {:?}\ndiameter_mm = [{smallest:?}, {largest:?}]\nper_litre = {:?}\n\
+         drift_m_s = {}\ntime_s = {:?}\nseed = {}\n",
+        snow.share,
+        snow.slope,
+        rounded(1e-3 * snow.per_m3),
+        vector(snow.drift_m_s),
+        snow.time_s,
+        snow.seed
+    );
+}
+
+/// What of the camera blurs flakes.
+fn write_blur(text: &mut String, blur: &Blur) {
+    if *blur != Blur::default() {
+        let _ = write!(
+            text,
+            "aperture_mm = {:?}\nfocus_m = {:?}\nexposure_s = {:?}\nvelocity_m_s = {}\n",
+            rounded(1e3 * blur.aperture_m),
+            blur.focus_m,
+            blur.exposure_s,
+            vector(blur.velocity_m_s)
         );
     }
 }

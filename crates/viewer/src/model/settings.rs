@@ -4,7 +4,7 @@ use glam::DVec3;
 use uw_media::MediaError;
 use uw_media::spectral::{Curve, sky_light, sunlight};
 use uw_render::scene::{
-    Encoding, Exposure, Falloff, Lamp, Noise, RenderSettings, Scene, Sensor, Spectral,
+    Encoding, Exposure, Falloff, Lamp, Noise, RenderSettings, Scene, Sensor, Snow, Spectral,
     WaterSurface, WhiteBalance,
 };
 
@@ -16,6 +16,8 @@ use super::{CameraSettings, LightSpectrum, ResponseSettings, Water};
 pub struct Settings {
     /// The water; `None` is air.
     pub water: Option<Water>,
+    /// Marine snow in it.
+    pub snow: Option<Snow>,
     /// The water surface; `None` when the water fills all space.
     pub surface: Option<Surface>,
     /// The sun.
@@ -243,7 +245,7 @@ impl Settings {
             sun: self.sun.as_ref().map(Sun::build),
             sky_radiance: self.sky_radiance,
             camera: self.camera.build(),
-            snow: None,
+            snow: self.snow.filter(|_| water.is_some()),
             spectral: self.spectral()?,
             lamps: self.lit_lamps().map(LampSettings::build).collect(),
             quads: Vec::new(),

@@ -21,6 +21,7 @@ pub mod plots;
 mod scale;
 pub mod scene;
 pub mod shortcuts;
+pub mod snow;
 pub mod spectra;
 pub mod status;
 pub mod theme;

@@ -4,7 +4,7 @@ use egui::{Button, Checkbox, ComboBox, Slider, Ui};
 use uw_media::{Bands, WaterType, phase::PhaseFunction, spectral::Response};
 
 use super::knobs::{channels, heading, light_spectrum, list_height, log_slider, slider};
-use super::{clouds, depth_profile, phase_plot, spectra};
+use super::{clouds, depth_profile, phase_plot, snow, spectra};
 use crate::app::{FilePurpose, Viewer};
 use crate::model::{
     Coefficients, DepthProfile, PhaseModel, Sun, Surface, Water, WaterBands, water,
@@ -25,6 +25,7 @@ pub fn show(app: &mut Viewer, ui: &mut Ui) {
     }
     coefficients(app, ui);
     clouds::show(app, ui);
+    snow::show(app, ui);
     if let Some(water) = &mut app.settings.water {
         phase(ui, &mut water.phase);
         slider(

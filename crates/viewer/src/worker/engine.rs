@@ -1,6 +1,7 @@
 //! One stage of a render on either backend, with its film.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
 use uw_render::{
     backend::Device,
@@ -8,6 +9,7 @@ use uw_render::{
     gpu::{self, Gpu, GpuError, Statistics},
     integrator::{Plan, stepper::Stepper},
     prepare::Prepared,
+    snow::SnowLayers,
 };
 
 use super::{View, textures::Textures};
@@ -32,6 +34,8 @@ pub enum Engine<'a> {
         stepper: Box<gpu::AdapterStepper<'a>>,
         /// Of the film as it is.
         statistics: Statistics,
+        /// Marine snow that is shown with it.
+        snow: Option<Arc<SnowLayers>>,
     },
 }
 
@@ -58,6 +62,7 @@ impl<'a> Engine<'a> {
                 gpu,
                 stepper: Box::new(gpu::AdapterStepper::new(gpu, scene, plan)?),
                 statistics: Statistics::default(),
+                snow: None,
             },
         })
     }
@@ -147,6 +152,15 @@ impl<'a> Engine<'a> {
         }
     }
 
+    /// Shows marine snow from now on, or none.
+    pub fn show_snow(&mut self, layers: Option<SnowLayers>) {
+        let layers = layers.map(Arc::new);
+        match self {
+            Self::Cpu { film, .. } => film.show_snow(layers),
+            Self::Gpu { snow, .. } => *snow = layers,
+        }
+    }
+
     /// The film with all its layers, on the host.
     ///
     /// # Errors
@@ -154,7 +168,11 @@ impl<'a> Engine<'a> {
     pub fn film(&self) -> Result<Cow<'_, Film>, GpuError> {
         Ok(match self {
             Self::Cpu { film, .. } => Cow::Borrowed(film),
-            Self::Gpu { stepper, .. } => Cow::Owned(stepper.film()?),
+            Self::Gpu { stepper, snow, .. } => {
+                let mut film = stepper.film()?;
+                film.show_snow(snow.clone());
+                Cow::Owned(film)
+            }
         })
     }
 
@@ -174,6 +192,7 @@ impl<'a> Engine<'a> {
                 gpu,
                 stepper,
                 statistics,
+                snow: None,
             } if gpu.is_shared() && display::is_photograph(&view.display, scene.lamps.len()) => {
                 let size_px = [scene.camera.width, scene.camera.height];
                 let sensor = view.sensor.set_for(statistics.mean);

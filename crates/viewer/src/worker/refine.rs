@@ -1,10 +1,16 @@
 //! The stages of a picture: coarse ones, and the full one that is refined until its goal is reached.
 
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use uw_render::{backend::Device, gpu::GpuError, integrator::Plan, prepare::Prepared};
+use uw_render::{
+    backend::Device,
+    gpu::GpuError,
+    integrator::Plan,
+    prepare::Prepared,
+    snow::{self, SnowLayers},
+};
 
 use super::{
     Activity, Frame, Goal, Job, News, View,
@@ -93,7 +99,7 @@ impl Thread<'_> {
         let pool = Arc::clone(&self.pool);
         let mut engine = Engine::new(stage.scene, &plan, &pool, &device)?;
         let generation = stage.job.generation;
-        let (mut batch, mut published) = (0, None);
+        let (mut batch, mut published, mut snow_is_due) = (0, None, stage.scene.snow.is_some());
         while !self.is_left(generation) {
             let (view, revision, goal, paused) = self.wishes();
             let complete = engine.is_complete();
@@ -122,6 +128,12 @@ impl Thread<'_> {
                 self.publish(stage, &engine, &view, revision, figures)?;
                 published = Some(mark);
             }
+            if complete && snow_is_due {
+                // The first full picture comes without, because flakes take as long as many samples.
+                engine.show_snow(self.snow(stage));
+                (snow_is_due, published) = (false, None);
+                continue;
+            }
             if complete {
                 exports::serve(self.shared, &self.mouth, stage, &engine)?;
             }
@@ -141,6 +153,22 @@ impl Thread<'_> {
             }
         }
         Ok(End::Left)
+    }
+
+    /// The marine snow of the picture; `None` where there is none, or a newer job.
+    fn snow(&self, stage: &Stage) -> Option<SnowLayers> {
+        let (cancel, made) = (AtomicBool::new(false), AtomicBool::new(false));
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                while !made.load(Ordering::Relaxed) {
+                    cancel.store(self.is_left(stage.job.generation), Ordering::Relaxed);
+                    std::thread::sleep(NAP);
+                }
+            });
+            let layers = self.pool.install(|| snow::snow(stage.scene, true, &cancel));
+            made.store(true, Ordering::Relaxed);
+            layers
+        })
     }
 
     /// View, its revision, goal, pause; what came until now counts as noticed.

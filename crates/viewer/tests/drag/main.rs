@@ -6,8 +6,8 @@ mod common;
 
 use std::time::{Duration, Instant};
 
-use uw_viewer::app::{Options, Viewer};
 use uw_media::Iops;
+use uw_viewer::app::{Options, Viewer};
 use uw_viewer::model::{Coefficients, DepthProfile, OpenScene, Water, WaterBands};
 
 use common::{PATIENCE, SCENE};

@@ -1,17 +1,20 @@
 //! Water that varies with depth and place: opened, drawn, set and saved.
 
+use std::time::Duration;
+
 use egui::{Modifiers, PointerButton, Pos2, Rect, pos2};
 use egui_kittest::{Harness, kittest::Queryable};
 use uw_media::spectral::{JerlovWater, Response, WaterBands};
 use uw_media::{Iops, WaterType};
-use uw_render::scene::{Layer, Scene};
+use uw_render::scene::{Layer, Scene, Snow};
 use uw_viewer::app::{Tab, Viewer};
 use uw_viewer::model::depth_profile::{Entry, LayerWater, MOST_ENTRIES};
 use uw_viewer::model::{Cloud, Coefficients, DepthProfile, OpenScene, Settings, Water, scene_text};
+use uw_viewer::worker::{Activity, Frame};
 
 use crate::layout::{SMALL, is_whole};
 use crate::panels::{click, until, viewer};
-use crate::support::{SCENE, small};
+use crate::support::SCENE;
 
 /// Numbers with a jump, and a cloud.
 pub(crate) const NUMBERS: &str = "profile = [ { depth_m = 0.0, a = [0.3, 0.1, 0.05], b = [0.2, 0.2, 0.2] }, \
@@ -63,6 +66,8 @@ fn profiles_and_clouds_survive_the_window() {
          b = [0.1, 0.2, 0.3] } ]\n"
             .to_owned(),
         "profile = [ { depth_m = 2.0, jerlov = \"IB\" } ]\n".to_owned(),
+        "jerlov_profile = \"3C\"\n".to_owned(),
+        "jerlov_profile = \"IB\"\nbands = \"mean\"\n".to_owned(),
         format!("jerlov = \"II\"\n{cloud}"),
         format!("a = [0.3, 0.2, 0.1]\nb = [0.1, 0.2, 0.3]\n{cloud}"),
     ];
@@ -175,7 +180,7 @@ fn whatever_is_done_to_a_profile_a_scene_file_takes_it() {
 fn a_profile_is_full_at_some_point_and_its_last_point_stays() {
     let (_, settings) = opened(NUMBERS);
     let mut own = profile(&settings);
-    while own.insert_below(0).is_some() || own.insert_below(own.entries().len() - 1).is_some() {}
+    while (0..own.entries().len()).any(|at| own.insert_below(at).is_some()) {}
     assert_eq!(own.entries().len(), MOST_ENTRIES);
     assert!(!own.has_room() && own.insert_jump(0).is_none());
     for _ in 0..2 * MOST_ENTRIES {
@@ -276,6 +281,8 @@ fn dragging_a_point_changes_depth_and_value_and_starts_the_picture_anew() {
     let ends = [1.44, 4.8];
     let (from, to) = ([0.9, 4.0], [0.6, 4.4]);
     let (from, to) = (in_plot(&harness, ends, from), in_plot(&harness, ends, to));
+    // Changes that follow each other faster are one step of undoing.
+    std::thread::sleep(Duration::from_millis(700));
     drag(&mut harness, from, to);
     let (old, new) = (profile(&before.0), profile(&harness.state().settings));
     assert_eq!(new.entries()[..3], old.entries()[..3]);
@@ -327,8 +334,11 @@ fn points_come_by_a_double_click_and_go_by_a_right_click() {
     let place = in_plot(&harness, ends, [1.3, 1.2]);
     harness.hover_at(place);
     harness.run_steps(2);
-    let press = |harness: &mut Harness<'_, Viewer>, button, at| {
-        for pressed in [true, false] {
+    // Frames of the harness are further apart than those of a window.
+    let slow = |options: &mut egui::Options| options.input_options.max_double_click_delay = 2.0;
+    harness.ctx.options_mut(slow);
+    let press = |harness: &mut Harness<'_, Viewer>, button, at, clicks: usize| {
+        for pressed in [true, false].repeat(clicks) {
             harness.event(egui::Event::PointerButton {
                 pos: at,
                 button,
@@ -338,8 +348,7 @@ fn points_come_by_a_double_click_and_go_by_a_right_click() {
         }
         harness.step();
     };
-    press(&mut harness, PointerButton::Primary, place);
-    press(&mut harness, PointerButton::Primary, place);
+    press(&mut harness, PointerButton::Primary, place, 2);
     harness.run_steps(2);
     let added = profile(&harness.state().settings);
     assert_eq!(added.entries().len(), 5);
@@ -347,7 +356,7 @@ fn points_come_by_a_double_click_and_go_by_a_right_click() {
     let first = in_plot(&harness, ends, [0.9, 4.0]);
     harness.hover_at(first);
     harness.run_steps(2);
-    press(&mut harness, PointerButton::Secondary, first);
+    press(&mut harness, PointerButton::Secondary, first, 1);
     harness.run_steps(2);
     let left = profile(&harness.state().settings);
     assert_eq!(left.entries(), &added.entries()[..4]);
@@ -439,23 +448,21 @@ fn guidance_is_refused_where_the_water_varies() {
     harness.get_by_label_contains("water that is the same everywhere");
     click(&mut harness, "Run the routine");
     assert!(harness.state().guidance.progress().is_none());
-    let viewer = harness.state_mut();
-    let settings = viewer.settings.clone();
-    viewer.guidance.calibrate(&settings, &mut viewer.toasts);
+    let window = harness.state_mut();
+    let settings = window.settings.clone();
+    window.guidance.calibrate(&settings, &mut window.toasts);
     until(&mut harness, "the answer", |v| {
         v.guidance.progress().is_none()
     });
     let said = &harness.state().toasts.all().last().expect("a message").text;
     assert!(said.contains("switch off \"varies with depth\""), "{said}");
     assert!(harness.state().guidance.profile.is_none());
-    // Of the same water everywhere there is nothing to say.
-    harness.state_mut().settings = small().1;
+    // Of the same water everywhere the panel says nothing of it.
+    let mut harness = viewer();
+    harness.state_mut().tab = Tab::Guidance;
     harness.run_steps(3);
-    assert!(
-        harness
-            .query_by_label_contains("water that is the same everywhere")
-            .is_none()
-    );
+    let told = harness.query_by_label_contains("water that is the same everywhere");
+    assert!(told.is_none());
 }
 
 #[test]
@@ -467,4 +474,48 @@ fn profiles_and_clouds_are_whole_in_a_small_window() {
         is_whole(&mut harness, Tab::Water);
         is_whole(&mut harness, Tab::Guidance);
     }
+}
+
+/// Marine snow as a scene file has it, with all that blurs it.
+const SNOW: &str = "jerlov = \"3C\"\n[water.snow]\nshare = 0.4\nslope = 3.1\ndiameter_mm = [0.4, 3.7]\nper_litre = 50.0\n\
+    drift_m_s = [0.01, 0.0, -0.002]\ntime_s = 2.5\nseed = 3\n";
+
+#[test]
+fn marine_snow_is_saved_as_it_was_read() {
+    let camera = "camera = { aperture_mm = 4.3, focus_m = 1.2, exposure_s = 0.02, velocity_m_s = [0.3, 0.0, 0.0], ";
+    let text = text(SNOW).replace("camera = { ", camera);
+    let file = Scene::parse(&text, "".as_ref(), "snow.toml").expect("valid");
+    let (open, settings) = OpenScene::parse(&text, "snow.toml".as_ref()).expect("valid");
+    assert!(file.snow.is_some_and(|snow| snow.blur.focus_m == 1.2));
+    assert_eq!(settings.scene().expect("valid").snow, file.snow);
+    let saved = scene_text::scene_text(&open, &settings, "".as_ref());
+    let (_, read) = OpenScene::parse(&saved, "snow.toml".as_ref()).expect("valid");
+    assert_eq!(read, settings, "{saved}");
+}
+
+#[test]
+fn the_switch_brings_marine_snow_into_the_picture() {
+    let mut harness = showing("jerlov = \"3C\"\n");
+    let picture = |harness: &mut Harness<'_, Viewer>| {
+        until(harness, "a finished picture", |v| {
+            let done = |f: &Frame| f.activity == Activity::Done && f.coarseness == 1;
+            v.is_current() && v.frame().is_some_and(|f| done(f))
+        });
+        let frame = harness.state().frame().expect("a frame");
+        frame.shown.radiance.clone()
+    };
+    let without = picture(&mut harness);
+    click(&mut harness, "marine snow");
+    let snow = harness.state_mut().settings.snow.as_mut().expect("snow");
+    assert_eq!(*snow, Snow::default());
+    snow.share = 0.5;
+    harness.run_steps(2);
+    let with = picture(&mut harness);
+    assert_eq!(with.len(), without.len());
+    let changes = with.iter().zip(&without).map(|(x, y)| x[2] - y[2]);
+    let brighter = changes.filter(|change| *change > 0.0).count();
+    assert!((20..with.len() / 2).contains(&brighter), "{brighter}");
+    click(&mut harness, "marine snow");
+    assert_eq!(harness.state().settings.snow, None);
+    assert_eq!(picture(&mut harness), without);
 }
