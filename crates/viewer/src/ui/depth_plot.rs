@@ -223,7 +223,8 @@ fn drag(profile: &mut DepthProfile, quantity: Quantity, grab: Grab, to: PlotPoin
     let values = std::array::from_fn(|k| match k == grab.channel {
         true => value,
         false if !together => start[k],
-        false if before > 0.0 => start[k] * value / before,
+        // Three more digits, so that small values stay in proportion.
+        false if before > 0.0 => rounded(start[k] * value / before, 1e-3 * most),
         false => value,
     });
     profile.set_values(grab.at, quantity.set(grab.start, values));
