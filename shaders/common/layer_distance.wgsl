@@ -26,6 +26,10 @@ fn distance_of(origin: vec3f, direction: vec3f, length: f32, wanted: f32, by: u3
     if !HAS_LAYERS {
         return min(wanted, length);
     }
+    return layered_distance(origin, direction, length, wanted, by);
+}
+
+fn layered_distance(origin: vec3f, direction: vec3f, length: f32, wanted: f32, by: u32) -> f32 {
     let start = signed_depth(origin);
     let rate = -direction.z;
     let count = node_count_by(by);

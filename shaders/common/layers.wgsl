@@ -98,6 +98,11 @@ fn drawn_along(origin: vec3f, direction: vec3f, length: f32, by: u32) -> f32 {
     if !HAS_LAYERS {
         return length;
     }
+    return layered_drawn(origin, direction, length, by);
+}
+
+// What varies stands in functions of its own, so that compilers put the rest where it is called.
+fn layered_drawn(origin: vec3f, direction: vec3f, length: f32, by: u32) -> f32 {
     return drawn_in_layers(descent(origin, direction, length), by) + drawn_in_plumes(origin, direction, length, by);
 }
 
@@ -106,6 +111,10 @@ fn way_along(origin: vec3f, direction: vec3f, length: f32, by: u32) -> Way {
     if !HAS_LAYERS {
         return Way(water_c() * length, length);
     }
+    return layered_way(origin, direction, length, by);
+}
+
+fn layered_way(origin: vec3f, direction: vec3f, length: f32, by: u32) -> Way {
     var way = way_in_layers(descent(origin, direction, length), by);
     for (var i = 0u; i < plume_count(); i++) {
         let place = plume_row(i, 0u);
@@ -155,6 +164,10 @@ fn way_between(start: vec3f, end: vec3f, by: u32) -> Way {
         let length = distance(start, end);
         return Way(water_c() * length, length);
     }
+    return layered_way_between(start, end, by);
+}
+
+fn layered_way_between(start: vec3f, end: vec3f, by: u32) -> Way {
     let f = folded_way(start, end);
     var way = way_along(f.origin, f.direction, f.first, by);
     if HAS_SURFACE && f.second > 0.0 {
@@ -169,6 +182,10 @@ fn drawn_between(start: vec3f, end: vec3f, by: u32) -> f32 {
     if !HAS_LAYERS {
         return distance(start, end);
     }
+    return layered_drawn_between(start, end, by);
+}
+
+fn layered_drawn_between(start: vec3f, end: vec3f, by: u32) -> f32 {
     let f = folded_way(start, end);
     var drawn = drawn_along(f.origin, f.direction, f.first, by);
     if HAS_SURFACE && f.second > 0.0 {
@@ -202,6 +219,10 @@ fn water_at(point: vec3f, by: u32) -> LocalWater {
     if !HAS_LAYERS {
         return LocalWater(water_b(), water_ln_b(), 1.0);
     }
+    return layered_water(point, by);
+}
+
+fn layered_water(point: vec3f, by: u32) -> LocalWater {
     let place = below(point, is_above(point));
     let depth_m = signed_depth(place);
     let above = nodes_above(depth_m, by);
