@@ -106,7 +106,8 @@ fn once_scattered_light_of_a_lamp_is_as_quadrature_says() {
     });
 }
 
-/// Layers and clouds that say the same everywhere are the water without them.
+/// Layers that say the same everywhere are the water without them, bit by bit up to the mean of equal numbers; layers that
+/// differ by less than anything shows go the way of layers.
 #[test]
 fn equal_layers_are_homogeneous_water() {
     everywhere(|backend| {
@@ -117,14 +118,18 @@ fn equal_layers_are_homogeneous_water() {
                     forward = [1.0, 0.0, 0.0]\nhalf_angle_deg = 60.0\n[[object]]\nplane = { center_m = [2.0, 0.0, -2.0], \
                     normal = [-1.0, 0.0, 0.0], up = [0.0, 0.0, 1.0], size_m = [3.0, 3.0] }\nreflectance = [0.5, 0.4, 0.3]\n";
         let same = "a = [0.3, 0.1, 0.05], b = [0.4, 0.5, 0.6]";
-        let layered = format!(
-            "profile = [ {{ depth_m = 0.5, {same} }}, {{ depth_m = 2.1, {same} }}, {{ depth_m = 2.1, {same} }} ]\n"
-        );
+        let nearly = "a = [0.3000001, 0.1, 0.05], b = [0.4, 0.5, 0.6]";
+        let profile = |second: &str| {
+            format!(
+                "profile = [ {{ depth_m = 0.5, {same} }}, {{ depth_m = 2.1, {second} }}, {{ depth_m = 2.1, {same} }} ]\n"
+            )
+        };
         let plain = parsed(&format!(
             "[water]\n{}\n{rest}",
             same.replace("], b", "]\nb")
         ));
-        let layered = parsed(&format!("[water]\n{layered}{rest}"));
+        let equal = parsed(&format!("[water]\n{}{rest}", profile(same)));
+        let layered = parsed(&format!("[water]\n{}{rest}", profile(nearly)));
         assert!(
             uw_render::prepare::Prepared::build(&layered)
                 .layers
@@ -132,6 +137,13 @@ fn equal_layers_are_homogeneous_water() {
         );
         let measured = measure(backend, &layered, 1024, 0, 1);
         assert_same_means(backend, measured, measure(backend, &plain, 1024, 0, 2));
+        let [equal, plain] = [equal, plain].map(|scene| measure(backend, &scene, 64, 0, 3).0);
+        for k in 0..3 {
+            assert!(
+                (equal[k] / plain[k] - 1.0).abs() < 1e-6,
+                "{equal:?} {plain:?}"
+            );
+        }
     });
 }
 
@@ -148,8 +160,9 @@ fn types_by_depth_go_by_wavelength() {
     };
     let both =
         "profile = [ { depth_m = 3.2, jerlov = \"IB\" }, { depth_m = 3.2, jerlov = \"3C\" } ]\n";
-    let same =
-        "profile = [ { depth_m = 3.2, jerlov = \"IB\" }, { depth_m = 3.2, jerlov = \"IB\" } ]\n";
+    // Equal layers would be none.
+    let same = "profile = [ { depth_m = 3.2, jerlov = \"IB\" }, \
+         { depth_m = 3.2, jerlov = { between = [\"IB\", \"II\"], share = 1e-7 } } ]\n";
     everywhere(|backend| {
         let of = |water: &str, seed| measure(backend, &scene(water), 1024, 0, seed);
         let (layered, mixed, plain) = (of(same, 1), of(both, 2), of("jerlov = \"IB\"\n", 3));

@@ -263,7 +263,9 @@ pub(super) fn mean_spectrum(layers: &[Layer]) -> Option<WaterSpectrum> {
 impl Variation {
     /// Whether the water is the same everywhere.
     pub fn is_none(&self) -> bool {
-        self.layers.len() <= 1 && self.plumes.is_empty()
+        let same =
+            |pair: &[Layer]| pair[0].iops == pair[1].iops && pair[0].spectrum == pair[1].spectrum;
+        self.plumes.is_empty() && self.layers.windows(2).all(same)
     }
 
     /// What the clouds add to the coefficients that stand for all the water.

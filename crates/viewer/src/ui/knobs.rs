@@ -127,6 +127,34 @@ pub fn light_spectrum(ui: &mut Ui, name: &str, spectrum: &mut Option<LightSpectr
 
 /// A point in the world.
 pub fn position(ui: &mut Ui, name: &str, value: &mut DVec3) {
+    vector(
+        ui,
+        name,
+        value,
+        VectorKnob {
+            speed: 0.02,
+            most: 1e4,
+            decimals: 3,
+            unit: "m",
+        },
+    );
+}
+
+/// How the three numbers of a vector are set and written.
+#[derive(Clone, Copy, Debug)]
+pub struct VectorKnob {
+    /// Change per point of a drag.
+    pub speed: f64,
+    /// Largest size of a number that is set by hand.
+    pub most: f64,
+    /// Decimals.
+    pub decimals: usize,
+    /// Unit.
+    pub unit: &'static str,
+}
+
+/// Three numbers, one per axis.
+pub fn vector(ui: &mut Ui, name: &str, value: &mut DVec3, knob: VectorKnob) {
     ui.horizontal(|ui| {
         ui.label(name);
         for (value, axis) in [
@@ -134,14 +162,18 @@ pub fn position(ui: &mut Ui, name: &str, value: &mut DVec3) {
             (&mut value.y, "y"),
             (&mut value.z, "z"),
         ] {
-            let knob = DragValue::new(value)
-                .speed(0.02)
-                .range(-1e4..=1e4)
+            let number = DragValue::new(value)
+                .speed(knob.speed)
+                .range(-knob.most..=knob.most)
                 .clamp_existing_to_range(false);
-            ui.add(knob.prefix(format!("{axis} ")).max_decimals(3))
-                .on_hover_text(format!("{name}, {axis}, m"));
+            ui.add(
+                number
+                    .prefix(format!("{axis} "))
+                    .max_decimals(knob.decimals),
+            )
+            .on_hover_text(format!("{name}, {axis}, {}", knob.unit));
         }
-        ui.weak("m");
+        ui.weak(knob.unit);
     });
 }
 

@@ -1,16 +1,21 @@
 //! Marine snow's part of the water panel.
 
 use egui::{CollapsingHeader, DragValue, Ui};
-use glam::DVec3;
 use uw_render::scene::{Blur, Snow};
 
-use super::knobs::{heading, log_slider, slider};
+use super::knobs::{VectorKnob, heading, log_slider, slider, vector};
 use crate::app::Viewer;
 
 /// Millimetres in a metre; litres in a cubic metre.
 const THOUSAND: f64 = 1e3;
 /// Diameters that are set by hand, mm.
 const DIAMETERS_MM: std::ops::RangeInclusive<f64> = 0.01..=50.0;
+const VELOCITY: VectorKnob = VectorKnob {
+    speed: 0.002,
+    most: 10.0,
+    decimals: 4,
+    unit: "m/s",
+};
 
 /// Shows the switch, and the knobs where it is on.
 pub fn show(app: &mut Viewer, ui: &mut Ui) {
@@ -79,7 +84,7 @@ fn cloud(ui: &mut Ui, snow: &mut Snow) {
     }) {
         *largest = mm / THOUSAND;
     }
-    velocity(ui, "drift", &mut snow.drift_m_s);
+    vector(ui, "drift", &mut snow.drift_m_s, VELOCITY);
     ui.horizontal(|ui| {
         ui.label("time");
         ui.add(
@@ -111,31 +116,11 @@ fn blur(ui: &mut Ui, blur: &mut Blur) {
     }) {
         blur.exposure_s = ms / THOUSAND;
     }
-    velocity(ui, "camera's speed", &mut blur.velocity_m_s);
+    vector(ui, "camera's speed", &mut blur.velocity_m_s, VELOCITY);
 }
 
 /// Shows a knob of a number in other units; the number, where it was changed.
 fn scaled(value: f64, knob: impl FnOnce(&mut f64) -> egui::Response) -> Option<f64> {
     let mut shown = (value * 1e9).round() / 1e9;
     knob(&mut shown).changed().then_some(shown)
-}
-
-fn velocity(ui: &mut Ui, name: &str, value: &mut DVec3) {
-    ui.horizontal(|ui| {
-        ui.label(name);
-        for (value, axis) in [
-            (&mut value.x, "x"),
-            (&mut value.y, "y"),
-            (&mut value.z, "z"),
-        ] {
-            let knob = DragValue::new(value).speed(0.002).range(-10.0..=10.0);
-            ui.add(
-                knob.clamp_existing_to_range(false)
-                    .prefix(format!("{axis} "))
-                    .max_decimals(4),
-            )
-            .on_hover_text(format!("{name} along {axis}, m/s"));
-        }
-        ui.weak("m/s");
-    });
 }
