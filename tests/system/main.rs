@@ -7,6 +7,7 @@
 
 mod agreement;
 mod closed_form;
+mod cloud_daylight;
 mod convergence;
 mod estimated_error;
 mod furnace;
