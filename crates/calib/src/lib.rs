@@ -1,6 +1,7 @@
 //! From images to calibration profiles: what a camera sees of the water, as numbers.
 //!
-//! 1. [`stats`]: mean and contrast of one image.
+//! 1. [`stats`]: mean and contrast of one image; [`detail`]: its contrast without [`noise`], of which [`response`] is the closed
+//!    form.
 //! 2. [`manifest`]: the list of images of a calibration routine, with depth, distance and lamp level.
 //! 3. [`calibrate`]: measurements become a profile; [`routine`]: the pictures of a manifest do, several lamp levels brought to
 //!    one (`levels`) and K_z from elsewhere where no picture looks up (`daylight`); `coverage` says what is missing.
@@ -20,22 +21,27 @@
 pub mod calibrate;
 mod coverage;
 mod daylight;
+pub mod detail;
 pub mod encoding;
 pub mod json;
 mod levels;
 pub mod manifest;
+pub mod noise;
 pub mod profile;
+pub mod response;
 pub mod rig;
 pub mod routine;
 pub mod stats;
 
 pub use calibrate::{CalibrateError, ContrastMeasurement, DepthMeasurement};
+pub use detail::Detail;
 pub use encoding::Encoding;
 pub use manifest::{Manifest, ManifestError, Row, RowKind};
+pub use noise::{NoiseModel, NoiseSource, SensorNoise};
 pub use profile::{ContrastSample, DepthSample, Profile, ProfileError, Source};
 pub use rig::Rig;
 pub use routine::{
     Calibration, Daylight, DaylightFit, RoutineOptions, calibrate_manifest, check_manifest,
     fit_daylight, from_manifest,
 };
-pub use stats::{ImageStats, PatchGrid, PatchStats, StatsError, patch_statistics};
+pub use stats::{ImageStats, Measured, PatchGrid, PatchStats, StatsError, patch_statistics};

@@ -4,6 +4,7 @@
 //! patch. Patches make it robust against slow gradients (a lamp's beam, ambient light from above), which
 //! raise the standard deviation of the whole image although no detail is visible.
 //! The file's values are used as stored: no linearisation, alpha ignored, grey replicated to R, G, B.
+//! Noise counts as contrast; [`crate::detail`] has it without.
 
 use std::fs::File;
 use std::io::{BufReader, Cursor, Read, Seek};
@@ -11,6 +12,9 @@ use std::path::Path;
 
 use image::{DynamicImage, ImageReader, Limits};
 use thiserror::Error;
+
+use crate::detail::Detail;
+use crate::noise::NoiseModel;
 
 /// Patches along the width.
 pub const PATCH_COLUMNS: usize = 10;
@@ -107,17 +111,58 @@ pub struct PatchGrid {
     pub patches: Vec<PatchStats>,
 }
 
+/// A measured picture: its statistics, and what of them is noise.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measured {
+    /// Size and statistics.
+    pub grid: PatchGrid,
+    /// Contrast without noise, noise floor and clipped shares; `None` where the noise is to be taken from the picture and
+    /// patches are smaller than 3 × 3 pixels.
+    pub detail: Option<Detail>,
+}
+
+impl Measured {
+    /// Measures a PNG, TIFF or JPEG file.
+    pub fn from_file(path: &Path, noise: &NoiseModel) -> Result<Self, StatsError> {
+        file(path, &|counts| counts, Some(noise))
+    }
+
+    /// Measures an image held in memory as the bytes of a PNG, TIFF or JPEG file; `name` is for messages.
+    pub fn from_encoded(bytes: &[u8], name: &str, noise: &NoiseModel) -> Result<Self, StatsError> {
+        decode(
+            Box::new(Cursor::new(bytes)),
+            name,
+            &|counts| counts,
+            Some(noise),
+        )
+    }
+}
+
 impl ImageStats {
     /// Statistics of interleaved 8-bit R, G, B samples, row 0 at the top.
     pub fn from_rgb8(width: usize, height: usize, samples: &[u8]) -> Result<Self, StatsError> {
         check_length(width, height, samples.len())?;
-        Ok(interleaved(width, height, samples, 3, 1.0, &|counts| counts)?.stats)
+        Ok(
+            interleaved(width, height, samples, 3, 1.0, &|counts| counts, None)?
+                .grid
+                .stats,
+        )
     }
 
     /// Statistics of interleaved 16-bit R, G, B samples, scaled to 8-bit counts (65535 is 255).
     pub fn from_rgb16(width: usize, height: usize, samples: &[u16]) -> Result<Self, StatsError> {
         check_length(width, height, samples.len())?;
-        Ok(interleaved(width, height, samples, 3, COUNTS_PER_U16, &|counts| counts)?.stats)
+        Ok(interleaved(
+            width,
+            height,
+            samples,
+            3,
+            COUNTS_PER_U16,
+            &|counts| counts,
+            None,
+        )?
+        .grid
+        .stats)
     }
 
     /// Statistics of pixels given as R, G, B in 8-bit counts, fractions allowed; row 0 first.
@@ -145,17 +190,13 @@ impl PatchGrid {
     /// The same of `light(counts)` in place of every pixel's counts: in linear light, say, where `light` undoes the camera's
     /// encoding.
     pub fn from_file_as(path: &Path, light: impl Fn(f64) -> f64) -> Result<Self, StatsError> {
-        let name = path.display().to_string();
-        let file = File::open(path).map_err(|source| StatsError::Read {
-            name: name.clone(),
-            source,
-        })?;
-        decode(Box::new(file), &name, &light)
+        Ok(file(path, &light, None)?.grid)
     }
 
     /// Measures an image held in memory as the bytes of a PNG, TIFF or JPEG file; `name` is for messages.
     pub fn from_encoded(bytes: &[u8], name: &str) -> Result<Self, StatsError> {
-        decode(Box::new(Cursor::new(bytes)), name, &|counts| counts)
+        let bytes = Box::new(Cursor::new(bytes));
+        Ok(decode(bytes, name, &|counts| counts, None)?.grid)
     }
 }
 
@@ -289,11 +330,15 @@ fn interleaved<T: Copy + Into<f64>>(
     channels: usize,
     counts_per_unit: f64,
     light: &dyn Fn(f64) -> f64,
-) -> Result<PatchGrid, StatsError> {
+    noise: Option<&NoiseModel>,
+) -> Result<Measured, StatsError> {
     let step = if channels >= 3 { 1 } else { 0 };
-    patch_statistics(width, height, |i| {
+    let pixel = |i: usize| {
         std::array::from_fn(|k| light(samples[i * channels + k * step].into() * counts_per_unit))
-    })
+    };
+    let grid = patch_statistics(width, height, pixel)?;
+    let detail = noise.and_then(|noise| Detail::measure(&grid, &pixel, counts_per_unit, noise));
+    Ok(Measured { grid, detail })
 }
 
 /// What files and memory have in common, so that the decoders are compiled for one type.
@@ -301,11 +346,25 @@ trait Encoded: Read + Seek {}
 
 impl<T: Read + Seek> Encoded for T {}
 
+fn file(
+    path: &Path,
+    light: &dyn Fn(f64) -> f64,
+    noise: Option<&NoiseModel>,
+) -> Result<Measured, StatsError> {
+    let name = path.display().to_string();
+    let file = File::open(path).map_err(|source| StatsError::Read {
+        name: name.clone(),
+        source,
+    })?;
+    decode(Box::new(file), &name, light, noise)
+}
+
 fn decode(
     encoded: Box<dyn Encoded + '_>,
     name: &str,
     light: &dyn Fn(f64) -> f64,
-) -> Result<PatchGrid, StatsError> {
+    noise: Option<&NoiseModel>,
+) -> Result<Measured, StatsError> {
     let mut reader = ImageReader::new(BufReader::new(encoded))
         .with_guessed_format()
         .map_err(|source| StatsError::Read {
@@ -321,7 +380,7 @@ fn decode(
         name: name.to_owned(),
         source,
     })?;
-    measure(&image, name, light).map_err(|error| match error {
+    measure(&image, name, light, noise).map_err(|error| match error {
         StatsError::TooSmall { width, height, .. } => StatsError::TooSmall {
             name: name.to_owned(),
             width,
@@ -335,17 +394,26 @@ fn measure(
     image: &DynamicImage,
     name: &str,
     light: &dyn Fn(f64) -> f64,
-) -> Result<PatchGrid, StatsError> {
+    noise: Option<&NoiseModel>,
+) -> Result<Measured, StatsError> {
     let (w, h) = (image.width() as usize, image.height() as usize);
     match image {
-        DynamicImage::ImageLuma8(b) => interleaved(w, h, b.as_raw(), 1, 1.0, light),
-        DynamicImage::ImageLumaA8(b) => interleaved(w, h, b.as_raw(), 2, 1.0, light),
-        DynamicImage::ImageRgb8(b) => interleaved(w, h, b.as_raw(), 3, 1.0, light),
-        DynamicImage::ImageRgba8(b) => interleaved(w, h, b.as_raw(), 4, 1.0, light),
-        DynamicImage::ImageLuma16(b) => interleaved(w, h, b.as_raw(), 1, COUNTS_PER_U16, light),
-        DynamicImage::ImageLumaA16(b) => interleaved(w, h, b.as_raw(), 2, COUNTS_PER_U16, light),
-        DynamicImage::ImageRgb16(b) => interleaved(w, h, b.as_raw(), 3, COUNTS_PER_U16, light),
-        DynamicImage::ImageRgba16(b) => interleaved(w, h, b.as_raw(), 4, COUNTS_PER_U16, light),
+        DynamicImage::ImageLuma8(b) => interleaved(w, h, b.as_raw(), 1, 1.0, light, noise),
+        DynamicImage::ImageLumaA8(b) => interleaved(w, h, b.as_raw(), 2, 1.0, light, noise),
+        DynamicImage::ImageRgb8(b) => interleaved(w, h, b.as_raw(), 3, 1.0, light, noise),
+        DynamicImage::ImageRgba8(b) => interleaved(w, h, b.as_raw(), 4, 1.0, light, noise),
+        DynamicImage::ImageLuma16(b) => {
+            interleaved(w, h, b.as_raw(), 1, COUNTS_PER_U16, light, noise)
+        }
+        DynamicImage::ImageLumaA16(b) => {
+            interleaved(w, h, b.as_raw(), 2, COUNTS_PER_U16, light, noise)
+        }
+        DynamicImage::ImageRgb16(b) => {
+            interleaved(w, h, b.as_raw(), 3, COUNTS_PER_U16, light, noise)
+        }
+        DynamicImage::ImageRgba16(b) => {
+            interleaved(w, h, b.as_raw(), 4, COUNTS_PER_U16, light, noise)
+        }
         other => Err(StatsError::SampleType {
             name: name.to_owned(),
             got: format!("{:?}", other.color()),
