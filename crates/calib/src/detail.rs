@@ -118,6 +118,12 @@ impl Detail {
         std::array::from_fn(|k| self.contrast[k] < -self.floor[k])
     }
 
+    /// Which channels show no more than noise, for another reason than that their noise is overstated.
+    pub fn without_detail(&self) -> [bool; 3] {
+        let (at_floor, overstated) = (self.at_floor(), self.noise_overstated());
+        std::array::from_fn(|k| at_floor[k] && !overstated[k])
+    }
+
     /// What should be known of the picture, a sentence each.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
@@ -130,10 +136,8 @@ impl Detail {
             self.noise_overstated(),
             "the picture has less noise than is stated; check noise and encoding",
         );
-        let at_floor = self.at_floor();
-        let at_floor = std::array::from_fn(|k| at_floor[k] && !self.noise_overstated()[k]);
         tell(
-            at_floor,
+            self.without_detail(),
             "contrast is at the noise floor, no detail is told from noise; go nearer, light more or expose longer",
         );
         tell(

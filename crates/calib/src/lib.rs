@@ -4,7 +4,8 @@
 //!    form.
 //! 2. [`manifest`]: the list of images of a calibration routine, with depth, distance and lamp level.
 //! 3. [`calibrate`]: measurements become a profile; [`routine`]: the pictures of a manifest do, several lamp levels brought to
-//!    one (`levels`) and K_z from elsewhere where no picture looks up (`daylight`); `coverage` says what is missing.
+//!    one (`levels`) and K_z from elsewhere where no picture looks up (`daylight`); `coverage` says what is missing, `doubts` which
+//!    pictures are noise or clipped.
 //! 4. [`profile`]: the profile, its file and its interpolation inside the calibrated range.
 //! 5. [`rig`]: the camera, sensor and lamps that profiles and models are made for.
 //!
@@ -22,6 +23,7 @@ pub mod calibrate;
 mod coverage;
 mod daylight;
 pub mod detail;
+mod doubts;
 pub mod encoding;
 pub mod json;
 mod levels;
@@ -38,7 +40,9 @@ pub use detail::Detail;
 pub use encoding::Encoding;
 pub use manifest::{Manifest, ManifestError, Row, RowKind};
 pub use noise::{NoiseModel, NoiseSource, SensorNoise};
-pub use profile::{ContrastSample, DepthSample, Profile, ProfileError, Source};
+pub use profile::{
+    ContrastSample, Corrected, CorrectedSample, DepthSample, Profile, ProfileError, Source,
+};
 pub use rig::Rig;
 pub use routine::{
     Calibration, Daylight, DaylightFit, RoutineOptions, calibrate_manifest, check_manifest,

@@ -10,8 +10,10 @@ use thiserror::Error;
 use crate::json::FieldError;
 use crate::rig::Rig;
 
+mod corrected;
 mod file;
 
+pub use corrected::{Corrected, CorrectedSample};
 pub use file::{PROFILE_FORMAT, PROFILE_UNIT};
 
 /// Why a profile cannot be read, written or asked.
@@ -106,6 +108,7 @@ pub struct Profile {
     source: Source,
     rig: Rig,
     contrast_depth_m: Option<[f64; 2]>,
+    corrected: Option<Corrected>,
 }
 
 impl Profile {
@@ -130,6 +133,7 @@ impl Profile {
             source,
             rig: Rig::default(),
             contrast_depth_m: None,
+            corrected: None,
         };
         let (min, max) = profile.distance_range_m();
         if min > max {
@@ -165,6 +169,23 @@ impl Profile {
             contrast_depth_m: Some([least, most]),
             ..self
         })
+    }
+
+    /// The same profile with its contrasts without noise beside the published ones.
+    ///
+    /// # Errors
+    /// Distances do not rise from above 0, a contrast is not finite, or a floor is below 0.
+    pub fn with_corrected(self, corrected: Corrected) -> Result<Self, ProfileError> {
+        corrected.check()?;
+        Ok(Self {
+            corrected: Some(corrected),
+            ..self
+        })
+    }
+
+    /// K_c without the noise of its pictures, where it is known.
+    pub fn corrected(&self) -> Option<&Corrected> {
+        self.corrected.as_ref()
     }
 
     /// Least and most depth of the pictures that K_c was measured in, m, where it is known.

@@ -7,12 +7,15 @@ use crate::calibrate::{
 };
 use crate::coverage::{Coverage, SAME_DEPTH_M, range};
 use crate::daylight::{self, Dark};
+use crate::detail::Detail;
+use crate::doubts::Doubts;
 use crate::encoding::Encoding;
 use crate::levels::{Lit, contrast_at};
 use crate::manifest::{Manifest, Row, RowKind};
-use crate::profile::{ContrastSample, DepthSample, Profile, Source};
+use crate::noise::NoiseModel;
+use crate::profile::{ContrastSample, Corrected, CorrectedSample, DepthSample, Profile, Source};
 use crate::rig::Rig;
-use crate::stats::{ImageStats, PatchGrid, StatsError};
+use crate::stats::{Measured, PatchGrid, StatsError};
 
 /// Lamp level of the data from which the shipped models learnt, percent: preferred among equally covered levels.
 const USUAL_LIGHT_PCT: f64 = 67.0;
@@ -57,6 +60,8 @@ pub struct RoutineOptions {
     pub encoding: Encoding,
     /// Where K_z comes from.
     pub daylight: Daylight,
+    /// Where the noise is taken from that is left out of the corrected contrasts.
+    pub noise: NoiseModel,
 }
 
 /// A profile, and what should be known of it.
@@ -87,9 +92,11 @@ pub fn from_manifest(
         warnings: coverage.warnings(),
         approximate: Vec::new(),
         size_px: None,
+        doubts: Doubts::default(),
     };
     let (depth, target) = work.daylight()?;
-    let (on, off) = work.contrast(&target)?;
+    let (on, off, corrected) = work.contrast(&target)?;
+    work.warnings.extend(work.doubts.told(path));
     let note = (!work.approximate.is_empty())
         .then(|| format!("{APPROXIMATE}{}", work.approximate.join("; ")));
     let source = Source {
@@ -98,7 +105,10 @@ pub fn from_manifest(
         note,
     };
     let rig = work.size_px.map(Rig::of_size).unwrap_or_default();
-    let profile = Profile::new(depth, on, off, source)?.with_rig(rig);
+    let mut profile = Profile::new(depth, on, off, source)?.with_rig(rig);
+    if let Some(corrected) = corrected {
+        profile = profile.with_corrected(corrected)?;
+    }
     Ok(Calibration {
         profile: match work.contrast_depth(&target) {
             Some(depths_m) => profile.with_contrast_depth(depths_m)?,
@@ -207,8 +217,8 @@ struct Target<'a> {
     depth_m: Option<f64>,
 }
 
-/// K_c with the lamps on and off.
-type Contrasts = (Vec<ContrastSample>, Vec<ContrastSample>);
+/// K_c with the lamps on and off, and without noise.
+type Contrasts = (Vec<ContrastSample>, Vec<ContrastSample>, Option<Corrected>);
 
 struct Work<'a> {
     manifest: &'a Manifest,
@@ -218,6 +228,7 @@ struct Work<'a> {
     approximate: Vec<String>,
     /// Width and height of the pictures of the target measured so far, pixels.
     size_px: Option<[u32; 2]>,
+    doubts: Doubts,
 }
 
 impl<'a> Work<'a> {
@@ -237,7 +248,11 @@ impl<'a> Work<'a> {
         let mut depth = Vec::new();
         for row in &manifest.rows {
             if let RowKind::Depth { depth_m } = row.kind {
-                let mean = measured(manifest, row, ImageStats::from_file)?.mean;
+                let picture = measured(manifest, row, |path| {
+                    Measured::from_file(path, &self.options.noise)
+                })?;
+                self.doubts.look_up(row, picture.detail.as_ref());
+                let mean = picture.grid.stats.mean;
                 depth.push(DepthMeasurement { depth_m, mean });
             }
         }
@@ -298,8 +313,10 @@ impl<'a> Work<'a> {
     fn contrast(&mut self, target: &[Target]) -> Result<Contrasts, CalibrateError> {
         let level = self.level();
         let mut contrasts = Vec::new();
+        let mut details = Vec::new();
         for t in target {
-            let contrast = self.contrast_of(t.row)?;
+            let (contrast, detail) = self.contrast_of(t.row)?;
+            details.extend(detail.map(|detail| (t, detail)));
             contrasts.push(ContrastMeasurement {
                 distance_m: t.distance_m,
                 light_pct: t.light_pct,
@@ -331,12 +348,29 @@ impl<'a> Work<'a> {
             let sample = |(distance_m, k_c)| ContrastSample { distance_m, k_c };
             values.into_iter().map(sample).collect()
         };
-        Ok((samples(average(on.into_iter())), samples(at(0.0))))
+        let corrected = (details.len() == target.len()).then(|| {
+            let at = |level: f64| {
+                let of = details.iter().filter(|(t, _)| t.light_pct == level);
+                corrected_samples(of.map(|(t, detail)| (t.distance_m, detail)))
+            };
+            Corrected {
+                source: self.options.noise.source(),
+                on: at(level),
+                off: at(0.0),
+            }
+        });
+        Ok((
+            samples(average(on.into_iter())),
+            samples(at(0.0)),
+            corrected,
+        ))
     }
 
-    /// Contrast of a picture of the target, which must have the size of the others.
-    fn contrast_of(&mut self, row: &Row) -> Result<[f64; 3], CalibrateError> {
-        let grid = measured(self.manifest, row, PatchGrid::from_file)?;
+    /// Contrast of a picture of the target, which must have the size of the others, and what of it is noise.
+    fn contrast_of(&mut self, row: &Row) -> Result<([f64; 3], Option<Detail>), CalibrateError> {
+        let Measured { grid, detail } = measured(self.manifest, row, |path| {
+            Measured::from_file(path, &self.options.noise)
+        })?;
         // A picture that is decoded has far fewer pixels a side than this could hold.
         let size = [grid.width, grid.height].map(|side| u32::try_from(side).unwrap_or(u32::MAX));
         let first = *self.size_px.get_or_insert(size);
@@ -349,14 +383,18 @@ impl<'a> Work<'a> {
             });
         }
         let contrast = grid.stats.contrast;
-        if contrast.iter().all(|&c| c < BLANK_COUNTS) {
+        let blank = contrast.iter().all(|&c| c < BLANK_COUNTS);
+        if !blank {
+            self.doubts.target(row, detail.as_ref());
+        }
+        if blank {
             self.warnings.push(format!(
                 "{}:{}: the picture shows nothing, every channel is even (black, saturated or covered): K_c is 0 there",
                 self.manifest.path.display(),
                 row.line
             ));
         }
-        Ok(contrast)
+        Ok((contrast, detail))
     }
 
     /// The lamp level of K_c on: as asked for, or that with pictures from the most distances.
@@ -439,6 +477,21 @@ impl<'a> Work<'a> {
             ));
         }
     }
+}
+
+/// Corrected contrasts by distance; those of one distance are averaged.
+fn corrected_samples<'a>(
+    of: impl Iterator<Item = (f64, &'a Detail)> + Clone,
+) -> Vec<CorrectedSample> {
+    let contrasts = average(of.clone().map(|(at, detail)| (at, detail.contrast)));
+    let floors = average(of.map(|(at, detail)| (at, detail.floor)));
+    let both = contrasts.into_iter().zip(floors);
+    both.map(|((distance_m, k_c), (_, floor))| CorrectedSample {
+        distance_m,
+        k_c,
+        floor,
+    })
+    .collect()
 }
 
 fn target(row: &Row) -> Option<Target<'_>> {

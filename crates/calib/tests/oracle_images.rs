@@ -2,7 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use uw_calib::{PatchGrid, Profile, RoutineOptions, calibrate_manifest, from_manifest};
+use uw_calib::{
+    CorrectedSample, NoiseSource, PatchGrid, Profile, RoutineOptions, calibrate_manifest,
+    from_manifest,
+};
 
 /// The tables print 10 significant digits of values below 256, so 1e-6 leaves room for nothing but rounding.
 const TOLERANCE_COUNTS: f64 = 1e-6;
@@ -191,6 +194,72 @@ fn depths_of_the_target_that_are_mixed_or_not_given_are_told() {
     let (depths, warning) = told("3.0", "");
     assert_eq!(depths, None);
     assert!(warning.contains("is not given for all"), "{warning}");
+}
+
+/// Texture, noise alone and a lamp's glare, as a routine has them.
+#[test]
+fn contrasts_without_noise_come_with_the_profile_and_pictures_without_detail_are_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut state = 1_u64;
+    let mut noise = || {
+        // The sum of four uniform numbers (xorshift64, Marsaglia 2003): a variance of 12 counts.
+        let mut sum = 0.0;
+        for _ in 0..4 {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            sum += (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5;
+        }
+        6.0 * sum
+    };
+    let mut write = |name: &str, light: &dyn Fn(f64, f64) -> f64| {
+        let picture = image::GrayImage::from_fn(240, 144, |x, y| {
+            let counts = light(f64::from(x), f64::from(y)) + noise();
+            image::Luma([counts.round().clamp(0.0, 255.0) as u8])
+        });
+        picture.save(dir.path().join(name)).unwrap();
+    };
+    let detail = |x: f64, y: f64| 8.0 * (0.4 * x).sin() * (0.5 * y).cos();
+    write("up.png", &|_, _| 120.0);
+    write("near.png", &|x, y| 90.0 + detail(x, y));
+    write("far.png", &|_, _| 0.0);
+    write("glare.png", &|x, y| {
+        if x < 12.0 { 400.0 } else { 90.0 + detail(x, y) }
+    });
+    let manifest = dir.path().join("routine.csv");
+    std::fs::write(
+        &manifest,
+        "file,kind,depth_m,distance_m,light_pct\nup.png,depth,0.5,,0\nnear.png,contrast,3,1,0\nfar.png,contrast,3,2,0\n\
+         near.png,contrast,3,1,50\nglare.png,contrast,3,0.5,50\n",
+    )
+    .unwrap();
+    let made = from_manifest(&manifest, "test 1", &RoutineOptions::default()).unwrap();
+    let corrected = made.profile.corrected().unwrap();
+    assert_eq!(corrected.source, NoiseSource::Picture);
+    let places = |samples: &[CorrectedSample]| -> Vec<f64> {
+        samples.iter().map(|sample| sample.distance_m).collect()
+    };
+    assert_eq!(places(&corrected.off), [1.0, 2.0]);
+    assert_eq!(places(&corrected.on), [0.5, 1.0]);
+    // The published contrast has the noise of sqrt(12 + 1/12) counts in it, the other is that of 8 sin cos: 4.
+    let [near, far] = [corrected.off[0], corrected.off[1]];
+    assert!((made.profile.k_c_off(1.0).unwrap()[0] - 5.3).abs() < 0.2);
+    assert!((near.k_c[0] - 4.0).abs() < 0.2, "{near:?}");
+    assert!(made.profile.k_c_off(2.0).unwrap()[0] > 1.5);
+    assert!(far.k_c[0] <= far.floor[0] && far.floor[0] < 1.5, "{far:?}");
+    let told = made.warnings.join("\n");
+    assert!(
+        told.contains("at the noise floor") && told.contains("far.png (line 4; R, G, B)"),
+        "{told}"
+    );
+    assert!(
+        told.contains("full scale") && told.contains("glare.png (line 6; R, G, B)"),
+        "{told}"
+    );
+    assert!(
+        !told.contains("near.png") && !told.contains("up.png"),
+        "{told}"
+    );
 }
 
 #[test]

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
+use super::corrected::{self, Corrected};
 use super::{ContrastSample, DepthSample, Profile, ProfileError, Source};
 use crate::json::{FieldError, Object, expect_format};
 use crate::rig::Rig;
@@ -44,6 +45,7 @@ impl Profile {
             "contrast_on",
             "contrast_off",
             "contrast_depth_m",
+            corrected::FIELD,
             "source",
         ];
         document.only(&[&known[..], &Rig::SECTIONS].concat())?;
@@ -64,7 +66,10 @@ impl Profile {
             contrast_samples(&document, "contrast_off")?,
             read_source(&document)?,
         )?;
-        let profile = profile.with_rig(Rig::read(&document)?);
+        let mut profile = profile.with_rig(Rig::read(&document)?);
+        if let Some(corrected) = Corrected::read(&document)? {
+            profile = profile.with_corrected(corrected)?;
+        }
         match document.get("contrast_depth_m") {
             None => Ok(profile),
             Some(_) => profile.with_contrast_depth(document.numbers("contrast_depth_m")?),
@@ -89,8 +94,11 @@ impl Profile {
         let depths = self.contrast_depth_m.map_or_else(String::new, |depths| {
             format!(" \"contrast_depth_m\": {},\n", serde_json::json!(depths))
         });
+        let corrected = self.corrected.as_ref().map_or_else(String::new, |of| {
+            format!(" \"{}\": {},\n", corrected::FIELD, of.to_json())
+        });
         format!(
-            "{{\"format\": \"{PROFILE_FORMAT}\", \"unit\": \"{PROFILE_UNIT}\",\n \"depth\": {},\n \"contrast_on\": {},\n \"contrast_off\": {},\n{depths}{rig} \"source\": {}}}\n",
+            "{{\"format\": \"{PROFILE_FORMAT}\", \"unit\": \"{PROFILE_UNIT}\",\n \"depth\": {},\n \"contrast_on\": {},\n \"contrast_off\": {},\n{depths}{corrected}{rig} \"source\": {}}}\n",
             lines(self.depth.iter().map(|s| serde_json::json!(s)).collect()),
             contrast(&self.contrast_on),
             contrast(&self.contrast_off),

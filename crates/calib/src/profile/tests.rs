@@ -1,4 +1,5 @@
 use super::*;
+use crate::noise::NoiseSource;
 use serde_json::{Value, json};
 use std::fs;
 
@@ -57,6 +58,46 @@ fn the_depth_of_the_contrasts_is_kept_where_it_is_known() {
     ] {
         let mut document = document();
         document["contrast_depth_m"] = wrong;
+        let error = Profile::from_json(&document).unwrap_err().to_string();
+        assert!(error.contains(told), "{error}");
+    }
+}
+
+#[test]
+fn contrasts_without_noise_are_kept_beside_the_published_ones() {
+    assert_eq!(profile().corrected(), None);
+    assert!(!profile().to_json().contains("noise_corrected"));
+    let sample = |distance_m, at: f64| CorrectedSample {
+        distance_m,
+        k_c: [at, at + 1.0 / 3.0, -0.1],
+        floor: [0.25, 0.3, 0.4],
+    };
+    let known = profile()
+        .with_corrected(Corrected {
+            source: NoiseSource::Sensor,
+            on: vec![sample(0.5, 16.0), sample(3.0, 0.2)],
+            off: vec![sample(0.4, 8.0)],
+        })
+        .unwrap();
+    let again = Profile::from_json(&serde_json::from_str(&known.to_json()).unwrap()).unwrap();
+    assert_eq!(again, known);
+    assert_eq!(again.contrast_on(), profile().contrast_on());
+    let good = json!({"source": "picture", "on": [{"distance_m": 1.0, "k_c": [1, 2, 3], "floor": [0, 0, 0]}], "off": []});
+    for (pointer, wrong, told) in [
+        ("/source", json!("guess"), "noise_corrected.source"),
+        ("/on/0/floor/1", json!(-1), "noise_corrected.on[0].floor"),
+        (
+            "/on/0/distance_m",
+            json!(0),
+            "noise_corrected.on[0].distance_m",
+        ),
+        ("/on/0/k_c", json!([1, 2]), "noise_corrected.on[0].k_c"),
+        ("/off", json!(1), "noise_corrected.off"),
+    ] {
+        let mut document = document();
+        document["noise_corrected"] = good.clone();
+        assert!(Profile::from_json(&document).is_ok());
+        *document["noise_corrected"].pointer_mut(pointer).unwrap() = wrong;
         let error = Profile::from_json(&document).unwrap_err().to_string();
         assert!(error.contains(told), "{error}");
     }
