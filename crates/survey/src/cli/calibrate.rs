@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use uw_calib::{
     Daylight, DaylightFit, Encoding, RoutineOptions, check_manifest, fit_daylight, from_manifest,
 };
@@ -11,6 +11,7 @@ use uw_media::{Iops, WaterType};
 
 use super::error::{CliError, note};
 use super::interrupt::cancel_flag;
+use super::noise::{CurveName, NoiseArguments};
 use super::output;
 use crate::assets::assets_dir;
 use crate::environment::{Target, WATER_INDEX, WaterBody, WaterKind};
@@ -32,8 +33,8 @@ pub(super) struct CalibrateArguments {
     /// brought there in linear light.
     #[arg(long, value_name = "PCT")]
     light_pct: Option<f64>,
-    /// How the camera's counts stand for light; needed where lamp levels are converted or K_z comes from pictures of the
-    /// target.
+    /// How the camera's counts stand for light; needed where lamp levels are converted, K_z comes from pictures of the
+    /// target, or the camera's noise is given.
     #[arg(long, value_enum, default_value_t = CurveName::Srgb)]
     encoding: CurveName,
     /// Without pictures that look up: K_z of this Jerlov type (or mixture such as IB-II@0.4), rendered.
@@ -46,6 +47,8 @@ pub(super) struct CalibrateArguments {
     /// green and blue.
     #[arg(long, value_name = "R,G,B", value_delimiter = ',')]
     kd_per_m: Option<Vec<f64>>,
+    #[command(flatten)]
+    noise: NoiseArguments,
 }
 
 const NEEDS: &str = "\
@@ -56,15 +59,6 @@ What is needed, with one exposure for all pictures of a kind:
 Without pictures that look up, K_z comes from pictures of the target with the lamps off at several depths (depth_m given, one
 distance, at least 1 m apart), from --kd-per-m or from --jerlov: it is rendered for the water on Jerlov's scale whose daylight
 falls alike. The profile's note then begins with \"approximate:\".";
-
-/// The names of the encodings.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum CurveName {
-    /// sRGB, as cameras write PNG and JPEG files.
-    Srgb,
-    /// Counts in proportion to light.
-    Linear,
-}
 
 impl CalibrateArguments {
     /// Measures the pictures and writes the profile.
@@ -78,13 +72,11 @@ impl CalibrateArguments {
                 "--light-pct must be above 0 and at most 100, got {level}"
             )));
         }
-        let encoding = match self.encoding {
-            CurveName::Srgb => Encoding::Srgb,
-            CurveName::Linear => Encoding::Linear,
-        };
+        let encoding = self.encoding.encoding();
         let options = RoutineOptions {
             light_pct: self.light_pct,
             encoding,
+            noise: self.noise.model(self.encoding)?,
             daylight: self.daylight(encoding)?,
         };
         let made = from_manifest(&self.manifest, made_by, &options).map_err(CliError::input)?;

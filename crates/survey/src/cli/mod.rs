@@ -14,6 +14,7 @@ pub(crate) mod error;
 mod error_time;
 pub(crate) mod interrupt;
 mod irradiance;
+mod noise;
 pub(crate) mod numbers;
 pub(crate) mod output;
 mod phase;

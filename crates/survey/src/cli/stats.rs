@@ -1,13 +1,14 @@
-//! `uw stats`: mean and contrast of pictures.
+//! `uw stats`: mean and contrast of pictures, with and without noise.
 
 use std::io::{self, Write};
 use std::path::PathBuf;
 
 use clap::Args;
 use serde_json::json;
-use uw_calib::PatchGrid;
+use uw_calib::{Detail, Measured, NoiseSource};
 
-use super::error::CliError;
+use super::error::{CliError, note};
+use super::noise::{CurveName, NoiseArguments};
 use super::output;
 
 /// Arguments of `uw stats`.
@@ -16,50 +17,82 @@ pub(super) struct StatsArguments {
     /// PNG, TIFF or JPEG pictures.
     #[arg(required = true, value_name = "IMAGE")]
     images: Vec<PathBuf>,
+    #[command(flatten)]
+    noise: NoiseArguments,
+    /// How the camera's counts stand for light; needed with --noise-a.
+    #[arg(long, value_enum, default_value_t = CurveName::Srgb)]
+    encoding: CurveName,
 }
 
-struct Measured {
+struct Row {
     file: String,
-    grid: PatchGrid,
+    picture: Measured,
 }
 
 impl StatsArguments {
     /// Measures all pictures, then prints a table, or a list of objects where `json`.
     pub(super) fn run(&self, json: bool) -> Result<(), CliError> {
-        let mut measured = Vec::with_capacity(self.images.len());
+        let noise = self.noise.model(self.encoding)?;
+        let mut rows = Vec::with_capacity(self.images.len());
         for path in &self.images {
-            measured.push(Measured {
+            rows.push(Row {
                 file: path.display().to_string(),
-                grid: PatchGrid::from_file(path).map_err(CliError::input)?,
+                picture: Measured::from_file(path, &noise).map_err(CliError::input)?,
             });
         }
         output::to_stdout(|out| {
             if json {
-                write_json(out, &measured)
+                write_json(out, &rows)
             } else {
-                write_table(out, &measured)
+                write_table(out, &rows)
             }
-        })
+        })?;
+        if !json {
+            for row in &rows {
+                for warning in warnings(&row.picture) {
+                    note(format_args!("uw: warning: {}: {warning}", row.file));
+                }
+            }
+        }
+        Ok(())
     }
 }
 
-fn write_json(out: &mut dyn Write, measured: &[Measured]) -> io::Result<()> {
-    let object = |Measured { file, grid }: &Measured| {
+fn warnings(picture: &Measured) -> Vec<String> {
+    match &picture.detail {
+        Some(detail) => detail.warnings(),
+        None => vec![
+            "too small to find its noise (patches of less than 3 x 3 pixels); give --noise-a and --noise-b".to_owned(),
+        ],
+    }
+}
+
+fn write_json(out: &mut dyn Write, rows: &[Row]) -> io::Result<()> {
+    let object = |Row { file, picture }: &Row| {
+        let (grid, detail) = (&picture.grid, picture.detail.as_ref());
+        let triple = |of: fn(&Detail) -> [f64; 3]| detail.map(of);
         json!({
             "file": file,
             "width": grid.width,
             "height": grid.height,
             "contrast": grid.stats.contrast,
             "mean": grid.stats.mean,
+            "contrast_corrected": triple(|d| d.contrast),
+            "noise_floor": triple(|d| d.floor),
+            "noise": triple(|d| d.noise),
+            "noise_source": detail.map(|d| d.source.name()),
+            "black": triple(|d| d.black),
+            "saturated": triple(|d| d.saturated),
+            "warnings": warnings(picture),
         })
     };
-    let list: Vec<_> = measured.iter().map(object).collect();
+    let list: Vec<_> = rows.iter().map(object).collect();
     serde_json::to_writer_pretty(&mut *out, &list)?;
     writeln!(out)
 }
 
-fn write_table(out: &mut dyn Write, measured: &[Measured]) -> io::Result<()> {
-    let widest = measured
+fn write_table(out: &mut dyn Write, rows: &[Row]) -> io::Result<()> {
+    let widest = rows
         .iter()
         .map(|m| m.file.chars().count())
         .max()
@@ -67,14 +100,55 @@ fn write_table(out: &mut dyn Write, measured: &[Measured]) -> io::Result<()> {
         .max(4);
     writeln!(
         out,
-        "{:widest$}  {:>11}  {:>23}  {:>23}",
-        "file", "size", "contrast R G B", "mean R G B"
+        "{:widest$}  {:>11}  {:>23}  {:>23}  {:>23}  {:>23}  {:>23}  {:>17}  {:>17}",
+        "file",
+        "size",
+        "contrast R G B",
+        "mean R G B",
+        "without noise R G B",
+        "noise floor R G B",
+        "noise R G B",
+        "black % R G B",
+        "full % R G B"
     )?;
-    for Measured { file, grid } in measured {
+    for Row { file, picture } in rows {
+        let grid = &picture.grid;
         let size = format!("{} x {}", grid.width, grid.height);
-        let triple = |v: [f64; 3]| format!("{:7.3} {:7.3} {:7.3}", v[0], v[1], v[2]);
         let (contrast, mean) = (triple(grid.stats.contrast), triple(grid.stats.mean));
-        writeln!(out, "{file:widest$}  {size:>11}  {contrast}  {mean}")?;
+        let more = match &picture.detail {
+            None => "-".to_owned(),
+            Some(detail) => {
+                let columns = [detail.contrast, detail.floor, detail.noise].map(triple);
+                let shares = [detail.black, detail.saturated].map(percent);
+                format!("{}  {}", columns.join("  "), shares.join("  "))
+            }
+        };
+        writeln!(
+            out,
+            "{file:widest$}  {size:>11}  {contrast}  {mean}  {more}"
+        )?;
     }
-    writeln!(out, "in 8-bit counts, 0 to 255")
+    writeln!(out, "in 8-bit counts, 0 to 255")?;
+    match rows
+        .iter()
+        .find_map(|row| row.picture.detail.as_ref())
+        .map(|d| d.source)
+    {
+        Some(NoiseSource::Picture) => writeln!(
+            out,
+            "noise from differences of neighbouring pixels: too large where texture is as fine as a pixel, too small where the camera \
+             smooths; --noise-a and --noise-b give it"
+        ),
+        Some(NoiseSource::Sensor) => writeln!(out, "noise from --noise-a and --noise-b"),
+        None => Ok(()),
+    }
+}
+
+fn triple(v: [f64; 3]) -> String {
+    format!("{:7.3} {:7.3} {:7.3}", v[0], v[1], v[2])
+}
+
+fn percent(share: [f64; 3]) -> String {
+    let [r, g, b] = share.map(|s| 100.0 * s);
+    format!("{r:5.1} {g:5.1} {b:5.1}")
 }
