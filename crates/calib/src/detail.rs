@@ -171,7 +171,7 @@ struct Sums {
     scales: f64,
     /// Variance of the sum of roots by errors of each patch's own, under noise alone.
     own: f64,
-    /// Their standard error by what patches share.
+    /// Its standard error by that of the noise, where that is taken from the picture.
     shared: f64,
 }
 
@@ -194,16 +194,16 @@ fn channel(
     step: f64,
     model: &NoiseModel,
 ) -> Option<Sums> {
-    let (noise, shared) = match model {
+    let (noise, of_level, of_all) = match model {
         NoiseModel::Picture => {
             let found = noise::estimate(tiles, value)?;
-            (found.patches, found.shared)
+            (found.patches, found.of_level, found.of_all)
         }
         NoiseModel::Sensor(sensor) => {
             let of = |p: &crate::stats::PatchStats| {
                 sensor.of_patch(p.mean[k], p.std[k] * p.std[k], step)
             };
-            (grid.patches.iter().map(of).collect(), 0.0)
+            (grid.patches.iter().map(of).collect(), 0.0, 0.0)
         }
     };
     let pixels = (tiles.width * tiles.height) as f64;
@@ -220,8 +220,8 @@ fn channel(
         } else {
             SPREADS[0]
         };
-        let (own, shared) = (noise * (spread / pixels).sqrt(), noise * shared);
-        let error = own.hypot(shared);
+        let own = noise * (spread / pixels).sqrt();
+        let error = own.hypot(noise * of_level);
         // A patch's variance is about its own mean, which has a share of the noise.
         let noise = noise * (1.0 - 1.0 / pixels);
         sums.patches += 1.0;
@@ -233,7 +233,7 @@ fn channel(
         if error > 0.0 {
             sums.scales += error.sqrt();
             sums.own += ROOT_DEVIATION * ROOT_DEVIATION * own * own / error;
-            sums.shared += ROOT_SLOPE * shared / error.sqrt();
+            sums.shared += ROOT_SLOPE * noise * of_all / error.sqrt();
         }
     }
     Some(sums)

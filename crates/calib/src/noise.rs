@@ -23,7 +23,7 @@ const CELL_PX: usize = 8;
 /// Cells of about the same level whose median is taken.
 const CELLS_PER_LEVEL: usize = 64;
 /// Most levels.
-const MAX_LEVELS: usize = 32;
+const MAX_LEVELS: usize = 16;
 /// Sum of the squared correlations of the operator's answers at all distances, (70/36)²: so many answers are worth one.
 const CORRELATED: f64 = 3.780_864;
 
@@ -150,8 +150,10 @@ impl SensorNoise {
 pub(crate) struct Estimated {
     /// Mean variance of each patch, squared counts.
     pub patches: Vec<f64>,
-    /// Relative standard error that the patches of a level share.
-    pub shared: f64,
+    /// Relative standard error at a level, which the patches of that level share.
+    pub of_level: f64,
+    /// Relative standard error of the mean over all levels.
+    pub of_all: f64,
 }
 
 /// Patches of `width` × `height` pixels that begin at the pixels `corners`, of a picture with rows of `stride` pixels.
@@ -197,10 +199,11 @@ pub(crate) fn estimate(tiles: &Tiles, value: &impl Fn(usize) -> f64) -> Option<E
         *sum = (sum.0 + between(&levels, cell.level), sum.1 + 1.0);
     }
     // The standard error of a median is sqrt(π/2) of the mean's.
-    let of_level = cells.len() as f64 / count as f64;
+    let error = |cells: f64| (std::f64::consts::PI / (freedom * cells)).sqrt();
     Some(Estimated {
         patches: sums.into_iter().map(|(sum, n)| sum / n).collect(),
-        shared: (std::f64::consts::PI / (freedom * of_level)).sqrt(),
+        of_level: error(cells.len() as f64 / count as f64),
+        of_all: error(cells.len() as f64),
     })
 }
 

@@ -18,6 +18,7 @@ const NOW: Observation = Observation {
     light_pct: 20.0,
     mean: [41.0, 88.0, 79.0],
     std: [4.1, 7.7, 6.2],
+    quality: None,
 };
 const LINE: &[u8] = b"{\"op\": \"suggest\", \"id\": 7, \"depth_m\": 3.0, \"distance_m\": 1.0, \
     \"light_pct\": 20.0, \"mean\": [41.0, 88.0, 79.0], \"std\": [4.1, 7.7, 6.2]}";

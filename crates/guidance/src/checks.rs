@@ -3,16 +3,20 @@
 //! [`advise`](crate::advise) is the bare search; [`advise_checked`](crate::advice::advise_checked) asks first whether
 //! the network knows such a place at all, and whether moving is worth it:
 //!
-//! 1. Every input lies in the range that the network was trained on, widened by a small share of it.
-//! 2. For no change at all the network predicts the contrast that the picture has. This residual costs nothing, and
+//! 1. The picture shows more than noise, and is not clipped.
+//! 2. Every input lies in the range that the network was trained on, widened by a small share of it.
+//! 3. For no change at all the network predicts the contrast that the picture has. This residual costs nothing, and
 //!    shows at once a sun, a texture or a lamp that training did not know.
-//! 3. Only places inside the trained range are suggested.
-//! 4. The gain is worth a move.
+//! 4. Only places inside the trained range are suggested.
+//! 5. The gain is worth a move.
 
+use uw_calib::detail::MAX_SATURATED;
 use uw_calib::json::{FieldError, Object};
 use uw_calib::stats::contrast_misfit;
 
 use crate::mlp::Model;
+use crate::observation::Quality;
+use crate::reason::Reason;
 
 /// What is done about something that does not fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,6 +50,13 @@ pub struct Checks {
     pub other_depth: Strictness,
     /// How far from it a depth may lie, m, >= 0.
     pub depth_margin_m: f64,
+    /// What is done where a channel's contrast is at the noise floor. Where all channels are, the picture shows nothing: that is
+    /// refused unless this is [`Strictness::Ignore`].
+    pub noise_floor: Strictness,
+    /// What is done where a channel is clipped.
+    pub saturation: Strictness,
+    /// Largest share of a channel's pixels at full scale, in [0, 1].
+    pub max_saturated: f64,
     /// Whether suggestions lie on whole centimetres and tenths of a percent, as far as the bounds allow.
     pub round: bool,
 }
@@ -62,6 +73,9 @@ impl Default for Checks {
             other_camera: Strictness::Refuse,
             other_depth: Strictness::Warn,
             depth_margin_m: 0.5,
+            noise_floor: Strictness::Warn,
+            saturation: Strictness::Warn,
+            max_saturated: MAX_SATURATED,
             round: true,
         }
     }
@@ -79,6 +93,9 @@ impl Checks {
             other_camera: Strictness::Ignore,
             other_depth: Strictness::Ignore,
             depth_margin_m: 0.0,
+            noise_floor: Strictness::Ignore,
+            saturation: Strictness::Ignore,
+            max_saturated: 1.0,
             round: false,
         }
     }
@@ -94,6 +111,9 @@ impl Checks {
             "other_camera",
             "other_depth",
             "depth_margin_m",
+            "noise_floor",
+            "saturation",
+            "max_saturated",
         ])?;
         let mut checks = *self;
         let number = |name: &str, zero_allowed: bool, value: &mut f64| {
@@ -116,17 +136,46 @@ impl Checks {
         number("max_misfit", false, &mut checks.max_misfit)?;
         number("min_gain", true, &mut checks.min_gain)?;
         number("depth_margin_m", true, &mut checks.depth_margin_m)?;
+        number("max_saturated", true, &mut checks.max_saturated)?;
+        if checks.max_saturated > 1.0 {
+            return Err(FieldError::out_of_range(
+                overrides.path_of("max_saturated"),
+                "from 0 to 1, a share of the pixels",
+                checks.max_saturated,
+            ));
+        }
         for (name, value) in [
             ("training", &mut checks.training),
             ("misfit", &mut checks.misfit),
             ("other_camera", &mut checks.other_camera),
             ("other_depth", &mut checks.other_depth),
+            ("noise_floor", &mut checks.noise_floor),
+            ("saturation", &mut checks.saturation),
         ] {
             if overrides.get(name).is_some() {
                 *value = Strictness::read(overrides, name)?;
             }
         }
         Ok(checks)
+    }
+
+    /// What is wrong with a picture, and what is done about it.
+    pub(crate) fn doubts(&self, quality: &Quality) -> Vec<(Strictness, Reason)> {
+        let mut doubts = Vec::new();
+        let at_floor = quality.at_floor();
+        if self.noise_floor != Strictness::Ignore && at_floor.contains(&true) {
+            let strictness = match at_floor.contains(&false) {
+                true => self.noise_floor,
+                false => Strictness::Refuse,
+            };
+            doubts.push((strictness, Reason::NoiseFloor(*quality)));
+        }
+        let limit = self.max_saturated;
+        if self.saturation != Strictness::Ignore && quality.saturated.iter().any(|&s| s > limit) {
+            let share = quality.saturated;
+            doubts.push((self.saturation, Reason::Saturated { share, limit }));
+        }
+        doubts
     }
 
     /// What is done when `model` misses the picture by more than allowed.
@@ -216,6 +265,7 @@ mod tests {
             (json!({"misfit": "loud"}), "checks.misfit"),
             (json!({"min_gain": -1}), "checks.min_gain"),
             (json!({"max_misfit": 0}), "checks.max_misfit"),
+            (json!({"max_saturated": 2}), "checks.max_saturated"),
             (json!({"margin": 0}), "checks.margin"),
         ] {
             assert_eq!(read(value).unwrap_err().field, field);

@@ -237,6 +237,7 @@ mod tests {
                 depth_m: 12.0,
                 mean: [13.0, 14.0, 15.0],
                 std: [16.0, 17.0, 18.0],
+                quality: None,
             },
             curves: ContrastCurves {
                 on: curve(40.0),

@@ -5,6 +5,7 @@
 //! changes nothing.
 
 use crate::beams::Plane;
+use crate::observation::Quality;
 
 /// A value and when it was taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,6 +34,8 @@ pub struct Picture {
     pub std: [f64; 3],
     /// Width and height, pixels, where they are known.
     pub size_px: Option<[u32; 2]>,
+    /// Contrast without noise, noise floor and clipped pixels, where they are known.
+    pub quality: Option<Quality>,
 }
 
 /// The pieces of a state that a message brings; the others stay as they are.

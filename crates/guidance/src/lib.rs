@@ -19,6 +19,7 @@
 //! let now = Observation {
 //!     depth_m: 3.0, distance_m: 1.0, light_pct: 20.0,
 //!     mean: [41.0, 88.0, 79.0], std: [4.1, 7.7, 6.2],
+//!     quality: None,
 //! };
 //! let advice = advise_checked(&now, &profile, &model, &Objective::default(), &Checks::default());
 //! assert!(advice.valid());

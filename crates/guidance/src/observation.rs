@@ -1,5 +1,6 @@
 //! What the vehicle knows at the moment it asks.
 
+use uw_calib::Detail;
 use uw_calib::json::FieldError;
 
 /// Distance, depth, lamp level and the statistics of the current image.
@@ -16,6 +17,67 @@ pub struct Observation {
     /// Contrast of the image per channel (mean over patches of the standard deviation, as in
     /// [`uw_calib::stats`]), 8-bit counts, in [0, 255].
     pub std: [f64; 3],
+    /// What of the picture is detail and what is clipped, where it is known. Noise counts in [`std`](Self::std), as networks were
+    /// trained on it.
+    pub quality: Option<Quality>,
+}
+
+/// What of a picture is detail, and what is clipped ([`uw_calib::detail`]), per channel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Quality {
+    /// Contrast without the sensor's noise, 8-bit counts, in [-255, 255]; near 0 it may be a little below.
+    pub std_corrected: [f64; 3],
+    /// What noise alone stays below, 8-bit counts, in [0, 255].
+    pub noise_floor: [f64; 3],
+    /// Share of the pixels at full scale, in [0, 1].
+    pub saturated: [f64; 3],
+}
+
+impl Quality {
+    /// Of a measured picture.
+    pub fn of(detail: &Detail) -> Self {
+        Self {
+            std_corrected: detail.contrast,
+            noise_floor: detail.floor,
+            saturated: detail.saturated,
+        }
+    }
+
+    /// Which channels show no more than noise.
+    pub fn at_floor(&self) -> [bool; 3] {
+        std::array::from_fn(|k| self.std_corrected[k] <= self.noise_floor[k])
+    }
+
+    /// Refuses values that no picture has.
+    pub fn check(&self) -> Result<(), FieldError> {
+        let fields = [
+            (
+                "std_corrected",
+                self.std_corrected,
+                -255.0..=255.0,
+                "from -255 to 255 8-bit counts",
+            ),
+            (
+                "noise_floor",
+                self.noise_floor,
+                0.0..=255.0,
+                "from 0 to 255 8-bit counts",
+            ),
+            (
+                "saturated",
+                self.saturated,
+                0.0..=1.0,
+                "from 0 to 1, a share of the pixels",
+            ),
+        ];
+        for (name, values, range, expected) in fields {
+            if let Some(k) = values.iter().position(|v| !range.contains(v)) {
+                let field = format!("{name}[{k}]");
+                return Err(FieldError::out_of_range(field, expected, values[k]));
+            }
+        }
+        Ok(())
+    }
 }
 
 /// Darkest and brightest mean of a picture that shows anything, 8-bit counts: the noise of a sensor in the dark already
@@ -65,6 +127,7 @@ impl Observation {
                 ));
             }
         }
+        self.quality.as_ref().map_or(Ok(()), Quality::check)?;
         self.check_picture()
     }
 
@@ -125,6 +188,7 @@ mod tests {
         light_pct: 20.0,
         mean: [41.0, 88.0, 79.0],
         std: [4.1, 7.7, 6.2],
+        quality: None,
     };
 
     #[test]

@@ -60,6 +60,16 @@ impl<'a> Question<'a> {
         observation.check().map_err(Reason::BadObservation)?;
         let situation = Situation::new(observation, profile)?;
         let mut warnings = Vec::new();
+        for (strictness, reason) in observation
+            .quality
+            .iter()
+            .flat_map(|quality| checks.doubts(quality))
+        {
+            match strictness {
+                Strictness::Refuse => return Err(reason),
+                Strictness::Warn | Strictness::Ignore => warnings.push(reason),
+            }
+        }
         if let Some(reason) = other_depth(observation.depth_m, profile, checks) {
             match checks.other_depth {
                 Strictness::Refuse => return Err(reason),

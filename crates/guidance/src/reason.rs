@@ -4,6 +4,8 @@ use uw_calib::ProfileError;
 use uw_calib::json::FieldError;
 
 use crate::checks::Residual;
+use crate::observation::Quality;
+use uw_calib::detail::channel_names;
 
 /// Why there is no advice, why it is to stay, or what limits it.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,6 +58,15 @@ pub enum Reason {
         /// How far beyond them is allowed, m.
         margin_m: f64,
     },
+    /// Channels of the picture, or all of it, show no more than noise.
+    NoiseFloor(Quality),
+    /// More of the picture is at full scale than allowed.
+    Saturated {
+        /// Share of the pixels per channel, in [0, 1].
+        share: [f64; 3],
+        /// Largest share allowed.
+        limit: f64,
+    },
     /// The objective's distances and the calibrated (and trained) ones have nothing in common.
     NoCandidates {
         /// Distances of the objective, m.
@@ -94,6 +105,8 @@ impl Reason {
             Self::ModelMisfit { .. } => "model_misfit",
             Self::OtherCamera(_) => "other_camera",
             Self::OtherDepth { .. } => "other_depth",
+            Self::NoiseFloor(_) => "noise_floor",
+            Self::Saturated { .. } => "saturated",
             Self::NoCandidates { .. } => "no_candidates",
             Self::NotFinite => "not_finite",
             Self::Clamped { .. } => "clamped",
@@ -173,6 +186,25 @@ impl std::fmt::Display for Reason {
                     short(*margin_m)
                 )
             }
+            Self::NoiseFloor(quality) => {
+                let at_floor = quality.at_floor();
+                let of = match channel_names(at_floor).filter(|_| at_floor.contains(&false)) {
+                    Some(names) => format!("{names} of the picture"),
+                    None => "the picture".to_owned(),
+                };
+                write!(
+                    f,
+                    "{of} shows no more than noise: the contrast without noise is {} where noise alone makes up to {} (R G B, 8-bit counts); go nearer, light more or expose longer",
+                    counts(&quality.std_corrected),
+                    counts(&quality.noise_floor)
+                )
+            }
+            Self::Saturated { share, limit } => write!(
+                f,
+                "{} of the pixels (R G B) are at full scale where {} is allowed: contrast and mean are too small; expose less or dim the lamps",
+                percent(share),
+                format_args!("{} %", short(100.0 * limit))
+            ),
             Self::NoCandidates {
                 wanted_m: [near, far],
                 calibrated_m: [min, max],
@@ -202,6 +234,11 @@ impl std::fmt::Display for Reason {
 fn short(value: f64) -> String {
     let text = format!("{value:.3}");
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+fn percent(share: &[f64; 3]) -> String {
+    let percents = share.map(|s| format!("{:.1}", 100.0 * s));
+    format!("{} %", percents.join(" "))
 }
 
 fn counts(contrast: &[f64; 3]) -> String {

@@ -11,6 +11,7 @@ use uw_calib::{Profile, ProfileError};
 
 use crate::feed::Picture;
 use crate::mlp::Model;
+use crate::observation::Quality;
 use crate::record::RECORD_FORMAT;
 use crate::service::{Loaded, Moment, Service, Session, Settings};
 
@@ -276,6 +277,16 @@ fn picture(reply: &Value) -> Option<Picture> {
         mean: reply.numbers("mean").ok()?,
         std: reply.numbers("std").ok()?,
         size_px: side("width").zip(side("height")).map(|(w, h)| [w, h]),
+        quality: quality(&reply),
+    })
+}
+
+/// None in replies of older programs.
+fn quality(reply: &Object) -> Option<Quality> {
+    Some(Quality {
+        std_corrected: reply.numbers("std_corrected").ok()?,
+        noise_floor: reply.numbers("noise_floor").ok()?,
+        saturated: reply.numbers("saturated").ok()?,
     })
 }
 

@@ -245,6 +245,7 @@ impl Place {
             light_pct: start.light_pct,
             mean: seen.mean,
             std: seen.contrast,
+            quality: None,
         };
         let lenient = Checks {
             misfit: Strictness::Ignore,

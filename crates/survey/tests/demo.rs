@@ -150,6 +150,7 @@ fn every_shipped_profile_goes_with_the_shipped_model() {
             light_pct: 0.0,
             mean: [60.0; 3],
             std: profile.k_c_off(1.5).expect("inside"),
+            quality: None,
         };
         let candidates = [(1.0, 0.0), (2.0, 100.0)].map(|(distance_m, light_pct)| Candidate {
             distance_m,

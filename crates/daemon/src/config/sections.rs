@@ -7,6 +7,8 @@ use std::time::Duration;
 use serde_json::Value;
 use tracing::level_filters::LevelFilter;
 use uw_calib::json::{FieldError, Object, array, number};
+use uw_calib::response::LinearNoise;
+use uw_calib::{Encoding, NoiseModel, SensorNoise};
 
 use super::{CONFIG_FORMAT, Config, links, section};
 use crate::log::LogConfig;
@@ -69,7 +71,8 @@ pub(super) fn config(value: &Value) -> Result<Config, FieldError> {
         settings.beams = beams(&geometry)?;
     }
     if let Some(images) = section(&document, "images")? {
-        images.only(&["directory"])?;
+        images.only(&["directory", "noise_a", "noise_b", "encoding"])?;
+        settings.noise = noise(&images)?;
         if let Some(directory) = path(&images, "directory")? {
             settings.images = ImagePolicy::Under(directory);
         }
@@ -97,6 +100,37 @@ pub(super) fn config(value: &Value) -> Result<Config, FieldError> {
         config.rosbridge = links::rosbridge(&object)?;
     }
     Ok(config)
+}
+
+/// The noise of the camera; taken from the pictures where it is not given.
+fn noise(images: &Object) -> Result<NoiseModel, FieldError> {
+    let encoding = match images.get("encoding") {
+        None => Encoding::Srgb,
+        Some(_) => match images.text("encoding")? {
+            "srgb" => Encoding::Srgb,
+            "linear" => Encoding::Linear,
+            other => {
+                let field = images.path_of("encoding");
+                let expected = "\"srgb\" or \"linear\"";
+                return Err(FieldError::invalid(field, expected, format!("{other:?}")));
+            }
+        },
+    };
+    let given = ["noise_a", "noise_b"].map(|name| images.get(name).is_some());
+    if given == [false, false] {
+        return Ok(NoiseModel::Picture);
+    }
+    let (a, b) = (images.number("noise_a")?, images.number("noise_b")?);
+    SensorNoise::new(encoding, LinearNoise { a, b })
+        .map(NoiseModel::Sensor)
+        .ok_or_else(|| {
+            let (name, got) = if a >= 0.0 {
+                ("noise_b", b)
+            } else {
+                ("noise_a", a)
+            };
+            FieldError::out_of_range(images.path_of(name), ">= 0", got)
+        })
 }
 
 fn limits(object: &Object) -> Result<Limits, FieldError> {

@@ -1,6 +1,8 @@
 use std::time::Duration;
 
 use super::*;
+use uw_calib::response::LinearNoise;
+use uw_calib::{Encoding, NoiseModel, SensorNoise};
 use uw_guidance::objective::Objective;
 
 fn read(text: &str) -> Result<Config, ConfigError> {
@@ -68,6 +70,18 @@ fn wrong_files_are_refused_with_the_field() {
             "format = \"uwguide-config/1\"\n[max_age]\ndepth_s = 0\n",
             "max_age.depth_s must be > 0",
         ),
+        (
+            "format = \"uwguide-config/1\"\n[images]\nnoise_a = 1e-3\n",
+            "images.noise_b is missing",
+        ),
+        (
+            "format = \"uwguide-config/1\"\n[images]\nnoise_a = 1e-3\nnoise_b = -1\n",
+            "images.noise_b must be >= 0",
+        ),
+        (
+            "format = \"uwguide-config/1\"\n[images]\nencoding = \"log\"\n",
+            "images.encoding must be",
+        ),
         ("format = \n", "not valid TOML"),
     ];
     for (text, expected) in cases {
@@ -80,6 +94,15 @@ fn wrong_files_are_refused_with_the_field() {
 fn the_printed_default_is_the_default() {
     let parsed = Config::parse(DEFAULT_CONFIG, "default.toml").unwrap();
     assert_eq!(parsed, Config::default());
+}
+
+#[test]
+fn the_noise_of_the_camera_is_read() {
+    let text = "format = \"uwguide-config/1\"\n[images]\nnoise_a = 1e-3\nnoise_b = 1e-5\nencoding = \"linear\"\n";
+    let noise = Config::parse(text, "c.toml").unwrap().settings.noise;
+    let right = LinearNoise { a: 1e-3, b: 1e-5 };
+    let right = SensorNoise::new(Encoding::Linear, right).unwrap();
+    assert_eq!(noise, NoiseModel::Sensor(right));
 }
 
 #[test]

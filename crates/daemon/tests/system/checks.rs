@@ -14,6 +14,7 @@ const NOW: Observation = Observation {
     light_pct: 20.0,
     mean: [41.0, 88.0, 79.0],
     std: [3.4, 6.2, 7.1],
+    quality: None,
 };
 
 fn water() -> Profile {
@@ -246,6 +247,7 @@ fn the_shipped_model_advises_on_what_it_knows_and_refuses_what_it_does_not() {
             light_pct: n[2],
             mean: [n[3], n[4], n[5]],
             std: [n[6], n[7], n[8]],
+            quality: None,
         };
         let ask = |now: &Observation| {
             advise_checked(

@@ -11,6 +11,7 @@ mod faults;
 mod files;
 mod links;
 mod model;
+mod noise;
 #[cfg(unix)]
 mod operations;
 mod optimum;

@@ -89,6 +89,7 @@ fn a_query_with_its_cached_first_layer_gives_the_same_predictions() {
             light_pct: value("light"),
             mean: rgb("mean"),
             std: rgb("std"),
+            quality: None,
         };
         let situation = Situation {
             k_z: rgb("kz"),

@@ -57,6 +57,7 @@ fn observation(numbers: &mut Numbers) -> Observation {
         light_pct: numbers.between(0.0, 100.0),
         mean: std::array::from_fn(|_| numbers.between(5.0, 200.0)),
         std: std::array::from_fn(|_| numbers.between(0.5, 15.0)),
+        quality: None,
     }
 }
 

@@ -94,6 +94,7 @@ fn case(number: u64) -> Case {
             light_pct: numbers.between(0.0, 100.0),
             mean: std::array::from_fn(|_| numbers.between(5.0, 200.0)),
             std: std::array::from_fn(|_| numbers.between(0.5, 15.0)),
+            quality: None,
         },
         objective: Objective {
             lambda_c: numbers.between(0.2, 1.5),

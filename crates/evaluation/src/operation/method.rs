@@ -98,6 +98,7 @@ pub fn guided(
         light_pct: current.light_pct,
         mean: stats.mean,
         std: stats.contrast,
+        quality: None,
     };
     let advice = advise(&observation, profile, model, objective);
     if !advice.valid() {

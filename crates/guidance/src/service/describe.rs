@@ -43,6 +43,9 @@ pub(super) fn profile(profile: &Profile) -> Value {
     if let Some(depths_m) = profile.contrast_depth_m() {
         described["contrast_depth_m"] = json!(depths_m);
     }
+    if let Some(corrected) = profile.corrected() {
+        described["noise_corrected"] = json!(corrected.source.name());
+    }
     add_rig(&mut described, profile.rig());
     described
 }
@@ -87,7 +90,11 @@ pub(super) fn settings(settings: &Settings) -> Value {
             "other_camera": checks.other_camera.name(),
             "other_depth": checks.other_depth.name(),
             "depth_margin_m": checks.depth_margin_m,
+            "noise_floor": checks.noise_floor.name(),
+            "saturation": checks.saturation.name(),
+            "max_saturated": checks.max_saturated,
         },
+        "images": {"noise": settings.noise.source().name()},
         "max_age": {
             "depth_s": age.depth_s,
             "distance_s": age.distance_s,

@@ -5,10 +5,11 @@ use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use base64::Engine as _;
-use uw_calib::PatchGrid;
+use uw_calib::{Measured, NoiseModel};
 
 use crate::feed::Picture;
-use crate::wire::reply::{self, COUNTS_DECIMALS, Code, WireError};
+use crate::observation::Quality;
+use crate::wire::reply::{self, COUNTS_DECIMALS, Code, SHARE_DECIMALS, WireError};
 use crate::wire::request::ImageSource;
 
 /// Largest image file read for a request, bytes; above that of any camera's single frame.
@@ -54,21 +55,26 @@ fn open_under(directory: &Path, path: &str) -> Option<File> {
     (same && usable(&file.metadata().ok()?)).then_some(file)
 }
 
-/// Reads and measures an image.
-pub(super) fn measure(image: &ImageSource, policy: &ImagePolicy) -> Result<Picture, WireError> {
+/// Reads and measures an image; its noise is taken from where `noise` says.
+pub(super) fn measure(
+    image: &ImageSource,
+    policy: &ImagePolicy,
+    noise: &NoiseModel,
+) -> Result<Picture, WireError> {
     let bad = |field: &str, message: String| WireError::new(Code::BadImage, message).at(field);
-    let grid = match image {
+    let Measured { grid, detail } = match image {
         ImageSource::Path(path) => {
             let field = "image.path";
             let file = policy.open(path).map_err(|message| bad(field, message))?;
-            of_file(file).map_err(|message| bad(field, message))?
+            of_file(file, noise).map_err(|message| bad(field, message))?
         }
         ImageSource::Base64(text) => {
             let field = "image.base64_png";
             let bytes = base64::engine::general_purpose::STANDARD
                 .decode(text)
                 .map_err(|error| bad(field, format!("image.base64_png is not base64: {error}")))?;
-            PatchGrid::from_encoded(&bytes, field).map_err(|error| bad(field, error.to_string()))?
+            Measured::from_encoded(&bytes, field, noise)
+                .map_err(|error| bad(field, error.to_string()))?
         }
     };
     // A picture that is decoded has far fewer pixels a side than this could hold.
@@ -77,6 +83,13 @@ pub(super) fn measure(image: &ImageSource, policy: &ImagePolicy) -> Result<Pictu
         mean: grid.stats.mean.map(told),
         std: grid.stats.contrast.map(told),
         size_px: Some([side(grid.width), side(grid.height)]),
+        quality: detail.as_ref().map(Quality::of).map(|quality| Quality {
+            std_corrected: quality.std_corrected.map(told),
+            noise_floor: quality.noise_floor.map(told),
+            saturated: quality
+                .saturated
+                .map(|share| reply::rounded(share, SHARE_DECIMALS)),
+        }),
     })
 }
 
@@ -85,13 +98,13 @@ fn told(counts: f64) -> f64 {
     reply::rounded(counts, COUNTS_DECIMALS)
 }
 
-fn of_file(file: File) -> Result<PatchGrid, String> {
+fn of_file(file: File, noise: &NoiseModel) -> Result<Measured, String> {
     let mut bytes = Vec::new();
     // The file could grow while it is read.
     file.take(MAX_IMAGE_FILE_BYTES)
         .read_to_end(&mut bytes)
         .map_err(|error| format!("image.path cannot be read: {error}"))?;
-    PatchGrid::from_encoded(&bytes, "image.path").map_err(|error| error.to_string())
+    Measured::from_encoded(&bytes, "image.path", noise).map_err(|error| error.to_string())
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use serde_json::{Value, json};
 use thiserror::Error;
-use uw_calib::{Profile, ProfileError};
+use uw_calib::{NoiseModel, Profile, ProfileError};
 
 use crate::beams::BeamGeometry;
 use crate::checks::Checks;
@@ -52,6 +52,8 @@ pub struct Settings {
     pub beams: BeamGeometry,
     /// Which image files may be read.
     pub images: ImagePolicy,
+    /// Where the noise of images is taken from.
+    pub noise: NoiseModel,
     /// The token that each connection has to show first.
     pub token: Option<String>,
 }

@@ -111,6 +111,7 @@ pub(super) fn resolve(
             light_pct,
             mean: picture.mean,
             std: picture.std,
+            quality: picture.quality,
         },
         ages: Ages {
             depth_s,
@@ -169,6 +170,7 @@ mod tests {
                 mean: [40.0; 3],
                 std: [4.0; 3],
                 size_px: None,
+                quality: None,
             }),
         };
         feed.apply(&fed, 98.0);

@@ -233,7 +233,10 @@ impl Session {
             } => {
                 let picture = match measured {
                     Some(picture) => picture,
-                    None => image::measure(&image, &self.service.settings.images)?,
+                    None => {
+                        let settings = &self.service.settings;
+                        image::measure(&image, &settings.images, &settings.noise)?
+                    }
                 };
                 inputs.picture = Some(picture);
                 let mut fields = self.suggest(&inputs, objective.as_ref(), snapshot, now)?;
@@ -242,6 +245,13 @@ impl Session {
                 if let Some([width, height]) = picture.size_px {
                     fields.insert("width".to_owned(), width.into());
                     fields.insert("height".to_owned(), height.into());
+                }
+                if let Some(quality) = picture.quality {
+                    fields.extend(reply::fields(json!({
+                        "std_corrected": quality.std_corrected,
+                        "noise_floor": quality.noise_floor,
+                        "saturated": quality.saturated,
+                    })));
                 }
                 Ok(fields)
             }

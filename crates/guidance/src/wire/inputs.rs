@@ -4,9 +4,10 @@ use uw_calib::json::{FieldError, Object, array, number};
 
 use crate::beams::MAX_BEAMS;
 use crate::feed::Picture;
+use crate::observation::Quality;
 
 /// Names of these fields, for lists of what a request may hold.
-pub(super) const FIELDS: [&str; 10] = [
+pub(super) const FIELDS: [&str; 13] = [
     "depth_m",
     "distance_m",
     "distances_m",
@@ -15,6 +16,9 @@ pub(super) const FIELDS: [&str; 10] = [
     "std",
     "width",
     "height",
+    "std_corrected",
+    "noise_floor",
+    "saturated",
     "age_s",
     "time_s",
 ];
@@ -140,13 +144,21 @@ fn read_distance(object: &Object) -> Result<Option<Distance>, FieldError> {
 fn read_picture(object: &Object) -> Result<Option<Picture>, FieldError> {
     let size_px = read_size(object)?;
     if object.get("mean").is_none() && object.get("std").is_none() {
-        return match size_px {
+        let alone = |name: &str| {
+            let field = object.path_of(name);
+            let expected = "absent without mean and std";
+            Err(FieldError::invalid(
+                field,
+                expected,
+                format!("{name} alone"),
+            ))
+        };
+        return match PICTURE_FIELDS
+            .iter()
+            .find(|name| object.get(name).is_some())
+        {
             None => Ok(None),
-            Some(_) => Err(FieldError::invalid(
-                object.path_of("width"),
-                "absent without mean and std",
-                "a size alone",
-            )),
+            Some(name) => alone(name),
         };
     }
     let counts = |name: &str| -> Result<[f64; 3], FieldError> {
@@ -164,7 +176,32 @@ fn read_picture(object: &Object) -> Result<Option<Picture>, FieldError> {
         mean: counts("mean")?,
         std: counts("std")?,
         size_px,
+        quality: read_quality(object)?,
     }))
+}
+
+/// What may stand with mean and std.
+pub(super) const PICTURE_FIELDS: [&str; 5] = [
+    "width",
+    "height",
+    "std_corrected",
+    "noise_floor",
+    "saturated",
+];
+
+/// Contrast without noise, noise floor and share of clipped pixels; all or none.
+fn read_quality(object: &Object) -> Result<Option<Quality>, FieldError> {
+    let names = &PICTURE_FIELDS[2..];
+    if names.iter().all(|name| object.get(name).is_none()) {
+        return Ok(None);
+    }
+    let quality = Quality {
+        std_corrected: object.numbers("std_corrected")?,
+        noise_floor: object.numbers("noise_floor")?,
+        saturated: object.numbers("saturated")?,
+    };
+    quality.check()?;
+    Ok(Some(quality))
 }
 
 /// Width and height of the picture that mean and contrast are of, pixels; both or none.

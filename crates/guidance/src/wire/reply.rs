@@ -132,6 +132,8 @@ impl From<Reason> for WireError {
             Reason::ModelMisfit { .. } | Reason::OtherCamera(_) => {
                 Self::new(Code::InvalidValue, message)
             }
+            Reason::NoiseFloor(_) => Self::new(Code::OutOfRange, message).at("std_corrected"),
+            Reason::Saturated { .. } => Self::new(Code::OutOfRange, message).at("saturated"),
             Reason::NotFinite | Reason::Clamped { .. } | Reason::SmallGain { .. } => {
                 Self::new(Code::Internal, message)
             }
@@ -178,6 +180,8 @@ pub const LIGHT_DECIMALS: i32 = 1;
 pub const COUNTS_DECIMALS: i32 = 2;
 /// Of scores and their terms.
 pub const SCORE_DECIMALS: i32 = 4;
+/// Of shares of pixels.
+pub const SHARE_DECIMALS: i32 = 4;
 /// Of ages, s.
 pub const AGE_DECIMALS: i32 = 3;
 

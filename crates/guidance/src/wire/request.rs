@@ -179,7 +179,8 @@ fn read_op(object: &Object) -> Result<Op, WireError> {
         }
         "suggest_image" => {
             let mut known = state_and(&["image", "objective"]);
-            known.retain(|name| !["mean", "std", "width", "height"].contains(name));
+            let measured = [&["mean", "std"], &inputs::PICTURE_FIELDS[..]].concat();
+            known.retain(|name| !measured.contains(name));
             only(&known)?;
             Ok(Op::SuggestImage {
                 inputs: Inputs::read(object)?,

@@ -123,6 +123,7 @@ pub(super) fn entries(
                 light_pct: now.light_pct,
                 mean: now.stats.mean,
                 std: now.stats.contrast,
+                quality: None,
             };
             let situation = Situation::new(&observation, &profile)
                 .map_err(|e| DatasetError::Inconsistent(e.to_string()))?;

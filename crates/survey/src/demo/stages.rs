@@ -161,6 +161,7 @@ impl DemoRenders<'_> {
                 light_pct,
                 mean: stats.mean,
                 std: stats.contrast,
+                quality: None,
             };
             let suggestion = ask::suggest(address, &observation)?;
             for warning in &suggestion.warnings {

@@ -215,6 +215,7 @@ impl Guidance {
             light_pct: self.light_pct,
             mean: stats.mean,
             std: stats.contrast,
+            quality: None,
         })
     }
 

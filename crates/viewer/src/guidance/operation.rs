@@ -227,6 +227,7 @@ fn step(record: &Value, state: &Map<String, Value>) -> Option<Step> {
         light_pct: number("light_pct")?,
         mean: state.get("mean").and_then(triple)?,
         std: state.get("std").and_then(triple)?,
+        quality: None,
     };
     Some(Step {
         since_start_s: record.get("since_start_s").and_then(Value::as_f64)?,

@@ -94,6 +94,7 @@ pub(crate) fn fitting(depth_m: f64, distance_m: f64, light_pct: f64, model: &Mod
         light_pct,
         mean: [40.0, 80.0, 70.0],
         std: [4.0, 8.0, 6.0],
+        quality: None,
     };
     let here = [Candidate {
         distance_m,

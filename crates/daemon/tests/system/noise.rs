@@ -1,0 +1,211 @@
+//! Pictures that show no more than noise, and clipped ones, through the daemon.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use serde_json::{Value, json};
+use uw_guidance::service::{ImagePolicy, Loaded, Settings};
+use uw_guidance::{Checks, Limits, Model, Running, Service, Strictness, spawn};
+
+use crate::client::{Client, with, without};
+use crate::support::{Numbers, echo_model, profile};
+
+/// A daemon whose model predicts for no change what the picture has, whatever that is: no misfit tells it noise.
+fn daemon(images: &Path, checks: Checks) -> Running {
+    let loaded = Loaded {
+        model: Model::from_json(&echo_model(-2.0, 0.02)).unwrap(),
+        model_name: "echo".to_owned(),
+        model_digest: String::new(),
+        profile: Some(Arc::new(profile(&mut Numbers::new(3)))),
+    };
+    let settings = Settings {
+        images: ImagePolicy::Under(images.into()),
+        checks,
+        ..Settings::default()
+    };
+    let service = Service::with_settings(loaded, settings);
+    spawn("127.0.0.1:0", service, Limits::default()).unwrap()
+}
+
+/// Writes a picture of the model's camera: `light` of a place, with noise of 8 counts that is clipped at black, as a sensor's is.
+fn write(path: &Path, light: impl Fn(f64, f64) -> [f64; 3]) {
+    let mut numbers = Numbers::new(11);
+    let picture = image::RgbImage::from_fn(1280, 720, |x, y| {
+        let counts = light(f64::from(x), f64::from(y)).map(|counts| {
+            // The sum of twelve uniform numbers is close to a normal one.
+            let normal: f64 = (0..12).map(|_| numbers.between(-0.5, 0.5)).sum();
+            (counts + 8.0 * normal).round().clamp(0.0, 255.0) as u8
+        });
+        image::Rgb(counts)
+    });
+    picture.save(path).unwrap();
+}
+
+fn detail(x: f64, y: f64) -> f64 {
+    12.0 * (0.2 * x).sin() * (0.25 * y).cos()
+}
+
+fn suggest_image(name: &str) -> Value {
+    let mut request = without(&["mean", "std"]);
+    request["op"] = json!("suggest_image");
+    request["image"] = json!({"path": name});
+    request
+}
+
+#[test]
+fn a_picture_that_is_black_but_for_noise_is_not_answered_with_advice() {
+    let dir = tempfile::tempdir().unwrap();
+    write(&dir.path().join("black.png"), |_, _| [0.0; 3]);
+    let running = daemon(dir.path(), Checks::default());
+    let mut client = Client::connect(&running);
+    let reply = client.ask(&suggest_image("black.png"));
+    assert_eq!(
+        (
+            &reply["ok"],
+            &reply["valid"],
+            &reply["action"],
+            &reply["reason"]
+        ),
+        (
+            &json!(true),
+            &json!(false),
+            &json!("hold"),
+            &json!("noise_floor")
+        ),
+        "{reply}"
+    );
+    let message = reply["message"].as_str().unwrap();
+    assert!(
+        message.starts_with("the picture shows no more than noise"),
+        "{message}"
+    );
+    for k in 0..3 {
+        let number = |field: &str| reply[field][k].as_f64().unwrap();
+        assert!(number("std") > 4.0, "{reply}");
+        assert!(number("std_corrected") <= number("noise_floor"), "{reply}");
+        assert!(number("noise_floor") < 1.0, "{reply}");
+    }
+    // Its published statistics alone are those of a dark picture with detail: nothing else stops the advice.
+    let published = with(json!({"mean": reply["mean"], "std": reply["std"]}));
+    assert_eq!(client.ask(&published)["valid"], true);
+    // The numbers may also come with the statistics, from a client that measures its pictures itself, or be fed before.
+    let quality = json!({"mean": reply["mean"], "std": reply["std"], "std_corrected": reply["std_corrected"],
+        "noise_floor": reply["noise_floor"], "saturated": reply["saturated"]});
+    assert_eq!(client.ask(&with(quality.clone()))["reason"], "noise_floor");
+    let mut state = quality;
+    state["op"] = json!("state");
+    assert_eq!(client.ask(&state)["ok"], true);
+    assert_eq!(
+        client.ask(&without(&["mean", "std"]))["reason"],
+        "noise_floor"
+    );
+    let predict = json!({"op": "predict", "depth_m": 3.0, "distance_m": 1.0, "light_pct": 20.0, "candidates": [[1.5, 20.0]]});
+    let reply = client.ask(&predict);
+    assert_eq!(
+        (&reply["valid"], &reply["reason"]),
+        (&json!(false), &json!("noise_floor"))
+    );
+    // Who knows better may say so.
+    let lenient = Checks {
+        noise_floor: Strictness::Ignore,
+        ..Checks::default()
+    };
+    let running = daemon(dir.path(), lenient);
+    let reply = Client::connect(&running).ask(&suggest_image("black.png"));
+    assert_eq!(reply["valid"], true, "{reply}");
+}
+
+#[test]
+fn a_channel_without_detail_and_a_clipped_one_are_told() {
+    let dir = tempfile::tempdir().unwrap();
+    write(&dir.path().join("good.png"), |x, y| {
+        [60.0 + detail(x, y); 3]
+    });
+    write(&dir.path().join("no_red.png"), |x, y| {
+        [0.0, 60.0 + detail(x, y), 60.0 + detail(x, y)]
+    });
+    write(&dir.path().join("glare.png"), |x, y| {
+        let blue = if x < 64.0 { 400.0 } else { 60.0 + detail(x, y) };
+        [60.0 + detail(x, y), 60.0 + detail(x, y), blue]
+    });
+    let running = daemon(dir.path(), Checks::default());
+    let mut client = Client::connect(&running);
+    let mut told = |name: &str| {
+        let reply = client.ask(&suggest_image(name));
+        assert_eq!(reply["valid"], true, "{reply}");
+        let warnings = reply["warnings"].as_array().unwrap().clone();
+        (reply, warnings)
+    };
+    let (reply, warnings) = told("good.png");
+    assert!(warnings.is_empty(), "{reply}");
+    // 12 sin cos deviates by 6; with noise of 8 counts the published contrast is 10.
+    assert!(
+        (reply["std"][0].as_f64().unwrap() - 10.0).abs() < 0.2,
+        "{reply}"
+    );
+    assert!(
+        (reply["std_corrected"][0].as_f64().unwrap() - 6.0).abs() < 0.2,
+        "{reply}"
+    );
+    let (_, warnings) = told("no_red.png");
+    assert_eq!(warnings.len(), 1);
+    assert_eq!(warnings[0]["reason"], "noise_floor");
+    let message = warnings[0]["message"].as_str().unwrap();
+    assert!(
+        message.starts_with("R of the picture shows no more than noise"),
+        "{message}"
+    );
+    let (reply, warnings) = told("glare.png");
+    assert_eq!(reply["saturated"][2], json!(0.05));
+    assert_eq!(warnings.len(), 1);
+    assert_eq!(warnings[0]["reason"], "saturated");
+    let message = warnings[0]["message"].as_str().unwrap();
+    assert!(
+        message.starts_with("0.0 0.0 5.0 % of the pixels") && message.contains("1 % is allowed"),
+        "{message}"
+    );
+    let strict = Checks {
+        noise_floor: Strictness::Refuse,
+        saturation: Strictness::Refuse,
+        ..Checks::default()
+    };
+    let running = daemon(dir.path(), strict);
+    let mut client = Client::connect(&running);
+    for (name, reason) in [("no_red.png", "noise_floor"), ("glare.png", "saturated")] {
+        let reply = client.ask(&suggest_image(name));
+        assert_eq!(
+            (&reply["valid"], &reply["reason"]),
+            (&json!(false), &json!(reason))
+        );
+    }
+    assert_eq!(client.ask(&suggest_image("good.png"))["valid"], true);
+}
+
+#[test]
+fn numbers_of_noise_come_all_and_in_range() {
+    let dir = tempfile::tempdir().unwrap();
+    let running = daemon(dir.path(), Checks::default());
+    let mut client = Client::connect(&running);
+    let good =
+        json!({"std_corrected": [4, 7, 6], "noise_floor": [0.3, 0.3, 0.3], "saturated": [0, 0, 0]});
+    assert_eq!(client.ask(&with(good.clone()))["valid"], true);
+    for (name, value, field) in [
+        ("std_corrected", json!([300, 1, 1]), "std_corrected[0]"),
+        ("noise_floor", json!([0.3, -1, 0.3]), "noise_floor[1]"),
+        ("saturated", json!([0, 0, 2]), "saturated[2]"),
+        ("saturated", Value::Null, "saturated"),
+    ] {
+        let mut wrong = good.clone();
+        wrong[name] = value.clone();
+        if value.is_null() {
+            wrong.as_object_mut().unwrap().remove(name);
+        }
+        assert_eq!(client.refused(&with(wrong))["field"], field);
+    }
+    let mut alone = without(&["mean", "std"]);
+    alone["noise_floor"] = json!([0.3, 0.3, 0.3]);
+    assert_eq!(client.refused(&alone)["field"], "noise_floor");
+    let info = client.ask(&json!({"op": "info"}));
+    assert_eq!(info["settings"]["images"]["noise"], "picture");
+    assert_eq!(info["settings"]["checks"]["noise_floor"], "warn");
+}
