@@ -91,7 +91,9 @@ class Client:
     def suggest(self, **state: Any) -> Dict[str, Any]:
         """The best distance and lamp level. What is not given comes from the latest state; act only when
         `valid` is true and `action` is "move". With `mean` and `std` give the size of their picture too, `width` and
-        `height` in pixels: contrast depends on it, and the daemon refuses what its model was not made for.
+        `height` in pixels: contrast depends on it, and the daemon refuses what its model was not made for. Where you know
+        them, `std_corrected`, `noise_floor` and `saturated` (of `uw stats --json`, where the first is
+        `contrast_corrected`) tell it whether the picture shows more than noise.
         `why` says in words what was found, `warnings` what is to be taken with care."""
         return self.request("suggest", **state)
 

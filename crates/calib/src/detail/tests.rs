@@ -1,7 +1,7 @@
 use super::*;
 use crate::encoding::Encoding;
 use crate::noise::SensorNoise;
-use crate::response::LinearNoise;
+use crate::response::{CountResponse, LinearNoise};
 use crate::stats::patch_statistics;
 
 const SIZE: [usize; 2] = [240, 144];
@@ -252,6 +252,44 @@ fn noise_found_in_the_picture_is_that_of_the_sensor() {
             }
         }
     }
+}
+
+/// The same without texture, averaged over pictures: the median of cells is brought to the mean.
+#[test]
+fn noise_found_in_even_pictures_is_unbiased() {
+    for encoding in [Encoding::Srgb, Encoding::Linear] {
+        let pictures = 12;
+        let mut ratio = 0.0;
+        for seed in 1..=pictures {
+            let counts = stored(&|_| [0.3; 3], NOISES[1], encoding, 1.0, seed);
+            let (_, sensor) = measure(&counts, 1.0, &known(encoding, NOISES[1]));
+            let (_, picture) = measure(&counts, 1.0, &NoiseModel::Picture);
+            let squared = |k: usize| (picture.noise[k] / sensor.noise[k]).powi(2);
+            ratio += (squared(0) + squared(1) + squared(2)) / (3.0 * pictures as f64);
+        }
+        // 4 standard errors of 36 medians of 240 cells.
+        assert!((ratio - 1.0).abs() < 0.019, "{encoding:?} {ratio}");
+    }
+}
+
+/// Of a patch that spans many levels the mean over its levels counts, not the noise at its mean.
+#[test]
+fn noise_of_a_patch_is_the_mean_over_its_levels() {
+    let encoding = Encoding::Srgb;
+    let sensor = SensorNoise::new(encoding, NOISES[1]).unwrap();
+    let light = |i: usize| 0.1 * (1.0 + 0.85 * (0.05 * f64::from(i as u32)).sin());
+    let n = 4000;
+    let levels: Vec<f64> = (0..n).map(light).collect();
+    let response = CountResponse::new(encoding, NOISES[1]);
+    let stored: Vec<(f32, f32)> = levels.iter().map(|&y| response.at(y as f32)).collect();
+    let right = stored.iter().map(|s| f64::from(s.1)).sum::<f64>() / f64::from(n as u32);
+    let counts: Vec<f64> = stored.iter().map(|s| f64::from(s.0)).collect();
+    let mean = counts.iter().sum::<f64>() / f64::from(n as u32);
+    let texture = counts.iter().map(|c| (c - mean).powi(2)).sum::<f64>() / f64::from(n as u32);
+    let got = sensor.of_patch(mean, texture + right, 1.0);
+    let at_mean = sensor.of_patch(mean, 0.0, 1.0);
+    assert!((got / right - 1.0).abs() < 0.04, "{got} {right} {at_mean}");
+    assert!((at_mean / right - 1.0).abs() > 0.08, "{at_mean} {right}");
 }
 
 /// Texture of single pixels is noise as far as a picture can tell; a known sensor knows better.

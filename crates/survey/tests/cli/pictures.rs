@@ -4,8 +4,9 @@ use std::fs;
 
 use image::{Rgb, RgbImage};
 use serde_json::Value;
+use uw_render::image::{ExrImage, Picture};
 
-use super::support::{Folder, shipped};
+use super::support::{Folder, SCENE, shipped};
 
 /// A picture whose columns alternate between two levels: the mean lies between, the contrast is half their distance.
 fn stripes(folder: &Folder, name: &str, low: [u8; 3], high: [u8; 3]) {
@@ -59,11 +60,88 @@ fn statistics_for_people_are_a_table() {
         .expect("a row")
         .split_whitespace()
         .collect();
+    // Contrast and mean first; then what is noise and what is clipped.
     assert_eq!(
-        words,
+        words[..10],
         [
             "a.png", "40", "x", "24", "5.000", "0.000", "5.000", "15.000", "20.000", "35.000"
         ]
+    );
+}
+
+/// What is noise is told from differences of pixels, or from what is known of the camera.
+#[test]
+fn statistics_tell_noise_from_detail() {
+    let folder = Folder::new();
+    folder.write(
+        "scene.toml",
+        SCENE.replace("a = 1e-3, b = 1e-5", "a = 0, b = 1e-5"),
+    );
+    // A black picture and an even grey one, through the sensor of the scene.
+    for (name, level) in [("black", 0.0), ("grey", 0.2_f32)] {
+        let picture = Picture {
+            data: vec![[level; 3]; 400 * 240],
+            ..Picture::black(400, 240)
+        };
+        let image = ExrImage::new(picture);
+        image
+            .write(&folder.path(&format!("{name}.exr")))
+            .expect("written");
+        folder.good(&format!(
+            "sensor {name}.exr scene.toml -o {name}.png --seed 3"
+        ));
+    }
+    for noise in ["", " --noise-a 0 --noise-b 1e-5"] {
+        let run = folder.good(&format!("stats --json black.png grey.png{noise}"));
+        let list: Value = serde_json::from_str(&run.stdout).expect("JSON");
+        for picture in list.as_array().expect("a list") {
+            let number = |field: &str| picture[field][1].as_f64().expect("a number");
+            assert!(number("contrast") > 0.6, "{picture}");
+            assert!(
+                number("contrast_corrected") <= number("noise_floor"),
+                "{picture}"
+            );
+            assert!(
+                number("noise_floor") < 0.5 * number("contrast"),
+                "{picture}"
+            );
+            assert!(
+                (number("noise") / number("contrast") - 1.0).abs() < 0.04,
+                "{picture}"
+            );
+            assert_eq!(number("saturated"), 0.0);
+            let told = picture["warnings"][0].as_str().expect("a warning");
+            assert!(
+                told.starts_with("R, G, B: contrast is at the noise floor"),
+                "{told}"
+            );
+            let source = if noise.is_empty() {
+                "picture"
+            } else {
+                "sensor"
+            };
+            assert_eq!(picture["noise_source"], source);
+        }
+        // The sensor's black is 0: half of the noise is clipped.
+        assert!(
+            list[0]["black"][1]
+                .as_f64()
+                .is_some_and(|share| share > 0.5)
+        );
+    }
+    let told = folder.good("stats black.png").stderr;
+    assert!(
+        told.contains("black.png: R, G, B: contrast is at the noise floor"),
+        "{told}"
+    );
+    folder.refused("stats black.png --noise-a 1e-3", &["--noise-b"]);
+    folder.refused(
+        "stats black.png --noise-a -1e-3 --noise-b 0",
+        &["--noise-a", "-1e-3"],
+    );
+    folder.refused(
+        "stats black.png --noise-a=-1e-3 --noise-b=0",
+        &["--noise-a and --noise-b must be finite and >= 0, got -0.001 and 0"],
     );
 }
 
@@ -97,6 +175,13 @@ fn a_manifest_becomes_a_profile() {
     assert_eq!(
         profile["contrast_off"][0],
         serde_json::json!({"distance_m": 1.5, "k_c": [2.0, 3.0, 4.0]})
+    );
+    // Without noise there is nothing to take off.
+    let corrected = &profile["noise_corrected"];
+    assert_eq!(corrected["source"], "picture");
+    assert_eq!(
+        corrected["on"][0]["k_c"],
+        serde_json::json!([10.0, 12.0, 14.0])
     );
     assert_eq!(profile["source"]["images"], 4);
     assert!(
