@@ -11,7 +11,7 @@ use crate::client::{Client, PATIENCE, suggest};
 use crate::program::{ANY_PORT, Program, mode, pipe, set_mode, text};
 
 /// Answers a recording again.
-fn replay(program: &Program, name: &str) -> (Option<i32>, String, String) {
+pub(crate) fn replay(program: &Program, name: &str) -> (Option<i32>, String, String) {
     let output = Command::new(env!("CARGO_BIN_EXE_uwguide"))
         .current_dir(program.folder.path())
         .args(["replay", name, "--model", "model.json"])

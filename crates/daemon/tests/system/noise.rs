@@ -209,3 +209,34 @@ fn numbers_of_noise_come_all_and_in_range() {
     assert_eq!(info["settings"]["images"]["noise"], "picture");
     assert_eq!(info["settings"]["checks"]["noise_floor"], "warn");
 }
+
+/// A recording holds no pictures: what was measured in them is taken from the replies.
+#[cfg(unix)]
+#[test]
+fn a_recording_of_pictures_of_noise_is_answered_the_same_again() {
+    use crate::files::replay;
+    use crate::program::{ANY_PORT, Program};
+
+    let program = Program::folder();
+    let images = program.path("images");
+    std::fs::create_dir(&images).unwrap();
+    write(&images.join("black.png"), |_, _| [0.0; 3]);
+    write(&images.join("glare.png"), |x, y| {
+        [if x < 64.0 { 400.0 } else { 60.0 + detail(x, y) }; 3]
+    });
+    let config =
+        format!("[images]\ndirectory = {images:?}\n[operations]\nrecord = \"session.ndjson\"\n");
+    let mut program = program.config(&config).start(&ANY_PORT);
+    let mut client = program.client();
+    let reply = client.ask(&suggest_image("black.png"));
+    assert_eq!(reply["reason"], "noise_floor");
+    let reply = client.ask(&suggest_image("glare.png"));
+    assert_eq!(reply["warnings"][0]["reason"], "saturated");
+    assert_eq!(program.end(), Some(0));
+    let (code, said, _) = replay(&program, "session.ndjson");
+    assert_eq!(code, Some(0), "{said}");
+    assert!(
+        said.starts_with("2 replies the same, 0 different"),
+        "{said}"
+    );
+}
