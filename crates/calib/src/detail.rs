@@ -84,22 +84,22 @@ impl Detail {
             black: [0.0; 3],
             saturated: [0.0; 3],
         };
+        let pixels = grid.width * grid.height;
+        let mut plane = vec![0.0; pixels];
         for k in 0..3 {
-            let value = |i: usize| pixel(i)[k];
-            let sums = channel(grid, k, &tiles, &value, step, model)?;
+            let (mut black, mut saturated) = (0, 0);
+            for (i, value) in plane.iter_mut().enumerate() {
+                *value = pixel(i)[k];
+                black += usize::from(*value <= 0.0);
+                saturated += usize::from(*value >= FULL_SCALE);
+            }
+            detail.black[k] = black as f64 / pixels as f64;
+            detail.saturated[k] = saturated as f64 / pixels as f64;
+            let sums = channel(grid, k, &tiles, &|i| plane[i], step, model)?;
             detail.contrast[k] = sums.contrast();
             detail.floor[k] = sums.floor().max(ROUNDING * step);
             detail.noise[k] = (sums.noise / sums.patches).max(0.0).sqrt();
         }
-        let pixels = grid.width * grid.height;
-        for i in 0..pixels {
-            for (k, value) in pixel(i).into_iter().enumerate() {
-                detail.black[k] += f64::from(u8::from(value <= 0.0));
-                detail.saturated[k] += f64::from(u8::from(value >= FULL_SCALE));
-            }
-        }
-        let share = |counts: [f64; 3]| counts.map(|n| n / pixels as f64);
-        (detail.black, detail.saturated) = (share(detail.black), share(detail.saturated));
         Some(detail)
     }
 

@@ -11,10 +11,20 @@ use super::error::CliError;
 pub(super) struct NoiseArguments {
     /// Noise of the camera: the variance of the linear signal y in [0, 1] is A·y + B (noise_a and noise_b of scenes and
     /// vehicles), sent through --encoding. Without it the noise is found from differences of neighbouring pixels.
-    #[arg(long, value_name = "A", requires = "noise_b")]
+    #[arg(
+        long,
+        value_name = "A",
+        requires = "noise_b",
+        allow_hyphen_values = true
+    )]
     noise_a: Option<f64>,
     /// See --noise-a.
-    #[arg(long, value_name = "B", requires = "noise_a")]
+    #[arg(
+        long,
+        value_name = "B",
+        requires = "noise_a",
+        allow_hyphen_values = true
+    )]
     noise_b: Option<f64>,
 }
 
