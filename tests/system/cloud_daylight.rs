@@ -78,7 +78,7 @@ fn sunlight_scattered_once_in_and_around_a_cloud_is_as_quadrature_says() {
                 DVec3::from_array(direction).normalize(),
             );
             let mut scene = view(origin, direction, phase.clone());
-            scene.sun = Some(light.clone());
+            scene.sun = Some(light);
             let value = phase.value(sin2_half(direction, towards));
             let to_surface = match direction.z > 0.0 {
                 true => -origin.z / direction.z,

@@ -29,6 +29,7 @@ pub mod json;
 mod levels;
 pub mod manifest;
 pub mod noise;
+pub mod picture;
 pub mod profile;
 pub mod response;
 pub mod rig;

@@ -6,24 +6,20 @@
 //! The file's values are used as stored: no linearisation, alpha ignored, grey replicated to R, G, B.
 //! Noise counts as contrast; [`crate::detail`] has it without.
 
-use std::fs::File;
-use std::io::{BufReader, Cursor, Read, Seek};
+use std::io::Cursor;
 use std::path::Path;
 
-use image::{DynamicImage, ImageReader, Limits};
+use image::DynamicImage;
 use thiserror::Error;
 
 use crate::detail::Detail;
 use crate::noise::NoiseModel;
+use crate::picture::{self, COUNTS_PER_U16, Encoded};
 
 /// Patches along the width.
 pub const PATCH_COLUMNS: usize = 10;
 /// Patches along the height.
 pub const PATCH_ROWS: usize = 6;
-/// Longest image side that is decoded, pixels; several times that of any camera on a vehicle.
-const MAX_SIDE_PX: u32 = 32_768;
-/// Memory the decoder may take, bytes, so that a small hostile file cannot ask for all of it.
-const MAX_DECODE_BYTES: u64 = 512 << 20;
 
 /// Why an image has no statistics.
 #[derive(Debug, Error)]
@@ -263,9 +259,6 @@ pub fn patch_statistics(
     })
 }
 
-/// 8-bit counts per 16-bit count.
-const COUNTS_PER_U16: f64 = 255.0 / 65_535.0;
-
 fn patch(
     indices: impl Iterator<Item = usize> + Clone,
     count: usize,
@@ -341,22 +334,13 @@ fn interleaved<T: Copy + Into<f64>>(
     Ok(Measured { grid, detail })
 }
 
-/// What files and memory have in common, so that the decoders are compiled for one type.
-trait Encoded: Read + Seek {}
-
-impl<T: Read + Seek> Encoded for T {}
-
 fn file(
     path: &Path,
     light: &dyn Fn(f64) -> f64,
     noise: Option<&NoiseModel>,
 ) -> Result<Measured, StatsError> {
-    let name = path.display().to_string();
-    let file = File::open(path).map_err(|source| StatsError::Read {
-        name: name.clone(),
-        source,
-    })?;
-    decode(Box::new(file), &name, light, noise)
+    let (image, name) = picture::of_file(path)?;
+    named(measure(&image, &name, light, noise), &name)
 }
 
 fn decode(
@@ -365,22 +349,13 @@ fn decode(
     light: &dyn Fn(f64) -> f64,
     noise: Option<&NoiseModel>,
 ) -> Result<Measured, StatsError> {
-    let mut reader = ImageReader::new(BufReader::new(encoded))
-        .with_guessed_format()
-        .map_err(|source| StatsError::Read {
-            name: name.to_owned(),
-            source,
-        })?;
-    let mut limits = Limits::default();
-    limits.max_image_width = Some(MAX_SIDE_PX);
-    limits.max_image_height = Some(MAX_SIDE_PX);
-    limits.max_alloc = Some(MAX_DECODE_BYTES);
-    reader.limits(limits);
-    let image = reader.decode().map_err(|source| StatsError::Decode {
-        name: name.to_owned(),
-        source,
-    })?;
-    measure(&image, name, light, noise).map_err(|error| match error {
+    let image = picture::decode(encoded, name)?;
+    named(measure(&image, name, light, noise), name)
+}
+
+/// The same, a small picture by its name.
+fn named(measured: Result<Measured, StatsError>, name: &str) -> Result<Measured, StatsError> {
+    measured.map_err(|error| match error {
         StatsError::TooSmall { width, height, .. } => StatsError::TooSmall {
             name: name.to_owned(),
             width,

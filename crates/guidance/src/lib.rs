@@ -42,6 +42,7 @@ pub mod objective;
 pub mod observation;
 pub mod operations;
 pub mod optimise;
+pub mod physics;
 mod question;
 pub mod reason;
 pub mod record;

@@ -2,8 +2,8 @@
 
 mod water;
 
-pub(crate) use water::WATER_INDEX;
 pub use water::{MEAN, WaterBody, WaterKind};
+pub(crate) use water::{PARTICLE_INDEX, WATER_INDEX};
 
 use std::path::Path;
 

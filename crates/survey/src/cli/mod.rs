@@ -20,6 +20,7 @@ pub(crate) mod output;
 mod phase;
 mod phase_model;
 mod predict;
+mod predict_physics;
 pub(crate) mod progress;
 mod render;
 mod sensor;
@@ -27,6 +28,7 @@ mod stats;
 pub(crate) mod values;
 mod water;
 mod water_spectrum;
+mod water_tables;
 
 use std::process::ExitCode;
 
@@ -71,8 +73,10 @@ enum Command {
     Sensor(sensor::SensorArguments),
     /// Make a calibration profile from the pictures that a manifest lists.
     Calibrate(calibrate::CalibrateArguments),
-    /// Predict contrast with a trained model for the rows of a table.
+    /// Predict contrast: with a trained model for the rows of a table, or by physics from a picture.
     Predict(predict::PredictArguments),
+    /// Make the water file of a known water, for predictions by physics.
+    WaterTables(water_tables::WaterTablesArguments),
     /// Make a training set: render a grid of waters and views and pair the images.
     Dataset(dataset::DatasetArguments),
     /// See the whole way, small: calibrate, ask the daemon, render before and after.
@@ -94,6 +98,7 @@ impl Command {
             Self::Sensor(arguments) => arguments.run(),
             Self::Calibrate(arguments) => arguments.run(),
             Self::Predict(arguments) => arguments.run(),
+            Self::WaterTables(arguments) => arguments.run(),
             Self::Dataset(arguments) => arguments.run(),
             Self::Demo(arguments) => arguments.run(),
             Self::Assets(arguments) => arguments.run(),

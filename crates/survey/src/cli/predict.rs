@@ -1,27 +1,36 @@
-//! `uw predict`: a trained model over the rows of a table.
+//! `uw predict`: a trained model over the rows of a table, or physics from a picture.
 
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{ArgGroup, Args};
 use csv::{ReaderBuilder, StringRecord, Trim};
 use uw_guidance::Model;
 
 use super::error::CliError;
 use super::numbers::significant;
 use super::output;
+use super::predict_physics::PhysicsArguments;
 
 /// Significant digits of the predictions.
 const DIGITS: usize = 9;
 
 /// Arguments of `uw predict`.
 #[derive(Debug, Args)]
+#[command(group(ArgGroup::new("by").required(true)))]
 pub(super) struct PredictArguments {
-    /// Model file (uw-mlp, version 1).
-    #[arg(long)]
-    model: PathBuf,
-    /// CSV table with a column for each input of the model, in any order; other columns are passed over.
-    input: PathBuf,
-    /// CSV table to write: contrast_r,contrast_g,contrast_b in 8-bit counts, row by row.
+    /// Model file (uw-mlp, version 1): by a network, for the rows of INPUT.
+    #[arg(long, group = "by", requires = "input")]
+    model: Option<PathBuf>,
+    /// Water file (uw-water/1): by physics, from a picture, for --candidates.
+    #[arg(long, group = "by", requires_all = ["image", "distance_m", "light_pct", "candidates"])]
+    water: Option<PathBuf>,
+    /// With --model: CSV table with a column for each input of the model, in any order; other columns are passed over.
+    #[arg(conflicts_with = "water")]
+    input: Option<PathBuf>,
+    #[command(flatten)]
+    physics: PhysicsArguments,
+    /// CSV table to write, row by row, in 8-bit counts: contrast_r,contrast_g,contrast_b; with --water after distance_m and
+    /// light_pct, and before the standard errors error_r,error_g,error_b.
     #[arg(short, long)]
     output: PathBuf,
 }
@@ -30,8 +39,13 @@ impl PredictArguments {
     /// Predicts all rows, then writes them.
     pub(super) fn run(&self) -> Result<(), CliError> {
         output::check_writable(&self.output)?;
-        let model = Model::read(&self.model).map_err(CliError::input)?;
-        let predictions = predict(&model, &self.input)?;
+        let (model, input) = match (&self.model, &self.water, &self.input) {
+            (_, Some(water), _) => return self.physics.run(water, &self.output),
+            (Some(model), None, Some(input)) => (model, input),
+            _ => return Err(CliError::input("--model needs a table of inputs")),
+        };
+        let model = Model::read(model).map_err(CliError::input)?;
+        let predictions = predict(&model, input)?;
         output::to_file(&self.output, |out| {
             writeln!(out, "contrast_r,contrast_g,contrast_b")?;
             for contrast in predictions {

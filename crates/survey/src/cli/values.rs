@@ -1,5 +1,19 @@
 //! Values of options, as people write them.
 
+/// Three finite numbers with commas between them.
+pub(crate) fn triple(text: &str) -> Result<[f64; 3], String> {
+    let numbers: Vec<f64> = text
+        .split(',')
+        .filter_map(|n| n.trim().parse().ok())
+        .collect();
+    match numbers[..] {
+        [r, g, b] if numbers.iter().all(|n| n.is_finite()) && text.split(',').count() == 3 => {
+            Ok([r, g, b])
+        }
+        _ => Err(format!("must be three numbers R,G,B, got {text:?}")),
+    }
+}
+
 /// Largest number of samples per pixel.
 const MOST_SAMPLES: u32 = 1 << 30;
 

@@ -13,7 +13,7 @@ use uw_render::scene::{Spectral, Water};
 use super::EnvironmentError;
 
 /// Refractive index of the particles against water in the phase function.
-const PARTICLE_INDEX: f64 = 1.10;
+pub(crate) const PARTICLE_INDEX: f64 = 1.10;
 /// Refractive index of the water.
 pub(crate) const WATER_INDEX: f64 = 1.34;
 

@@ -44,3 +44,4 @@ pub mod target_model;
 pub mod target_view;
 pub mod upward;
 mod walks;
+pub mod water_tables;

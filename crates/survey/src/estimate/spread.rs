@@ -125,12 +125,54 @@ impl Spread {
     }
 }
 
+/// What becomes of scattered camera rays, by waves on the target instead of blurs of a texture.
+#[derive(Clone, Debug)]
+pub struct ScatteredWaves {
+    share: [[f64; 3]; 3],
+    /// Per channel the contrast left of each wave.
+    pub transfer: [Vec<f64>; 3],
+}
+
+impl ScatteredWaves {
+    /// Walks as those of [`Spread::new`], for waves of `frequencies_per_m`.
+    pub fn new(
+        water: &Water,
+        phase: &PhaseTable,
+        view: &TargetView,
+        (guess, light): (&Guess, Option<&SourceLight>),
+        frequencies_per_m: &[f64],
+        seed: u64,
+    ) -> Self {
+        let seen_light = light.map(|light| SeenLight::new(light, guess, view));
+        let wavelengths =
+            (light.zip(seen_light.as_ref())).map(|(light, seen)| ByWavelength { light, seen });
+        let sums: [Sums; 3] = std::array::from_fn(|k| {
+            let walker = Walker::new(water, phase, view, guess, wavelengths, k);
+            let walks = |group| walker.walks(frequencies_per_m, seed, group);
+            Sums::of_all(&(0..GROUPS as u32).map(walks).collect::<Vec<_>>())
+        });
+        Self {
+            share: sums.each_ref().map(Sums::share),
+            transfer: sums.each_ref().map(Sums::transfer),
+        }
+    }
+
+    /// Share of scattered rays that reach the target, per channel, at the cosine of the view's angle.
+    pub fn share(&self, cosine: f64) -> [f64; 3] {
+        share_at(&self.share, cosine)
+    }
+}
+
+fn share_at(share: &[[f64; 3]; 3], cosine: f64) -> [f64; 3] {
+    let m = 1.0 / cosine - 1.0;
+    share.map(|[a, b, c]| (a + m * (b + m * c)).max(0.0))
+}
+
 impl Scattered {
     /// Share of scattered rays that reach the target, per channel, at the cosine of the view's angle.
     #[inline]
     pub fn share(&self, cosine: f64) -> [f64; 3] {
-        let m = 1.0 / cosine - 1.0;
-        self.share.map(|[a, b, c]| (a + m * (b + m * c)).max(0.0))
+        share_at(&self.share, cosine)
     }
 
     /// Weights of the pyramid's levels for `channel`.

@@ -114,3 +114,54 @@ fn a_profile_in_the_place_of_a_model_is_called_one() {
         ],
     );
 }
+
+/// A water file in the place of a model: the same picture again, then what the table does not know.
+#[test]
+fn physics_predicts_from_a_picture_in_a_known_water() {
+    let folder = Folder::new();
+    folder.write("places.csv", "distance_m,light_pct\n1.0,20\n1.2,60\n");
+    folder.good(
+        "water-tables --jerlov II --distances-m 0.8 1.5 --views 3 --depths-m 3 --kilo-paths 8 -o water.json",
+    );
+    let made = folder.text("water.json");
+    assert!(
+        made.contains("\"format\":\"uw-water/1\""),
+        "{}",
+        &made[..200]
+    );
+    // A checked target of 40 pixels a square, in the camera's size.
+    let square = |x: u32, y: u32| ((x / 40 + y / 40) % 2) as u8;
+    let picture = image::RgbImage::from_fn(1280, 720, |x, y| {
+        image::Rgb([90, 110, 130].map(|v: u8| v + 12 * square(x, y)))
+    });
+    picture.save(folder.path("now.png")).expect("a picture");
+    let arguments =
+        "predict --water water.json --image now.png --distance-m 1.0 --light-pct 20 -o out.csv";
+    folder.good(&format!("{arguments} --candidates places.csv"));
+    let text = folder.text("out.csv");
+    let header = "distance_m,light_pct,contrast_r,contrast_g,contrast_b,error_r,error_g,error_b";
+    assert!(text.starts_with(header), "{text}");
+    let rows = numbers(&text);
+    // Squares of 12 counts deviate by 6; the sensor's noise of half a count to two is added.
+    for k in 0..3 {
+        let (contrast, error) = (rows[0][2 + k], rows[0][5 + k]);
+        assert!((contrast - 6.0).abs() < 0.3 && error > 0.0, "{text}");
+    }
+    folder.write("beyond.csv", "distance_m,light_pct\n1.0,20\n1.8,60\n");
+    folder.refused(
+        &format!("{arguments} --candidates beyond.csv"),
+        &["beyond.csv:3:", "distance_m", "0.8 to 1.5", "1.8"],
+    );
+    image::RgbImage::from_pixel(1280, 720, image::Rgb([100, 100, 100]))
+        .save(folder.path("now.png"))
+        .expect("a picture");
+    folder.refused(
+        &format!("{arguments} --candidates places.csv"),
+        &["now.png", "cannot be predicted", "noise"],
+    );
+    folder.refused("predict --water water.json -o out.csv", &["--image"]);
+    folder.refused(
+        "predict --water water.json in.csv --image now.png -o out.csv",
+        &["--water"],
+    );
+}

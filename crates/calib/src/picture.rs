@@ -1,0 +1,110 @@
+//! Pictures from files, in 8-bit counts.
+
+use std::fs::File;
+use std::io::{BufReader, Read, Seek};
+use std::path::Path;
+
+use image::{DynamicImage, ImageReader, Limits};
+
+use crate::stats::StatsError;
+
+/// Longest image side that is decoded, pixels; several times that of any camera on a vehicle.
+const MAX_SIDE_PX: u32 = 32_768;
+/// Memory the decoder may take, bytes, so that a small hostile file cannot ask for all of it.
+const MAX_DECODE_BYTES: u64 = 512 << 20;
+/// 8-bit counts per 16-bit count.
+pub(crate) const COUNTS_PER_U16: f64 = 255.0 / 65_535.0;
+
+/// A picture as it is stored.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Counts {
+    /// Width, pixels.
+    pub width: usize,
+    /// Height, pixels.
+    pub height: usize,
+    /// R, G, B per pixel, row by row from the top left, 8-bit counts in [0, 255].
+    pub pixels: Vec<[f64; 3]>,
+}
+
+impl Counts {
+    /// Reads a PNG, TIFF or JPEG file; alpha is ignored, grey is replicated.
+    ///
+    /// # Errors
+    /// The file cannot be read, or is no picture of 8 or 16 bits per channel.
+    pub fn read(path: &Path) -> Result<Self, StatsError> {
+        let (image, name) = of_file(path)?;
+        let eight = |samples: &[u8], channels: usize| -> Vec<[f64; 3]> {
+            let pixel = |p: &[u8]| triple(p, channels).map(f64::from);
+            samples.chunks_exact(channels).map(pixel).collect()
+        };
+        let sixteen = |samples: &[u16], channels: usize| -> Vec<[f64; 3]> {
+            let pixel = |p: &[u16]| triple(p, channels).map(|v| COUNTS_PER_U16 * f64::from(v));
+            samples.chunks_exact(channels).map(pixel).collect()
+        };
+        let pixels = match &image {
+            DynamicImage::ImageLuma8(b) => eight(b.as_raw(), 1),
+            DynamicImage::ImageLumaA8(b) => eight(b.as_raw(), 2),
+            DynamicImage::ImageRgb8(b) => eight(b.as_raw(), 3),
+            DynamicImage::ImageRgba8(b) => eight(b.as_raw(), 4),
+            DynamicImage::ImageLuma16(b) => sixteen(b.as_raw(), 1),
+            DynamicImage::ImageLumaA16(b) => sixteen(b.as_raw(), 2),
+            DynamicImage::ImageRgb16(b) => sixteen(b.as_raw(), 3),
+            DynamicImage::ImageRgba16(b) => sixteen(b.as_raw(), 4),
+            other => {
+                return Err(StatsError::SampleType {
+                    name,
+                    got: format!("{:?}", other.color()),
+                });
+            }
+        };
+        Ok(Self {
+            width: image.width() as usize,
+            height: image.height() as usize,
+            pixels,
+        })
+    }
+}
+
+/// R, G, B of a pixel of 1 (grey), 2 (grey, alpha), 3 or 4 channels.
+fn triple<T: Copy>(pixel: &[T], channels: usize) -> [T; 3] {
+    match channels {
+        1 | 2 => [pixel[0]; 3],
+        _ => [pixel[0], pixel[1], pixel[2]],
+    }
+}
+
+/// What files and memory have in common, so that the decoders are compiled for one type.
+pub(crate) trait Encoded: Read + Seek {}
+
+impl<T: Read + Seek> Encoded for T {}
+
+/// The decoded file and its name.
+pub(crate) fn of_file(path: &Path) -> Result<(DynamicImage, String), StatsError> {
+    let name = path.display().to_string();
+    let file = File::open(path).map_err(|source| StatsError::Read {
+        name: name.clone(),
+        source,
+    })?;
+    Ok((decode(Box::new(file), &name)?, name))
+}
+
+pub(crate) fn decode(
+    encoded: Box<dyn Encoded + '_>,
+    name: &str,
+) -> Result<DynamicImage, StatsError> {
+    let mut reader = ImageReader::new(BufReader::new(encoded))
+        .with_guessed_format()
+        .map_err(|source| StatsError::Read {
+            name: name.to_owned(),
+            source,
+        })?;
+    let mut limits = Limits::default();
+    limits.max_image_width = Some(MAX_SIDE_PX);
+    limits.max_image_height = Some(MAX_SIDE_PX);
+    limits.max_alloc = Some(MAX_DECODE_BYTES);
+    reader.limits(limits);
+    reader.decode().map_err(|source| StatsError::Decode {
+        name: name.to_owned(),
+        source,
+    })
+}

@@ -1,0 +1,252 @@
+//! A picture cleared of the water before it, and the variance inside its windows.
+
+use uw_calib::encoding::Encoding;
+use uw_calib::picture::Counts;
+use uw_calib::response::CountResponse;
+
+use super::grid;
+use super::water::Seen;
+
+/// Quantiles that stand for how the target's values are distributed in a patch.
+pub(super) const QUANTILES: usize = 7;
+/// Linear signal from which a pixel counts as clipped.
+const FULL_SCALE: f64 = 0.995;
+/// Side of the blocks by whose mean noise is known, pixels.
+const BLOCK_PX: usize = 6;
+/// Least side of the patches of a part, pixels.
+const LEAST_PATCH_PX: usize = 5;
+
+/// A linear picture: signal per pixel and channel, row by row.
+#[derive(Clone, Debug)]
+pub struct LinearPicture {
+    /// Width, pixels.
+    pub width: usize,
+    /// Height, pixels.
+    pub height: usize,
+    /// Signal per pixel.
+    pub signal: Vec<[f32; 3]>,
+}
+
+impl LinearPicture {
+    /// Of a stored picture.
+    pub fn of_counts(picture: &Counts, encoding: Encoding) -> Self {
+        let light = |pixel: &[f64; 3]| pixel.map(|count| encoding.light(count) as f32);
+        Self {
+            width: picture.width,
+            height: picture.height,
+            signal: picture.pixels.iter().map(light).collect(),
+        }
+    }
+}
+
+/// One channel of a picture, cleared of veil and light: reflectance as the camera would see it in clear water.
+pub(super) struct Cleared {
+    pub(super) width: usize,
+    pub(super) height: usize,
+    pub(super) values: Vec<f64>,
+    /// Mean over the picture of the noise's variance.
+    pub(super) noise: f64,
+    /// Share of pixels at full scale.
+    pub(super) clipped: f64,
+}
+
+impl Cleared {
+    /// The middle of it, `share` as wide and high; `None` where its patches would be too small.
+    pub(super) fn middle(&self, share: f64) -> Option<Self> {
+        let side = |whole: usize| (whole as f64 * share).round() as usize;
+        let (width, height) = (side(self.width), side(self.height));
+        if width / 10 < LEAST_PATCH_PX || height / 6 < LEAST_PATCH_PX {
+            return None;
+        }
+        let (left, top) = ((self.width - width) / 2, (self.height - height) / 2);
+        let row = |y: usize| {
+            let from = (top + y) * self.width + left;
+            self.values[from..from + width].iter().copied()
+        };
+        Some(Self {
+            width,
+            height,
+            values: (0..height).flat_map(row).collect(),
+            ..*self
+        })
+    }
+}
+
+pub(super) fn clear(
+    picture: &LinearPicture,
+    seen: &Seen,
+    exposure: f64,
+    k: usize,
+    response: &CountResponse,
+) -> Cleared {
+    let (width, height) = (picture.width, picture.height);
+    let mut values = Vec::with_capacity(width * height);
+    let mut clipped = 0;
+    for y in 0..height {
+        let v = (y as f64 + 0.5) / height as f64;
+        for x in 0..width {
+            let u = (x as f64 + 0.5) / width as f64;
+            let gain = exposure * grid::at(&seen.gain[k], u, v).max(1e-12);
+            let veil = exposure * grid::at(&seen.veil[k], u, v);
+            let signal = f64::from(picture.signal[y * width + x][k]);
+            values.push((signal - veil) / gain);
+            clipped += usize::from(signal >= FULL_SCALE);
+        }
+    }
+    Cleared {
+        width,
+        height,
+        values,
+        noise: noise(picture, seen, exposure, k, response),
+        clipped: clipped as f64 / (width * height) as f64,
+    }
+}
+
+/// Mean variance that the sensor's noise makes of the reflectance, by the mean signal of small blocks.
+fn noise(
+    picture: &LinearPicture,
+    seen: &Seen,
+    exposure: f64,
+    k: usize,
+    response: &CountResponse,
+) -> f64 {
+    let (columns, rows) = (picture.width / BLOCK_PX, picture.height / BLOCK_PX);
+    let mut sum = 0.0;
+    for row in 0..rows {
+        for column in 0..columns {
+            let pixel = |i: usize| {
+                let (x, y) = (
+                    column * BLOCK_PX + i % BLOCK_PX,
+                    row * BLOCK_PX + i / BLOCK_PX,
+                );
+                f64::from(picture.signal[y * picture.width + x][k])
+            };
+            let mean =
+                (0..BLOCK_PX * BLOCK_PX).map(pixel).sum::<f64>() / (BLOCK_PX * BLOCK_PX) as f64;
+            let (u, v) = (
+                (column as f64 + 0.5) / columns as f64,
+                (row as f64 + 0.5) / rows as f64,
+            );
+            let gain = exposure * grid::at(&seen.gain[k], u, v).max(1e-12);
+            sum += noise_variance(mean, response) / (gain * gain);
+        }
+    }
+    sum / (columns * rows).max(1) as f64
+}
+
+/// Variance of the linear signal as read back from its count, noise and rounding together.
+fn noise_variance(signal: f64, response: &CountResponse) -> f64 {
+    let step = (0.02 * signal).max(1e-4);
+    let (low, _) = response.at((signal - step).max(0.0) as f32);
+    let (high, _) = response.at((signal + step) as f32);
+    let (_, variance) = response.at(signal.max(0.0) as f32);
+    let slope = f64::from(high - low) / (signal + step - (signal - step).max(0.0));
+    f64::from(variance) / (slope * slope).max(1.0)
+}
+
+/// Sums of values and squares over rectangles from the top left.
+pub(super) struct Sums {
+    width: usize,
+    height: usize,
+    sums: Vec<(f64, f64)>,
+}
+
+impl Sums {
+    pub(super) fn new(cleared: &Cleared) -> Self {
+        let stride = cleared.width + 1;
+        let mut sums = vec![(0.0, 0.0); stride * (cleared.height + 1)];
+        for y in 0..cleared.height {
+            let mut row = (0.0, 0.0);
+            for x in 0..cleared.width {
+                let value = cleared.values[y * cleared.width + x];
+                row.0 += value;
+                row.1 += value * value;
+                let above = sums[y * stride + x + 1];
+                sums[(y + 1) * stride + x + 1] = (above.0 + row.0, above.1 + row.1);
+            }
+        }
+        Self {
+            width: cleared.width,
+            height: cleared.height,
+            sums,
+        }
+    }
+
+    /// Mean and variance of windows of `w` × `h` pixels side by side, row by row.
+    pub(super) fn windows(&self, w: usize, h: usize) -> impl Iterator<Item = (f64, f64)> {
+        let stride = self.width + 1;
+        let area = (w * h) as f64;
+        let columns = self.width / w;
+        (0..self.height / h * columns).map(move |i| {
+            let (top, left) = (i / columns * h * stride, i % columns * w);
+            let bottom = top + h * stride;
+            let (a, b) = (self.sums[top + left], self.sums[top + left + w]);
+            let (c, d) = (self.sums[bottom + left], self.sums[bottom + left + w]);
+            let mean = (d.0 - b.0 - c.0 + a.0) / area;
+            let square = (d.1 - b.1 - c.1 + a.1) / area;
+            (mean, square - mean * mean)
+        })
+    }
+
+    /// Mean variance inside such windows without the share of `noise`, >= 0, and their mean deviation over its root.
+    pub(super) fn inside(&self, w: usize, h: usize, noise: f64) -> (f64, f64) {
+        let of_noise = noise * (1.0 - 1.0 / (w * h) as f64);
+        let (mut sum, mut deviation, mut n) = (0.0, 0.0, 0.0);
+        for (_, variance) in self.windows(w, h) {
+            sum += variance - of_noise;
+            deviation += (variance - of_noise).max(0.0).sqrt();
+            n += 1.0;
+        }
+        let n = f64::max(n, 1.0);
+        let variance = (sum / n).max(0.0);
+        match variance > 0.0 {
+            true => (variance, (deviation / n / variance.sqrt()).clamp(0.2, 1.0)),
+            false => (0.0, 1.0),
+        }
+    }
+}
+
+/// Every so many-th pixel enters the quantiles.
+const QUANTILE_STEP: usize = 5;
+
+/// Means of equal parts of the sorted deviations from the patches' means, over the patches' deviations.
+pub(super) fn quantiles(cleared: &Cleared, (w, h): (usize, usize)) -> [f64; QUANTILES] {
+    let mut all = Vec::new();
+    for row in 0..cleared.height / h {
+        for column in 0..cleared.width / w {
+            let pixel =
+                |y: usize, x: usize| cleared.values[(row * h + y) * cleared.width + column * w + x];
+            let mut own = Vec::new();
+            for y in (0..h).step_by(QUANTILE_STEP.min(h / 4).max(1)) {
+                for x in (0..w).step_by(QUANTILE_STEP.min(w / 4).max(1)) {
+                    own.push(pixel(y, x));
+                }
+            }
+            let n = own.len() as f64;
+            let mean = own.iter().sum::<f64>() / n;
+            let deviation = (own.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt();
+            if deviation > 0.0 {
+                all.extend(own.iter().map(|v| (v - mean) / deviation));
+            }
+        }
+    }
+    if all.is_empty() {
+        return [0.0; QUANTILES];
+    }
+    all.sort_by(f64::total_cmp);
+    let n = all.len();
+    let part = |q: usize| {
+        let (from, to) = (
+            q * n / QUANTILES,
+            ((q + 1) * n / QUANTILES).max(q * n / QUANTILES + 1),
+        );
+        let some = &all[from..to.min(n)];
+        some.iter().sum::<f64>() / some.len().max(1) as f64
+    };
+    let mut parts: [f64; QUANTILES] = std::array::from_fn(part);
+    let mean = parts.iter().sum::<f64>() / QUANTILES as f64;
+    let square = parts.iter().map(|p| (p - mean).powi(2)).sum::<f64>() / QUANTILES as f64;
+    let scale = 1.0 / square.sqrt().max(1e-12);
+    parts.iter_mut().for_each(|p| *p = (*p - mean) * scale);
+    parts
+}

@@ -1,0 +1,330 @@
+//! The detail of a target by scale, from a picture.
+//!
+//! Variance inside windows of growing size adds up scale by scale (analysis of variance): the variance inside windows of 2w less that
+//! inside windows of w is what lies between the two scales, of which contrast, the deviation inside patches, is the sum. So what
+//! a picture at another distance shows inside its patches follows from the same windows at another size.
+
+use serde::{Deserialize, Serialize};
+use uw_calib::response::CountResponse;
+
+use super::cleared::{Cleared, LinearPicture, QUANTILES, Sums, clear, quantiles};
+use super::grid::PATCHES;
+use super::water::{Seen, WaterTables};
+
+/// Waves that stand for what lies between a window and the next, per side of the smaller one: the peak of a Haar wavelet.
+const WAVES_PER_WINDOW: f64 = 0.35;
+/// Least and most of what an octave finer than a pixel holds of the one above it.
+const FINER: [f64; 2] = [0.2, 1.0];
+/// Each part of a picture is so much narrower than the one before.
+pub(super) const CROP: f64 = std::f64::consts::FRAC_1_SQRT_2;
+/// Error of the logarithm of a deviation of which nothing is known.
+pub(super) const UNKNOWN: f64 = 10.0;
+/// Largest deviation of a patch over their root mean square.
+const MOST_UNEVEN: f64 = 4.0;
+/// Most parts.
+const MOST_CROPS: i32 = 6;
+/// Relative error of the variance that a sensor's noise is taken to have.
+const NOISE_ERROR: f64 = 0.15;
+/// What is open of the variance of an octave finer than a pixel, as a share of it.
+const FINER_DOUBT: f64 = 0.3;
+/// Largest windows, in patches.
+const MOST_PATCHES: usize = 3;
+
+/// Detail of one channel.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ChannelDetail {
+    /// Mean reflectance.
+    pub(super) mean: f64,
+    /// Window sizes on the target, m, rising from a pixel.
+    pub(super) windows_m: Vec<f64>,
+    /// Variance of the reflectance between each window size and the next: one fewer.
+    pub(super) variance: Vec<f64>,
+    /// What noise leaves open of each of them.
+    pub(super) doubt: Vec<f64>,
+    /// Side of a patch of the whole picture on the target, m.
+    pub(super) patch_m: f64,
+    /// Mean deviation inside windows over its root mean square, for the windows from the second on.
+    pub(super) evenness: Vec<f64>,
+    /// Standard error of the logarithm of the deviation inside patches, from noise.
+    pub(super) error: f64,
+    /// How values are spread.
+    pub(super) shape: Shape,
+    /// Share of pixels at full scale.
+    pub(super) clipped: f64,
+}
+
+/// What a target looks like from a distance without water: one channel.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Look<'a> {
+    /// Mean reflectance.
+    pub(super) mean: f64,
+    /// Root mean square over patches of the deviation inside them.
+    pub(super) deviation: f64,
+    /// Standard error of its logarithm.
+    pub(super) error: f64,
+    /// How both are spread.
+    pub(super) shape: &'a Shape,
+}
+
+impl<'a> Look<'a> {
+    /// Between this and another one.
+    pub(super) fn towards(&self, other: &Self, share: f64) -> Self {
+        let between = |a: f64, b: f64| match a > 0.0 && b > 0.0 {
+            true => a * (b / a).powf(share),
+            false => a + share * (b - a),
+        };
+        Self {
+            mean: between(self.mean, other.mean),
+            deviation: between(self.deviation, other.deviation),
+            error: between(self.error, other.error),
+            shape: match share < 0.5 {
+                true => self.shape,
+                false => other.shape,
+            },
+        }
+    }
+}
+
+/// How a target's values are spread over patches and in them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Shape {
+    /// Per patch the mean over that of the picture.
+    pub(super) means: Vec<f64>,
+    /// Per patch the deviation over their root mean square.
+    pub(super) deviations: Vec<f64>,
+    /// Deviations from a patch's mean over its deviation, mean 0, mean square 1.
+    pub(super) quantiles: [f64; QUANTILES],
+}
+
+/// What a picture tells of the target before it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TargetDetail {
+    /// Focal length, pixels.
+    pub(super) focal_px: f64,
+    /// Per channel that of the whole picture and of smaller and smaller parts around its middle, which are what nearer pictures
+    /// show: each part is [`CROP`] as wide as the one before.
+    pub(super) channels: [Vec<ChannelDetail>; 3],
+}
+
+impl ChannelDetail {
+    /// Whether all lists are as long as they must be and all numbers ones.
+    fn is_right(&self) -> bool {
+        let n = self.windows_m.len();
+        let lists = [&self.variance, &self.doubt, &self.evenness];
+        let shape = [&self.shape.means, &self.shape.deviations];
+        let finite = |list: &&Vec<f64>| list.iter().all(|v| v.is_finite());
+        n > MOST_PATCHES
+            && self.windows_m[0] > 0.0
+            && self.windows_m.windows(2).all(|pair| pair[0] < pair[1])
+            && lists.iter().all(|list| list.len() + 1 == n)
+            && shape.iter().all(|list| list.len() == PATCHES)
+            && lists.iter().chain(&shape).all(finite)
+            && [self.mean, self.patch_m, self.error, self.clipped]
+                .iter()
+                .all(|v| v.is_finite())
+            && self.shape.quantiles.iter().all(|v| v.is_finite())
+    }
+
+    /// How the target looks from `distance_m` through a camera of `focal_px`, where `left` is the contrast left of waves of a
+    /// frequency, 1/m.
+    pub(super) fn look(
+        &self,
+        distance_m: f64,
+        focal_px: f64,
+        left: &dyn Fn(f64) -> f64,
+    ) -> Look<'_> {
+        let windows = &self.windows_m;
+        let ratio = distance_m / (windows[0] * focal_px);
+        // Pixels and patches grow with the distance.
+        let (pixel, patch) = (windows[0] * ratio, self.patch_m * ratio);
+        let share = |from: f64, to: f64| {
+            let (low, high) = (from.max(pixel), to.min(patch));
+            match high > low {
+                true => (high / low).ln() / (to / from).ln(),
+                false => 0.0,
+            }
+        };
+        let counted = |from: f64, to: f64| {
+            let left = left(WAVES_PER_WINDOW / from);
+            share(from, to) * left * left
+        };
+        let (mut sum, mut doubt) = (0.0, 0.0);
+        for (i, pair) in windows.windows(2).enumerate() {
+            let counts = counted(pair[0], pair[1]);
+            sum += counts * self.variance[i];
+            doubt += counts * self.doubt[i];
+        }
+        // Finer than a pixel of the picture, octave by octave.
+        let [least, most] = FINER;
+        let falling = match self.variance.as_slice() {
+            [finest, next, ..] if *next > 0.0 => (finest / next).clamp(least, most),
+            _ => least,
+        };
+        let (mut finer, mut open) = (self.variance[0], self.doubt[0]);
+        let mut to = windows[0];
+        while to > pixel {
+            finer *= falling;
+            open += FINER_DOUBT * finer;
+            let counts = counted(0.5 * to, to);
+            sum += counts * finer;
+            doubt += counts * open;
+            to *= 0.5;
+        }
+        // Beyond the largest window: as much an octave as in the last.
+        if let (Some(&[a, b]), Some(last)) = (windows.last_chunk(), self.variance.last())
+            && patch > b
+        {
+            let left = left(WAVES_PER_WINDOW / b);
+            let beyond = (patch / b.max(pixel)).ln() / (b / a).ln() * last * left * left;
+            sum += beyond;
+            doubt += beyond;
+        }
+        Look {
+            mean: self.mean,
+            deviation: sum.sqrt() * self.evenness_at(patch) / self.evenness_at(self.own_patch_m()),
+            error: match sum > 0.0 {
+                true => (0.5 * doubt / sum).min(UNKNOWN),
+                false => UNKNOWN,
+            },
+            shape: &self.shape,
+        }
+    }
+
+    /// Side of the patches that the shape is of, m.
+    fn own_patch_m(&self) -> f64 {
+        self.windows_m[self.windows_m.len() - MOST_PATCHES]
+    }
+
+    fn evenness_at(&self, window_m: f64) -> f64 {
+        let windows = &self.windows_m[1..];
+        let after = windows.partition_point(|w| *w < window_m);
+        match (after.checked_sub(1), windows.get(after)) {
+            (Some(before), Some(to)) => {
+                let from = windows[before];
+                let share = (window_m / from).ln() / (to / from).ln();
+                let (a, b) = (self.evenness[before], self.evenness[after]);
+                a + share * (b - a)
+            }
+            (None, _) => self.evenness.first().copied().unwrap_or(1.0),
+            (_, None) => self.evenness.last().copied().unwrap_or(1.0),
+        }
+    }
+}
+
+impl TargetDetail {
+    /// What is wrong with a detail from a file.
+    pub(super) fn check(&self) -> Result<(), String> {
+        if !(self.focal_px > 0.0 && self.focal_px.is_finite()) {
+            return Err(format!(
+                "detail.focal_px must be finite and > 0, got {}",
+                self.focal_px
+            ));
+        }
+        for (k, parts) in self.channels.iter().enumerate() {
+            let wrong = parts.iter().position(|part| !part.is_right());
+            match wrong {
+                None if !parts.is_empty() => {}
+                None => return Err(format!("detail.channels[{k}] must not be empty")),
+                Some(i) => {
+                    return Err(format!(
+                        "detail.channels[{k}][{i}] must have rising windows, as many variances, and {PATCHES} patches"
+                    ));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Of a `picture` taken from `distance_m`, which is what `seen` says times `exposure`.
+    pub(super) fn new(
+        picture: &LinearPicture,
+        tables: &WaterTables,
+        seen: &Seen,
+        (exposure, distance_m): (f64, f64),
+        response: &CountResponse,
+    ) -> Self {
+        let focal_px = 0.5 * picture.width as f64 / tables.half_view[0];
+        let metres_per_px = distance_m / focal_px;
+        Self {
+            focal_px,
+            channels: std::array::from_fn(|k| {
+                let cleared = clear(picture, seen, exposure, k, response);
+                let transfer = |window_px: f64| {
+                    tables.left_of(
+                        &seen.transfer[k],
+                        WAVES_PER_WINDOW / (window_px * metres_per_px),
+                    )
+                };
+                let patch_px = ((picture.width / 10 * (picture.height / 6)) as f64).sqrt();
+                let scale = (metres_per_px, patch_px * metres_per_px);
+                let part = |i: i32| cleared.middle(CROP.powi(i));
+                let parts = (0..MOST_CROPS).map_while(part);
+                parts.map(|part| channel(&part, scale, &transfer)).collect()
+            }),
+        }
+    }
+}
+
+fn channel(
+    cleared: &Cleared,
+    (metres_per_px, patch_m): (f64, f64),
+    transfer: &dyn Fn(f64) -> f64,
+) -> ChannelDetail {
+    let (patch_w, patch_h) = (cleared.width / 10, cleared.height / 6);
+    let patch_px = ((patch_w * patch_h) as f64).sqrt();
+    let mut windows = vec![];
+    let mut side = 2;
+    while (side as f64) < 0.7 * patch_px {
+        windows.push((side, side));
+        side *= 2;
+    }
+    windows.extend((1..=MOST_PATCHES).map(|n| (n * patch_w, n * patch_h)));
+    let sums = Sums::new(cleared);
+    let mut windows_m = vec![metres_per_px];
+    let (mut variance, mut doubt, mut evenness) = (Vec::new(), Vec::new(), Vec::new());
+    let mut before = 0.0;
+    let mut from_px = 1.0;
+    for (w, h) in windows {
+        let (inside, even) = sums.inside(w, h, cleared.noise);
+        evenness.push(even);
+        let left = transfer(from_px).max(0.02);
+        variance.push((inside - before).max(0.0) / (left * left));
+        let of_noise = cleared.noise * (1.0 / (from_px * from_px) - 1.0 / (w * h) as f64);
+        doubt.push(NOISE_ERROR * of_noise / (left * left));
+        before = inside.max(before);
+        from_px = ((w * h) as f64).sqrt();
+        windows_m.push(from_px * metres_per_px);
+    }
+    let n = cleared.values.len() as f64;
+    let mean = cleared.values.iter().sum::<f64>() / n;
+    let patches: Vec<(f64, f64)> = sums.windows(patch_w, patch_h).collect();
+    let own = patches.iter().map(|(_, variance)| variance).sum::<f64>() / PATCHES as f64;
+    let detail = own - cleared.noise;
+    let of_patch = |patch: &(f64, f64)| {
+        let own = (patch.1 - cleared.noise).max(0.0);
+        (own / detail.max(f64::MIN_POSITIVE))
+            .sqrt()
+            .min(MOST_UNEVEN)
+    };
+    ChannelDetail {
+        mean,
+        windows_m,
+        variance,
+        doubt,
+        patch_m,
+        evenness,
+        error: match detail > 0.0 {
+            true => (0.5 * NOISE_ERROR * cleared.noise / detail).min(UNKNOWN),
+            false => UNKNOWN,
+        },
+        shape: Shape {
+            means: patches.iter().map(|patch| patch.0 / mean).collect(),
+            deviations: patches.iter().map(of_patch).collect(),
+            quantiles: quantiles(cleared, (patch_w, patch_h)),
+        },
+        clipped: cleared.clipped,
+    }
+}

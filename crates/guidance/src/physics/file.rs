@@ -1,0 +1,353 @@
+//! Water files (`uw-water/1`): what predictions by physics need of a water, a vehicle and a target seen before.
+
+use std::fs;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use thiserror::Error;
+use uw_calib::Encoding;
+use uw_calib::response::{CountResponse, LinearNoise};
+
+use super::grid::PATCHES;
+use super::predict::{Place, Sight};
+use super::water::{Field, SourceTables, WaterTables};
+
+/// Name and version of the format.
+pub const WATER_FORMAT: &str = "uw-water/1";
+/// Most views, depths and waves of tables, and remembered sights: far more than any use has.
+const MOST_NODES: usize = 1000;
+
+/// Why there is no water file.
+#[derive(Debug, Error)]
+pub enum WaterFileError {
+    /// The file cannot be read.
+    #[error("{file}: cannot be read: {source}")]
+    Read {
+        /// File name.
+        file: String,
+        /// The system's answer.
+        source: std::io::Error,
+    },
+    /// It is no water file.
+    #[error("{file}: not a usable water file ({WATER_FORMAT}): {reason}")]
+    Content {
+        /// File name.
+        file: String,
+        /// What is wrong: the field, what it must be and what it is.
+        reason: String,
+    },
+}
+
+/// The camera's sensor.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SensorNumbers {
+    /// Width of the pictures, pixels.
+    pub width_px: usize,
+    /// Height of the pictures, pixels.
+    pub height_px: usize,
+    /// How counts stand for light: "srgb" or "linear".
+    pub encoding: EncodingName,
+    /// Linear signal per radiance, m² sr/W.
+    pub exposure_m2_sr_per_w: f64,
+    /// Variance of the linear signal y is `noise_a`·y + `noise_b`.
+    pub noise_a: f64,
+    /// See `noise_a`.
+    pub noise_b: f64,
+}
+
+/// The names of encodings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum EncodingName {
+    /// sRGB.
+    Srgb,
+    /// Counts in proportion to light.
+    Linear,
+}
+
+/// The water itself, in three bands.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WaterNumbers {
+    /// Absorption per channel, 1/m.
+    pub a_per_m: [f64; 3],
+    /// Scattering per channel, 1/m.
+    pub b_per_m: [f64; 3],
+    /// Share of the light that is scattered by more than 90°.
+    pub backscatter_fraction: f64,
+}
+
+/// A water file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WaterFile {
+    /// [`WATER_FORMAT`].
+    pub format: String,
+    /// What made it.
+    pub made_by: String,
+    /// The water.
+    pub water: WaterNumbers,
+    /// The sensor.
+    pub sensor: SensorNumbers,
+    /// What the water does to pictures.
+    pub tables: WaterTables,
+    /// A target as it was seen in it, from any distances; may be empty.
+    pub sights: Vec<Sight>,
+}
+
+impl From<EncodingName> for Encoding {
+    fn from(name: EncodingName) -> Self {
+        match name {
+            EncodingName::Srgb => Self::Srgb,
+            EncodingName::Linear => Self::Linear,
+        }
+    }
+}
+
+impl SensorNumbers {
+    /// Mean and variance of the counts that it stores.
+    pub fn response(&self) -> CountResponse {
+        let noise = LinearNoise {
+            a: self.noise_a,
+            b: self.noise_b,
+        };
+        CountResponse::new(self.encoding.into(), noise)
+    }
+}
+
+impl WaterFile {
+    /// Reads a water file.
+    ///
+    /// # Errors
+    /// It cannot be read, or a field is missing, unknown or wrong.
+    pub fn read(path: &Path) -> Result<Self, WaterFileError> {
+        let file = path.display().to_string();
+        let bytes = fs::read(path).map_err(|source| WaterFileError::Read {
+            file: file.clone(),
+            source,
+        })?;
+        let content = |reason: String| WaterFileError::Content {
+            file: file.clone(),
+            reason,
+        };
+        let value: Value = serde_json::from_slice(&bytes).map_err(|e| content(e.to_string()))?;
+        match value["format"].as_str() {
+            Some(WATER_FORMAT) => {}
+            other => {
+                let got = other.map_or_else(|| "none".to_owned(), |name| format!("{name:?}"));
+                let reason = format!("format must be {WATER_FORMAT:?}, got {got}");
+                return Err(content(reason));
+            }
+        }
+        let read: Self = serde_json::from_slice(&bytes).map_err(|e| content(e.to_string()))?;
+        read.check().map_err(content)?;
+        Ok(read)
+    }
+
+    /// The file's text, its numbers to six digits: far more than they are known to.
+    pub fn to_json(&self) -> String {
+        let mut value = serde_json::to_value(self).unwrap_or_default();
+        round(&mut value);
+        let mut text = value.to_string();
+        text.push('\n');
+        text
+    }
+
+    /// The place of pictures in this water.
+    pub fn place<'a>(&'a self, response: &'a CountResponse, depth_m: f64) -> Place<'a> {
+        Place {
+            tables: &self.tables,
+            response,
+            exposure: self.sensor.exposure_m2_sr_per_w,
+            daylight: [1.0; 3],
+            lamps: [1.0; 3],
+            depth_m,
+        }
+    }
+
+    /// Checks every number; the error names the field, what it must be and what it is.
+    fn check(&self) -> Result<(), String> {
+        let sensor = &self.sensor;
+        let not_negative = [
+            ("sensor.noise_a", sensor.noise_a),
+            ("sensor.noise_b", sensor.noise_b),
+            (
+                "water.backscatter_fraction",
+                self.water.backscatter_fraction,
+            ),
+        ];
+        for (field, value) in not_negative {
+            if !(value >= 0.0 && value.is_finite()) {
+                return Err(format!("{field} must be finite and >= 0, got {value}"));
+            }
+        }
+        if !(sensor.exposure_m2_sr_per_w > 0.0 && sensor.exposure_m2_sr_per_w.is_finite()) {
+            return Err(format!(
+                "sensor.exposure_m2_sr_per_w must be finite and > 0, got {}",
+                sensor.exposure_m2_sr_per_w
+            ));
+        }
+        self.tables.check()?;
+        for (i, sight) in self.sights.iter().enumerate() {
+            sight.check().map_err(|e| format!("sights[{i}].{e}"))?;
+        }
+        match self.sights.len() <= MOST_NODES {
+            true => Ok(()),
+            false => Err(format!("sights must be at most {MOST_NODES}")),
+        }
+    }
+}
+
+fn round(value: &mut Value) {
+    match value {
+        Value::Number(number) => {
+            let rounded = number
+                .as_f64()
+                .and_then(|v| format!("{v:.5e}").parse().ok());
+            if let Some(rounded) = rounded.and_then(serde_json::Number::from_f64)
+                && number.is_f64()
+            {
+                *number = rounded;
+            }
+        }
+        Value::Array(list) => list.iter_mut().for_each(round),
+        Value::Object(object) => object.values_mut().for_each(round),
+        _ => {}
+    }
+}
+
+impl WaterTables {
+    fn check(&self) -> Result<(), String> {
+        let rising = |field: &str, values: &[f64], least: f64, fewest: usize| {
+            let rise = values.windows(2).all(|pair| pair[0] < pair[1]);
+            let right = values.iter().all(|v| v.is_finite() && *v >= least);
+            match rise && right && (fewest..=MOST_NODES).contains(&values.len()) {
+                true => Ok(()),
+                false => Err(format!(
+                    "tables.{field} must be {fewest} to {MOST_NODES} finite rising numbers >= {least}, got {values:?}"
+                )),
+            }
+        };
+        rising("depths_m", &self.depths_m, 0.0, 1)?;
+        rising("frequencies_per_m", &self.frequencies_per_m, 1e-9, 2)?;
+        let distances: Vec<f64> = self.views.iter().map(|view| view.distance_m).collect();
+        rising("views.distance_m", &distances, 1e-3, 2)?;
+        if !self.half_view.iter().all(|v| *v > 0.0 && v.is_finite()) {
+            return Err(format!(
+                "tables.half_view must be > 0, got {:?}",
+                self.half_view
+            ));
+        }
+        for (i, view) in self.views.iter().enumerate() {
+            if view.daylight.len() != self.depths_m.len() {
+                return Err(format!(
+                    "tables.views[{i}].daylight must have one entry for each of the {} depths, got {}",
+                    self.depths_m.len(),
+                    view.daylight.len()
+                ));
+            }
+            let named = |e: String| format!("tables.views[{i}].{e}");
+            let waves = self.frequencies_per_m.len();
+            view.lamps.check("lamps", waves).map_err(named)?;
+            for (j, source) in view.daylight.iter().enumerate() {
+                let name = format!("daylight[{j}]");
+                source.check(&name, waves).map_err(named)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl SourceTables {
+    fn check(&self, name: &str, waves: usize) -> Result<(), String> {
+        let fields: [(&str, &Field); 4] = [
+            ("veil", &self.veil),
+            ("light", &self.light),
+            ("straight", &self.straight),
+            ("scattered", &self.scattered),
+        ];
+        for (field, values) in fields {
+            for channel in values {
+                let right = channel.iter().all(|v| v.is_finite() && *v >= 0.0);
+                if channel.len() != PATCHES || !right {
+                    return Err(format!(
+                        "{name}.{field} must be {PATCHES} finite numbers >= 0 per channel, got {}",
+                        channel.len()
+                    ));
+                }
+            }
+        }
+        for channel in &self.transfer {
+            if channel.len() != waves || !channel.iter().all(|v| (-1.0..=1.0).contains(v)) {
+                return Err(format!(
+                    "{name}.transfer must be {waves} numbers in [-1, 1] per channel, one for each wave, got {}",
+                    channel.len()
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::physics::tests::even_water;
+
+    #[test]
+    fn what_is_written_is_read_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("water.json");
+        fs::write(&path, even_water().to_json()).unwrap();
+        let file = WaterFile::read(&path).unwrap();
+        let light = |file: &WaterFile| file.tables.views[3].lamps.straight[1][7];
+        assert!((light(&file) / light(&even_water()) - 1.0).abs() < 1e-5);
+        // Six digits are six digits again.
+        fs::write(&path, file.to_json()).unwrap();
+        assert_eq!(WaterFile::read(&path).unwrap(), file);
+    }
+
+    #[test]
+    fn wrong_files_are_refused_by_field() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("water.json");
+        let refused = |change: &dyn Fn(&mut Value)| {
+            let mut value = serde_json::to_value(even_water()).unwrap();
+            change(&mut value);
+            fs::write(&path, value.to_string()).unwrap();
+            WaterFile::read(&path).unwrap_err().to_string()
+        };
+        type Change = fn(&mut Value);
+        let cases: [(Change, &str); 8] = [
+            (|v| v["format"] = "uw-mlp".into(), "got \"uw-mlp\""),
+            (|v| v["sensor"]["noise_a"] = (-1.0).into(), "sensor.noise_a"),
+            (
+                |v| v["tables"]["depths_m"] = serde_json::json!([2.0, 1.0]),
+                "tables.depths_m",
+            ),
+            (
+                |v| v["tables"]["half_view"][0] = 0.into(),
+                "tables.half_view",
+            ),
+            (
+                |v| v["tables"]["views"][0]["lamps"]["veil"][1] = serde_json::json!([1.0]),
+                "views[0].lamps.veil",
+            ),
+            (
+                |v| v["tables"]["views"][1]["daylight"] = serde_json::json!([]),
+                "views[1].daylight",
+            ),
+            (
+                |v| v["tables"]["views"][1]["lamps"]["transfer"][2][0] = 1.5.into(),
+                "views[1].lamps.transfer",
+            ),
+            (|v| v["colour"] = 1.into(), "unknown field `colour`"),
+        ];
+        for (change, told) in cases {
+            let message = refused(&change);
+            assert!(message.contains(told), "{told}: {message}");
+        }
+    }
+}

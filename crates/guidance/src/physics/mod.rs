@@ -1,0 +1,27 @@
+//! Contrast by physics: what the water does to a target's detail, from tables of one water, camera and set of lamps.
+//!
+//! The linear signal of an image of a flat target is, at each point of the image,
+//!
+//! y = V + E · (T ρ + S (s ∗ ρ))
+//!
+//! with the veil V, the irradiance over π of the target E, the transmittance T of the straight ray, and the share S and spread s
+//! of rays that scatter before they meet the target ([`water`]: V, E, S and s of daylight and of the lamps, by distance). The
+//! present picture, cleared of V and E, shows the target's detail by scale ([`detail`]); with the V, E, T, S and s of another
+//! distance and lamp level the same detail makes another contrast ([`predict`]). Nothing of the target is learned beforehand; pictures of it
+//! from other distances, kept in the water's [`file`], tell what the present one does not show.
+
+mod cleared;
+pub mod detail;
+pub mod file;
+mod grid;
+pub mod predict;
+pub mod water;
+
+pub use cleared::LinearPicture;
+pub use detail::TargetDetail;
+pub use file::{WaterFile, WaterFileError};
+pub use predict::{Contrast, Place, Predictor, Sight, Unknown};
+pub use water::WaterTables;
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,187 @@
+//! How well contrast is predicted by physics, the water being known: pictures of targets that nothing was trained on, each used
+//! to predict the contrast of all others of its depth.
+//!
+//! `cargo run --release -p uw-survey --example twin_accuracy -- WATER B TEXTURE DEPTH_M MEMORY_TEXTURE`
+
+use std::error::Error;
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+use uw_calib::encoding::Encoding;
+use uw_calib::picture::Counts;
+use uw_calib::response::{CountResponse, LinearNoise};
+use uw_guidance::features::Candidate;
+use uw_guidance::physics::predict::{Contrast, Place, Sight};
+use uw_guidance::physics::{LinearPicture, Predictor};
+use uw_render::scene::Scene;
+use uw_survey::assets::assets_dir;
+use uw_survey::environment::{EnvironmentError, Target, View, WaterBody, scene, sensor};
+use uw_survey::estimate::pyramid::TexturePyramid;
+use uw_survey::estimate::response;
+use uw_survey::estimate::target_image::TargetImage;
+use uw_survey::estimate::water_tables::{TablePlan, even_texture, water_tables};
+use uw_survey::scenery::textures::Pattern;
+use uw_survey::vehicle::Vehicle;
+
+const DISTANCES_M: [f64; 6] = [0.5, 1.0, 1.5, 2.0, 2.5, 3.0];
+const CALIBRATION_DEPTH_M: f64 = 3.0;
+const LEVELS_PCT: [f64; 4] = [0.0, 33.0, 67.0, 100.0];
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [water, fraction, texture, depth, memory] = &arguments[..] else {
+        return Err("give WATER B TEXTURE DEPTH_M MEMORY_TEXTURE|none".into());
+    };
+    let vehicle = Vehicle::default();
+    let body = WaterBody {
+        jerlov: water.parse()?,
+        backscatter_fraction: fraction.parse()?,
+    };
+    let depth_m: f64 = depth.parse()?;
+    let pattern = Pattern::from_name(texture).ok_or("no such texture")?;
+    let target = Target::read(pattern, &assets_dir()?)?;
+    let exposure = vehicle.exposure;
+    let noise = LinearNoise {
+        a: vehicle.noise_a,
+        b: vehicle.noise_b,
+    };
+    let counts = CountResponse::new(Encoding::Srgb, noise);
+
+    let started = Instant::now();
+    let even = Target {
+        pattern,
+        texture: even_texture(0.2),
+    };
+    let plan = TablePlan {
+        distances_m: (0..12)
+            .map(|i| 0.5 * 6f64.powf(f64::from(i) / 11.0))
+            .collect(),
+        depths_m: vec![1.0, 3.0, 5.0],
+        reflectance: 0.2,
+        paths_per_group: 16384,
+        seed: 5,
+    };
+    let of = |depth_m: f64, distance_m: f64| -> Result<Scene, EnvironmentError> {
+        let view = View::Target {
+            depth_m,
+            distance_m,
+        };
+        scene(&vehicle, &body, &even, view)
+    };
+    let tables = water_tables(&plan, of)?;
+    println!("tables: {:.1} s", started.elapsed().as_secs_f64());
+
+    let shots_of = |target: &Target, depth_m: f64, levels: &[f64], seed: u64| {
+        shots(&vehicle, &body, target, depth_m, levels, seed)
+    };
+    let shots = shots_of(&target, depth_m, &LEVELS_PCT, 11)?;
+    let place_at = |depth_m: f64| Place {
+        tables: &tables,
+        response: &counts,
+        exposure,
+        daylight: [1.0; 3],
+        lamps: [1.0; 3],
+        depth_m,
+    };
+    let mut remembered = Vec::new();
+    if let Some(pattern) = Pattern::from_name(memory) {
+        let target = Target::read(pattern, &assets_dir()?)?;
+        for (here, picture, _) in shots_of(&target, CALIBRATION_DEPTH_M, &[0.0], 77)? {
+            remembered.push(Sight::new(&place_at(CALIBRATION_DEPTH_M), &picture, &here));
+        }
+    }
+    let place = place_at(depth_m);
+    let mut sums = [[0.0; 3]; 3];
+    let mut n = [0.0; 3];
+    let mut within = [0.0; 3];
+    for (here, picture, stats) in &shots {
+        let predictor = Predictor::new(place.clone(), picture, (here, stats.contrast), &remembered);
+        let mut own = 0.0;
+        for (there, _, label) in &shots {
+            let Contrast {
+                counts: found,
+                error_counts,
+            } = predictor.contrast(there);
+            let kind = match there.distance_m.total_cmp(&here.distance_m) {
+                std::cmp::Ordering::Less => 0,
+                std::cmp::Ordering::Equal => 1,
+                std::cmp::Ordering::Greater => 2,
+            };
+            n[kind] += 1.0;
+            for k in 0..3 {
+                let error = (found[k] - label.contrast[k]).abs() / 15.0;
+                sums[kind][k] += error;
+                within[kind] += f64::from(u8::from(15.0 * error < 1.645 * error_counts[k])) / 3.0;
+                own += error / 3.0 / shots.len() as f64;
+            }
+        }
+        let here_found = predictor.contrast(here).counts;
+        println!(
+            "from {:.1} m {:3.0} %: contrast {:.2?} predicted here {:.2?} mean {:.1?} reflectance {:.3?} state {:.2?}; error of all {:.4}",
+            here.distance_m,
+            here.light_pct,
+            stats.contrast,
+            here_found,
+            stats.mean,
+            predictor.reflectance(),
+            predictor.correction(),
+            own
+        );
+    }
+    for (kind, name) in ["nearer", "same", "farther"].iter().enumerate() {
+        println!(
+            "{name}: MAE/15 {:.4?}, {:.2} within 90 % intervals",
+            sums[kind].map(|s| s / n[kind]),
+            within[kind] / n[kind]
+        );
+    }
+    let all = sums.iter().flatten().sum::<f64>() / (3.0 * n.iter().sum::<f64>());
+    println!("{water} {fraction} {texture} {depth} ALL {all:.4}");
+    Ok(())
+}
+
+type Shot = (Candidate, LinearPicture, uw_calib::ImageStats);
+
+/// Pictures of a target from all distances.
+fn shots(
+    vehicle: &Vehicle,
+    body: &WaterBody,
+    target: &Target,
+    depth_m: f64,
+    levels_pct: &[f64],
+    seed: u64,
+) -> Result<Vec<Shot>, Box<dyn Error>> {
+    let exposure = vehicle.exposure;
+    let labels = response::CountResponse::new(&sensor(vehicle, exposure));
+    let pyramid = TexturePyramid::new(&target.texture, f64::from(target.pattern.tile_m()));
+    let never = AtomicBool::new(false);
+    let mut shots = Vec::new();
+    for distance_m in DISTANCES_M {
+        let view = View::Target {
+            depth_m,
+            distance_m,
+        };
+        let scene = scene(vehicle, body, target, view)?;
+        let image =
+            TargetImage::render(&scene, &pyramid, seed, 4096, &never)?.expect("not stopped");
+        for &light_pct in levels_pct {
+            let picture = image.picture(light_pct);
+            let stats = image.statistics(&labels, exposure, light_pct);
+            let stored = sensor(vehicle, exposure)
+                .expose(&picture, seed)
+                .in_8_bit_counts();
+            let stored = Counts {
+                width: picture.width as usize,
+                height: picture.height as usize,
+                pixels: stored,
+            };
+            let linear = LinearPicture::of_counts(&stored, Encoding::Srgb);
+            let at = Candidate {
+                distance_m,
+                light_pct,
+            };
+            shots.push((at, linear, stats));
+        }
+    }
+    Ok(shots)
+}

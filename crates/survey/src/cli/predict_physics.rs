@@ -1,0 +1,195 @@
+//! `uw predict --water`: contrast by physics, from one picture.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use csv::{ReaderBuilder, Trim};
+use uw_calib::ImageStats;
+use uw_calib::picture::Counts;
+use uw_guidance::Candidate;
+use uw_guidance::physics::{Contrast, LinearPicture, Predictor, WaterFile};
+
+use super::error::{CliError, note};
+use super::numbers::significant;
+use super::output;
+
+/// Significant digits of the predictions, which are known to a percent at best.
+const DIGITS: usize = 6;
+
+/// The picture, where it was taken, and the places asked for.
+#[derive(Debug, Args)]
+pub(super) struct PhysicsArguments {
+    /// With --water: the present picture, a PNG, TIFF or JPEG of the water file's camera.
+    #[arg(long, requires = "water")]
+    image: Option<PathBuf>,
+    /// With --water: distance to the target at which it was taken, m.
+    #[arg(long, requires = "water")]
+    distance_m: Option<f64>,
+    /// With --water: lamp level at which it was taken, percent.
+    #[arg(long, requires = "water")]
+    light_pct: Option<f64>,
+    /// With --water: depth, m; default the middle one of the water file.
+    #[arg(long, requires = "water")]
+    depth_m: Option<f64>,
+    /// With --water: CSV table with the columns distance_m and light_pct.
+    #[arg(long, requires = "water")]
+    candidates: Option<PathBuf>,
+}
+
+impl PhysicsArguments {
+    /// Predicts all candidates, then writes them to `to`.
+    pub(super) fn run(&self, water: &Path, to: &Path) -> Result<(), CliError> {
+        let file = WaterFile::read(water).map_err(CliError::input)?;
+        let (Some(image), Some(distance_m), Some(light_pct), Some(table)) = (
+            &self.image,
+            self.distance_m,
+            self.light_pct,
+            &self.candidates,
+        ) else {
+            return Err(CliError::input(
+                "--water needs --image, --distance-m, --light-pct and --candidates",
+            ));
+        };
+        let here = Candidate {
+            distance_m,
+            light_pct,
+        };
+        check(&file, &here).map_err(|(field, told)| {
+            CliError::input(format!("--{} {told}", field.replace('_', "-")))
+        })?;
+        let candidates = read(&file, table)?;
+        let depth_m = self.depth(&file)?;
+        let picture = picture(&file, image)?;
+        let stats = ImageStats::from_counts(picture.width, picture.height, &picture.pixels);
+        let stats = stats.map_err(|e| CliError::input(format!("{}: {e}", image.display())))?;
+        let response = file.sensor.response();
+        let linear = LinearPicture::of_counts(&picture, file.sensor.encoding.into());
+        let place = file.place(&response, depth_m);
+        let predictor = Predictor::new(place, &linear, (&here, stats.contrast), &file.sights);
+        let known = known(&predictor, image)?;
+        let found: Vec<Contrast> = candidates.iter().map(|at| predictor.contrast(at)).collect();
+        write(to, &candidates, &found, known)
+    }
+
+    fn depth(&self, file: &WaterFile) -> Result<f64, CliError> {
+        let (least, most) = file.tables.depth_range_m();
+        match self.depth_m {
+            None => Ok(0.5 * (least + most)),
+            Some(depth_m) if (least..=most).contains(&depth_m) => Ok(depth_m),
+            Some(other) => Err(CliError::input(format!(
+                "--depth-m must be from {least} to {most} m, of which the water file knows the daylight, got {other}"
+            ))),
+        }
+    }
+}
+
+fn picture(file: &WaterFile, image: &Path) -> Result<Counts, CliError> {
+    let picture = Counts::read(image).map_err(CliError::input)?;
+    let (width, height) = (file.sensor.width_px, file.sensor.height_px);
+    if (picture.width, picture.height) != (width, height) {
+        return Err(CliError::input(format!(
+            "{}: the picture must have {width} x {height} pixels, for which the water file was made, got {} x {}",
+            image.display(),
+            picture.width,
+            picture.height
+        )));
+    }
+    Ok(picture)
+}
+
+/// Which channels can be told, with a note for each other one.
+///
+/// # Errors
+/// None can.
+fn known(predictor: &Predictor, image: &Path) -> Result<[bool; 3], CliError> {
+    let unknown = predictor.unknown();
+    let reasons: Vec<String> = ["red", "green", "blue"]
+        .iter()
+        .zip(&unknown)
+        .filter_map(|(channel, reason)| Some(format!("{channel}: {}", (*reason)?)))
+        .collect();
+    let file = image.display();
+    if reasons.len() == 3 {
+        return Err(CliError::input(format!(
+            "{file}: contrast cannot be predicted from this picture; {}",
+            reasons.join("; ")
+        )));
+    }
+    for reason in &reasons {
+        note(format_args!(
+            "uw: warning: {file}: no prediction for {reason}"
+        ));
+    }
+    Ok(unknown.map(|reason| reason.is_none()))
+}
+
+/// What is wrong with a place: the field, and what it must be and is.
+fn check(file: &WaterFile, at: &Candidate) -> Result<(), (&'static str, String)> {
+    let (near, far) = file.tables.distance_range_m();
+    if !(near..=far).contains(&at.distance_m) {
+        return Err((
+            "distance_m",
+            format!(
+                "must be from {near} to {far} m, which the water file knows, got {}",
+                at.distance_m
+            ),
+        ));
+    }
+    if !(0.0..=100.0).contains(&at.light_pct) {
+        return Err((
+            "light_pct",
+            format!("must be from 0 to 100 percent, got {}", at.light_pct),
+        ));
+    }
+    Ok(())
+}
+
+fn read(file: &WaterFile, table: &Path) -> Result<Vec<Candidate>, CliError> {
+    let name = table.display();
+    let unusable = |e: csv::Error| CliError::input(format!("{name}: not a usable table: {e}"));
+    let mut reader = ReaderBuilder::new()
+        .trim(Trim::All)
+        .from_path(table)
+        .map_err(unusable)?;
+    let mut candidates = Vec::new();
+    for row in reader.deserialize() {
+        let candidate: Candidate = row.map_err(unusable)?;
+        let line = candidates.len() + 2;
+        check(file, &candidate)
+            .map_err(|(field, told)| CliError::input(format!("{name}:{line}: {field} {told}")))?;
+        candidates.push(candidate);
+    }
+    Ok(candidates)
+}
+
+fn write(
+    to: &Path,
+    candidates: &[Candidate],
+    found: &[Contrast],
+    known: [bool; 3],
+) -> Result<(), CliError> {
+    output::to_file(to, |out| {
+        writeln!(
+            out,
+            "distance_m,light_pct,contrast_r,contrast_g,contrast_b,error_r,error_g,error_b"
+        )?;
+        for (at, found) in candidates.iter().zip(found) {
+            let cells = |counts: [f64; 3]| {
+                let cell = |k: usize| match known[k] {
+                    true => significant(counts[k], DIGITS),
+                    false => String::new(),
+                };
+                [0, 1, 2].map(cell).join(",")
+            };
+            writeln!(
+                out,
+                "{},{},{},{}",
+                significant(at.distance_m, DIGITS),
+                significant(at.light_pct, DIGITS),
+                cells(found.counts),
+                cells(found.error_counts)
+            )?;
+        }
+        Ok(())
+    })
+}

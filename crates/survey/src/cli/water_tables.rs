@@ -1,0 +1,183 @@
+//! `uw water-tables`: the water file of a known water, for predictions by physics.
+
+use std::path::PathBuf;
+
+use clap::{ArgGroup, Args};
+use uw_guidance::physics::WaterFile;
+use uw_guidance::physics::file::{EncodingName, SensorNumbers, WATER_FORMAT, WaterNumbers};
+use uw_media::Iops;
+use uw_media::phase::{FournierForand, Phase};
+
+use super::error::{CliError, note};
+use super::output;
+use super::values::triple;
+use crate::environment::{PARTICLE_INDEX, Target, View, WaterBody, WaterKind, scene};
+use crate::estimate::water_tables::{TablePlan, even_texture, water_tables};
+use crate::scenery::textures::Pattern;
+use crate::vehicle::Vehicle;
+
+/// Jerlov type whose place the given coefficients take.
+const STAND_IN: &str = "II";
+
+/// Arguments of `uw water-tables`.
+#[derive(Debug, Args)]
+#[command(group(ArgGroup::new("of").required(true)))]
+pub(super) struct WaterTablesArguments {
+    /// Jerlov type, or a mixture of two such as IB-II@0.5, in three bands.
+    #[arg(long, group = "of", value_name = "TYPE")]
+    jerlov: Option<WaterKind>,
+    /// Absorption of red, green and blue, 1/m, such as 0.36,0.07,0.04; with --b.
+    #[arg(long, group = "of", value_name = "R,G,B", requires = "b", value_parser = triple)]
+    a: Option<[f64; 3]>,
+    /// Scattering of red, green and blue, 1/m.
+    #[arg(long, value_name = "R,G,B", requires = "a", value_parser = triple)]
+    b: Option<[f64; 3]>,
+    /// Share of the light that is scattered by more than 90 degrees.
+    #[arg(long, default_value_t = 0.0183)]
+    backscatter_fraction: f64,
+    /// Distances that predictions may be asked for: nearest and farthest, m.
+    #[arg(long, default_values_t = [0.5, 3.0], num_args = 2, value_names = ["NEAR", "FAR"])]
+    distances_m: Vec<f64>,
+    /// Depths of daylight, m, such as 1,3,5.
+    #[arg(long, default_values_t = [1.0, 3.0, 5.0], value_delimiter = ',')]
+    depths_m: Vec<f64>,
+    /// Number of distances, spaced evenly in their logarithm.
+    #[arg(long, default_value_t = 12, value_parser = clap::value_parser!(u32).range(2..=100))]
+    views: u32,
+    /// The vehicle looks down at the bottom rather than ahead at a wall.
+    #[arg(long)]
+    bottom: bool,
+    /// Mean reflectance of targets: some of their light comes back to them.
+    #[arg(long, default_value_t = 0.2)]
+    reflectance: f64,
+    /// Paths per view and source, in thousands.
+    #[arg(long, default_value_t = 128, value_parser = clap::value_parser!(u32).range(8..=8192))]
+    kilo_paths: u32,
+    /// Seed of all random numbers.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Water file to write.
+    #[arg(short, long)]
+    output: PathBuf,
+}
+
+impl WaterTablesArguments {
+    /// Makes the tables and writes them.
+    pub(super) fn run(&self) -> Result<(), CliError> {
+        output::check_writable(&self.output)?;
+        self.check()?;
+        let vehicle = Vehicle::default();
+        let (body, iops) = self.water()?;
+        let phase = FournierForand::new(PARTICLE_INDEX, self.backscatter_fraction);
+        let phase = Phase::FournierForand(phase.map_err(CliError::input)?);
+        let target = Target {
+            pattern: match self.bottom {
+                true => Pattern::Seabed,
+                false => Pattern::HullRed,
+            },
+            texture: even_texture(self.reflectance as f32),
+        };
+        let view = |depth_m: f64, distance_m: f64| {
+            let view = View::Target {
+                depth_m,
+                distance_m,
+            };
+            let mut scene = scene(&vehicle, &body, &target, view)?;
+            if let Some(water) = &mut scene.water {
+                (water.iops, water.phase) = (iops, phase.clone());
+            }
+            Ok(scene)
+        };
+        note(format_args!(
+            "uw: {} distances x {} sources of light; about {:.0} s on two processors",
+            self.views,
+            1 + self.depths_m.len(),
+            0.003 * f64::from(self.views * self.kilo_paths) * (1 + self.depths_m.len()) as f64
+        ));
+        let tables = water_tables(&self.plan(), view).map_err(CliError::failed)?;
+        let file = WaterFile {
+            format: WATER_FORMAT.to_owned(),
+            made_by: format!("uw water-tables {}", env!("CARGO_PKG_VERSION")),
+            water: WaterNumbers {
+                a_per_m: iops.a,
+                b_per_m: iops.b,
+                backscatter_fraction: self.backscatter_fraction,
+            },
+            sensor: SensorNumbers {
+                width_px: vehicle.width as usize,
+                height_px: vehicle.height as usize,
+                encoding: EncodingName::Srgb,
+                exposure_m2_sr_per_w: vehicle.exposure,
+                noise_a: vehicle.noise_a,
+                noise_b: vehicle.noise_b,
+            },
+            tables,
+            sights: Vec::new(),
+        };
+        output::to_file(&self.output, |out| write!(out, "{}", file.to_json()))
+    }
+
+    fn check(&self) -> Result<(), CliError> {
+        let [near, far] = self.distances_m[..] else {
+            return Err(CliError::input("--distances-m must be two numbers"));
+        };
+        if !(near >= 0.2 && far > near && far <= 10.0) {
+            return Err(CliError::input(format!(
+                "--distances-m must be 0.2 <= NEAR < FAR <= 10 (m), got {near} {far}"
+            )));
+        }
+        let rising = self.depths_m.windows(2).all(|pair| pair[0] < pair[1]);
+        let right = self.depths_m.iter().all(|z| (0.1..=60.0).contains(z));
+        if !(rising && right) {
+            return Err(CliError::input(format!(
+                "--depths-m must rise from 0.1 to 60 (m), got {:?}",
+                self.depths_m
+            )));
+        }
+        if !(0.0..1.0).contains(&self.reflectance) {
+            return Err(CliError::input(format!(
+                "--reflectance must be in [0, 1), got {}",
+                self.reflectance
+            )));
+        }
+        Ok(())
+    }
+
+    fn water(&self) -> Result<(WaterBody, Iops), CliError> {
+        let stand_in = || STAND_IN.parse().map_err(CliError::input);
+        let (jerlov, iops) = match (self.jerlov, self.a, self.b) {
+            (Some(kind), ..) => (kind, kind.iops().map_err(CliError::input)?),
+            (None, Some(a), Some(b)) => (stand_in()?, Iops { a, b }),
+            _ => return Err(CliError::input("give --jerlov, or --a and --b")),
+        };
+        if let Some(wrong) = iops
+            .a
+            .iter()
+            .chain(&iops.b)
+            .find(|v| !(**v >= 0.0 && v.is_finite()))
+        {
+            return Err(CliError::input(format!(
+                "--a and --b must be finite and >= 0 (1/m), got {wrong}"
+            )));
+        }
+        let body = WaterBody {
+            jerlov,
+            backscatter_fraction: self.backscatter_fraction,
+        };
+        Ok((body, iops))
+    }
+
+    fn plan(&self) -> TablePlan {
+        let (near, far) = (self.distances_m[0], self.distances_m[1]);
+        let step = (far / near).ln() / f64::from(self.views - 1);
+        TablePlan {
+            distances_m: (0..self.views)
+                .map(|i| near * (f64::from(i) * step).exp())
+                .collect(),
+            depths_m: self.depths_m.clone(),
+            reflectance: self.reflectance as f32,
+            paths_per_group: 1024 * self.kilo_paths / 8,
+            seed: self.seed,
+        }
+    }
+}
