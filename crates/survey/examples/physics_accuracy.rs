@@ -1,7 +1,9 @@
 //! How well contrast is predicted by physics, the water being known: pictures of targets that nothing was trained on, each used
 //! to predict the contrast of all others of its depth.
 //!
-//! `cargo run --release -p uw-survey --example twin_accuracy -- WATER B TEXTURE DEPTH_M MEMORY_TEXTURE`
+//! `cargo run --release -p uw-survey --example physics_accuracy -- WATER B TEXTURE DEPTH_M MEMORY_TEXTURE`
+
+#![allow(clippy::print_stdout, reason = "that is what it is for")]
 
 use std::error::Error;
 use std::sync::atomic::AtomicBool;
