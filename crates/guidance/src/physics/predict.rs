@@ -9,6 +9,8 @@ use super::grid::{PATCHES, slope_variance};
 use super::water::{Seen, WaterTables};
 use crate::features::Candidate;
 
+/// Mean reflectances that a target may have, with what the error of a veil makes of them.
+const REFLECTANCES: std::ops::RangeInclusive<f64> = -0.1..=1.1;
 /// Share of clipped pixels beyond which a picture does not tell the target's detail.
 const MOST_CLIPPED: f64 = 0.01;
 /// Error of a target's look that is taken from the present picture alone, besides what noise and the finest scales leave open: of
@@ -134,6 +136,8 @@ pub enum Unknown {
     Clipped,
     /// The detail cannot be told from the sensor's noise.
     Noise,
+    /// No target of this water, light and exposure is as bright or as dark.
+    Light,
 }
 
 impl std::fmt::Display for Unknown {
@@ -141,6 +145,9 @@ impl std::fmt::Display for Unknown {
         f.write_str(match self {
             Self::Clipped => {
                 "more than 1 % of its pixels are at full scale: lower the exposure or the lamps"
+            }
+            Self::Light => {
+                "no target is as bright or as dark in the water file's water, light and exposure: another of them is before the camera"
             }
             Self::Noise => {
                 "its detail cannot be told from the sensor's noise: go nearer or give more light"
@@ -236,14 +243,19 @@ impl<'a> Predictor<'a> {
         sum / PATCHES as f64
     }
 
-    /// Per channel why nothing can be said of the target's detail, if so: neither the picture nor a sight tells.
+    /// Per channel why nothing can be said of the target, if so: its light is not that of the tables, or neither the picture nor
+    /// a sight tells its detail.
     pub fn unknown(&self) -> [Option<Unknown>; 3] {
         std::array::from_fn(|k| {
+            let detail = self.here.channel(k);
+            let clipped = self.here.is_clipped(k);
+            if !clipped && !REFLECTANCES.contains(&detail.mean) {
+                return Some(Unknown::Light);
+            }
             if self.memory.iter().any(|sight| sight.tells(k)) {
                 return None;
             }
-            let detail = self.here.channel(k);
-            match (self.here.is_clipped(k), detail.error >= LARGEST_ERROR) {
+            match (clipped, detail.error >= LARGEST_ERROR) {
                 (true, _) => Some(Unknown::Clipped),
                 (false, true) => Some(Unknown::Noise),
                 (false, false) => None,

@@ -159,6 +159,20 @@ fn physics_predicts_from_a_picture_in_a_known_water() {
         &format!("{arguments} --candidates places.csv"),
         &["now.png", "cannot be predicted", "noise"],
     );
+    // Far brighter than white in this light.
+    let glare = image::RgbImage::from_fn(1280, 720, |x, y| {
+        image::Rgb([230u8; 3].map(|v| v + 12 * square(x, y)))
+    });
+    glare.save(folder.path("now.png")).expect("a picture");
+    let lamps_off = format!("{arguments} --candidates places.csv").replace("20 -o", "0 -o");
+    let run = folder.good(&lamps_off);
+    assert!(
+        run.stderr.contains("red: no target is as bright"),
+        "{}",
+        run.stderr
+    );
+    let text = folder.text("out.csv");
+    assert!(text.contains("1,20,,"), "{text}");
     folder.refused("predict --water water.json -o out.csv", &["--image"]);
     folder.refused(
         "predict --water water.json in.csv --image now.png -o out.csv",
