@@ -4,11 +4,12 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use base64::Engine as _;
-use serde_json::Value;
+use serde_json::{Value, json};
 use thiserror::Error;
 use uw_calib::json::{FieldError, Object};
 use uw_calib::{Profile, ProfileError};
 
+use crate::checks::Checks;
 use crate::feed::Picture;
 use crate::mlp::Model;
 use crate::observation::Quality;
@@ -17,6 +18,16 @@ use crate::service::{Loaded, Moment, Service, Session, Settings};
 
 /// Operations whose replies tell of the process rather than of the vehicle.
 const NOT_COMPARED: [&str; 2] = ["health", "auth"];
+
+/// Settings, by section, that a recording of an older program lacks; that did what [`as_recorded`] sets.
+const NEWER_SETTINGS: [(&str, &str); 6] = [
+    ("checks", "other_depth"),
+    ("checks", "depth_margin_m"),
+    ("checks", "noise_floor"),
+    ("checks", "saturation"),
+    ("checks", "max_saturated"),
+    ("images", "noise"),
+];
 
 /// Why a recording cannot be answered again.
 #[derive(Debug, Error)]
@@ -76,7 +87,8 @@ struct Answer {
 
 /// Answers the lines of a recording again with this model and these settings.
 ///
-/// A recording holds one start of the daemon at least; each further start begins anew.
+/// A recording holds one start of the daemon at least; each further start begins anew. Checks that a recording does
+/// not name, because an older program made it, are not made.
 pub fn replay(
     text: &str,
     model: &Model,
@@ -219,7 +231,8 @@ fn replay_run(
         match (record, &service) {
             (Record::Loaded(value), None) => {
                 let loaded = load(line, &value, model, digest)?;
-                let begun = Service::with_settings(loaded, settings.clone());
+                let settings = as_recorded(settings, &value["settings"]);
+                let begun = Service::with_settings(loaded, settings);
                 same_settings(line, &value, &begun)?;
                 service = Some(Arc::new(begun));
             }
@@ -262,7 +275,7 @@ fn compare(line: usize, session: &mut Session, answer: &Answer, outcome: &mut Ou
         }
     };
     let new = answered.map_or_else(String::new, |answered| answered.line(answer.elapsed_us));
-    if new == answer.reply {
+    if new == answer.reply || is_same_of_older(reply, &new) {
         outcome.same += 1;
     } else {
         outcome.different.push((line, answer.reply.clone(), new));
@@ -321,7 +334,7 @@ fn load(line: usize, value: &Value, model: &Model, digest: &str) -> Result<Loade
 fn same_settings(line: usize, value: &Value, service: &Service) -> Result<(), ReplayError> {
     let given = service.describe(&service.loaded());
     for what in ["objective", "settings"] {
-        if !agrees(&value[what], &given[what]) {
+        if with_newer(value[what].clone(), &given[what]) != given[what] {
             return Err(ReplayError::Other {
                 line,
                 what,
@@ -333,12 +346,52 @@ fn same_settings(line: usize, value: &Value, service: &Service) -> Result<(), Re
     Ok(())
 }
 
-/// Whether all that is recorded is given now; fields that only this program knows are of no recording of an older one.
-fn agrees(recorded: &Value, given: &Value) -> bool {
-    match (recorded, given) {
-        (Value::Object(recorded), Value::Object(given)) => recorded
-            .iter()
-            .all(|(name, value)| given.get(name).is_some_and(|given| agrees(value, given))),
-        _ => recorded == given,
+/// The settings without the checks that the recorded ones do not name.
+fn as_recorded(settings: &Settings, recorded: &Value) -> Settings {
+    let mut settings = settings.clone();
+    let (checks, none) = (&mut settings.checks, Checks::none());
+    let lacks = |name: &str| recorded["checks"].get(name).is_none();
+    if lacks("other_depth") {
+        checks.other_depth = none.other_depth;
     }
+    if lacks("noise_floor") {
+        checks.noise_floor = none.noise_floor;
+    }
+    if lacks("saturation") {
+        checks.saturation = none.saturation;
+    }
+    settings
+}
+
+/// Recorded settings with those of the given ones that an older program did not have.
+fn with_newer(mut recorded: Value, given: &Value) -> Value {
+    for (section, name) in NEWER_SETTINGS {
+        let Some(value) = given[section].get(name) else {
+            continue;
+        };
+        let Some(sections) = recorded.as_object_mut() else {
+            break;
+        };
+        let fields = sections.entry(section).or_insert_with(|| json!({}));
+        if let Some(fields) = fields.as_object_mut() {
+            fields.entry(name).or_insert_with(|| value.clone());
+        }
+    }
+    recorded
+}
+
+/// Whether a reply differs from the recorded one in nothing but what an older program did not know: settings in `info`,
+/// and fields of requests, which the message about an unknown one lists.
+fn is_same_of_older(mut recorded: Value, new: &str) -> bool {
+    let Ok(new) = serde_json::from_str::<Value>(new) else {
+        return false;
+    };
+    if let Some(settings) = recorded.get_mut("settings") {
+        *settings = with_newer(settings.take(), &new["settings"]);
+    } else if recorded["error"]["code"] == "unknown_field" {
+        recorded["error"]["message"] = new["error"]["message"].clone();
+    } else {
+        return false;
+    }
+    recorded == new
 }

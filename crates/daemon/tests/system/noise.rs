@@ -240,3 +240,104 @@ fn a_recording_of_pictures_of_noise_is_answered_the_same_again() {
         "{said}"
     );
 }
+
+/// The recording as a program wrote it that knew nothing of noise and other depths.
+#[cfg(unix)]
+fn as_older(recording: &str) -> String {
+    let settings = |value: &mut Value| {
+        let sections = value["settings"].as_object_mut().unwrap();
+        sections.remove("images");
+        let checks = sections["checks"].as_object_mut().unwrap();
+        let newer = [
+            "other_depth",
+            "depth_margin_m",
+            "noise_floor",
+            "saturation",
+            "max_saturated",
+        ];
+        assert!(newer.iter().all(|name| checks.remove(*name).is_some()));
+    };
+    let mut older = String::new();
+    for line in recording.lines() {
+        let mut record: Value = serde_json::from_str(line).unwrap();
+        if record["kind"] == "start" {
+            settings(&mut record);
+        } else {
+            let mut reply: Value = serde_json::from_str(record["reply"].as_str().unwrap()).unwrap();
+            if reply.get("settings").is_some() {
+                settings(&mut reply);
+            }
+            let measured = ["std_corrected", "noise_floor", "saturated"];
+            let fields = reply.as_object_mut().unwrap();
+            fields.retain(|name, _| !measured.contains(&name.as_str()));
+            if let Some(message) = reply.pointer_mut("/error/message") {
+                let known = message.as_str().unwrap();
+                *message = known
+                    .replace("std_corrected, noise_floor, saturated, ", "")
+                    .into();
+            }
+            record["reply"] = reply.to_string().into();
+        }
+        older += &format!("{record}\n");
+    }
+    older
+}
+
+/// What an older program did not check is not checked when its recording is answered again.
+#[cfg(unix)]
+#[test]
+fn a_recording_of_an_older_program_is_answered_the_same_again() {
+    use crate::files::replay;
+    use crate::program::{ANY_PORT, Program};
+
+    let program = Program::folder();
+    profile(&mut Numbers::new(3))
+        .with_contrast_depth([0.5, 1.0])
+        .unwrap()
+        .write(&program.path("profile.json"))
+        .unwrap();
+    let images = program.path("images");
+    std::fs::create_dir(&images).unwrap();
+    write(&images.join("black.png"), |_, _| [0.0; 3]);
+    let config = format!(
+        "[checks]\nother_depth = \"ignore\"\nnoise_floor = \"ignore\"\nsaturation = \"ignore\"\n\
+         [images]\ndirectory = {images:?}\n[operations]\nrecord = \"session.ndjson\"\n"
+    );
+    let mut program = program.config(&config).start(&ANY_PORT);
+    let mut client = program.client();
+    let noise = json!({"std_corrected": [0.1, 0.1, 0.1], "noise_floor": [0.3, 0.3, 0.3], "saturated": [0.5, 0.5, 0.5]});
+    for request in [
+        suggest_image("black.png"),
+        with(json!({"depth_m": 3.0})),
+        with(noise),
+    ] {
+        let reply = client.ask(&request);
+        assert_eq!(reply["valid"], true, "{reply}");
+        assert_eq!(reply["warnings"], json!([]), "{reply}");
+    }
+    assert_eq!(client.ask(&json!({"op": "info"}))["ok"], true);
+    let unknown = client.refused(&with(json!({"colour": "red"})));
+    assert_eq!(unknown["field"], "colour");
+    assert_eq!(program.end(), Some(0));
+    let recording = std::fs::read_to_string(program.path("session.ndjson")).unwrap();
+    let older = as_older(&recording);
+    std::fs::write(program.path("older.ndjson"), &older).unwrap();
+    let (code, said, told) = replay(&program, "older.ndjson");
+    assert_eq!(code, Some(0), "{said}{told}");
+    assert!(
+        said.starts_with("5 replies the same, 0 different"),
+        "{said}"
+    );
+    // What that program knew has to be as it was.
+    for (from, to, expected) in [
+        ("\"misfit\":\"refuse\"", "\"misfit\":\"warn\"", Some(2)),
+        ("\"misfit\":\"refuse\",", "", Some(2)),
+        ("\\\"misfit\\\":\\\"refuse\\\",", "", Some(1)),
+    ] {
+        let other = older.replacen(from, to, 1);
+        assert_ne!(other, older, "{from}");
+        std::fs::write(program.path("other.ndjson"), other).unwrap();
+        let (code, said, told) = replay(&program, "other.ndjson");
+        assert_eq!(code, expected, "{from}: {said}{told}");
+    }
+}
