@@ -75,20 +75,12 @@ fn one(ui: &mut Ui, cloud: &mut Cloud) {
             .labelled_by(label.id);
     });
     let iops = &mut cloud.iops;
-    channels(
-        ui,
-        "a in the middle",
-        &mut iops.a,
-        Cloud::LARGEST_PER_M,
-        "1/m",
-    );
-    channels(
-        ui,
-        "b in the middle",
-        &mut iops.b,
-        Cloud::LARGEST_PER_M,
-        "1/m",
-    );
+    for (name, values, what) in [
+        ("a", &mut iops.a, "absorption in the middle"),
+        ("b", &mut iops.b, "scattering in the middle"),
+    ] {
+        channels(ui, name, values, Cloud::LARGEST_PER_M, "1/m").on_hover_text(what);
+    }
 }
 
 /// The button after which a click in the picture places the cloud.

@@ -64,7 +64,7 @@ pub fn show(
         .invert_y(true)
         .show_x(false)
         .show_y(false)
-        .set_margin_fraction(egui::vec2(0.03, 0.03))
+        .set_margin_fraction(egui::vec2(0.03, 0.05))
         .custom_x_axes(vec![x_axis("1/m")])
         .custom_y_axes(vec![y_axis("depth, m")])
         .show(ui, |plot| {

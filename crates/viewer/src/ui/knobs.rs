@@ -83,10 +83,16 @@ pub fn log_slider(
     ui.add(slider.logarithmic(true))
 }
 
-/// Three numbers, one per channel.
-pub fn channels(ui: &mut Ui, name: &str, values: &mut [f64; 3], most: f64, unit: &str) {
+/// Three numbers, one per channel; the response is that of the name before them.
+pub fn channels(
+    ui: &mut Ui,
+    name: &str,
+    values: &mut [f64; 3],
+    most: f64,
+    unit: &str,
+) -> egui::Response {
     ui.horizontal(|ui| {
-        ui.label(name);
+        let label = ui.label(name);
         for (value, channel) in values.iter_mut().zip(CHANNELS) {
             let speed = 0.01 * value.abs().max(0.02);
             let knob = DragValue::new(value)
@@ -97,7 +103,9 @@ pub fn channels(ui: &mut Ui, name: &str, values: &mut [f64; 3], most: f64, unit:
                 .on_hover_text(format!("{name}, {channel}, {unit}"));
         }
         ui.weak(unit);
-    });
+        label
+    })
+    .inner
 }
 
 /// The spectrum of a light: even over each channel, one that has a name, or the file's own. `sky`: also that of the clear sky.

@@ -30,11 +30,12 @@ pub fn show(app: &mut Viewer, ui: &mut Ui) {
         phase(ui, &mut water.phase);
         slider(
             ui,
-            "refractive index of the water",
+            "refractive index",
             &mut water.refractive_index,
             1.0..=1.6,
             "",
-        );
+        )
+        .on_hover_text("Of the water");
     }
     light(app, ui);
     ui.add_space(8.0);

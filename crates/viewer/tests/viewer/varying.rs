@@ -248,8 +248,11 @@ fn showing(water: &str) -> Harness<'static, Viewer> {
 /// The place of a point in the plot: (largest value and depth of the plot, value and depth of the point).
 fn in_plot(harness: &Harness<'_, Viewer>, ends: [f64; 2], point: [f64; 2]) -> Pos2 {
     let rect: Rect = harness.get_by_label("Profile of the water").rect();
-    // The plot has a margin of 3 % on all sides.
-    let share = |i: usize| ((point[i] / ends[i] + 0.03) / 1.06) as f32;
+    // The plot has margins of 3 % at the sides, of 5 % above and below.
+    let share = |i: usize| {
+        let margin = [0.03, 0.05][i];
+        ((point[i] / ends[i] + margin) / (1.0 + 2.0 * margin)) as f32
+    };
     pos2(
         rect.left() + share(0) * rect.width(),
         rect.top() + share(1) * rect.height(),
@@ -473,6 +476,16 @@ fn profiles_and_clouds_are_whole_in_a_small_window() {
         harness.run_steps(3);
         is_whole(&mut harness, Tab::Water);
         is_whole(&mut harness, Tab::Guidance);
+    }
+}
+
+/// No label is so long that the panel grows beyond the width that it opens with and a row's margin.
+#[test]
+fn the_panel_is_no_wider_than_it_opens() {
+    for water in [NUMBERS, TYPES] {
+        let harness = showing(water);
+        let edge = harness.get_by_label("Picture").rect().left();
+        assert!(edge < 370.0, "{water}: {edge}");
     }
 }
 
