@@ -29,6 +29,7 @@
 //! plain renders at full resolution by `uw dataset --check`.
 
 pub mod basis;
+pub mod every_water;
 pub mod fields;
 pub mod guess;
 mod levels;

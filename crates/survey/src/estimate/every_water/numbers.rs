@@ -1,0 +1,45 @@
+//! The numbers that a path is made of.
+
+use uw_render::sampling::{Draws, LEADING, MAX_BATCH};
+
+/// Evenly spread numbers for the first choices of a path, then random ones.
+pub(super) struct Numbers {
+    draws: Draws,
+    used: usize,
+}
+
+impl Numbers {
+    /// The next number, in (0, 1).
+    #[inline]
+    pub(super) fn next(&mut self) -> f64 {
+        self.used += 1;
+        if self.used <= LEADING {
+            self.draws.leading(self.used - 1)
+        } else {
+            self.draws.uniform()
+        }
+    }
+
+    /// The next length in units of its mean, exponentially distributed.
+    #[inline]
+    pub(super) fn length(&mut self) -> f64 {
+        -self.next().ln()
+    }
+}
+
+/// The numbers of each of `paths` paths of a group; `stream` keeps kinds of paths apart.
+pub(super) fn of_paths(
+    seed: u64,
+    group: u32,
+    stream: u32,
+    paths: u32,
+) -> impl Iterator<Item = Numbers> {
+    (0..paths.div_ceil(MAX_BATCH)).flat_map(move |batch| {
+        let batch_draws = Draws::new(seed, group, batch, 0, stream);
+        let first = batch * MAX_BATCH;
+        (0..MAX_BATCH.min(paths - first)).map(move |index| Numbers {
+            draws: batch_draws.at(index),
+            used: 0,
+        })
+    })
+}
