@@ -263,3 +263,59 @@ fn quad(target: &Target, centre: DVec3, forward: DVec3, up: DVec3) -> Quad {
         material: 0,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::assets::assets_dir;
+
+    /// A scene file for people states the default vehicle as the program makes it.
+    #[test]
+    fn flat_hull_is_seen_by_the_default_vehicle() {
+        let assets = assets_dir().expect("assets");
+        let shipped = Scene::read(&assets.join("scenes/flat_hull.toml")).expect("a scene");
+        let vehicle = Vehicle::default();
+        let water = WaterBody {
+            jerlov: "3C".parse().expect("a water"),
+            backscatter_fraction: 0.0183,
+        };
+        let target = Target::read(Pattern::HullRed, &assets).expect("a target");
+        let view = View::Target {
+            depth_m: 3.0,
+            distance_m: 1.0,
+        };
+        let made = scene(&vehicle, &water, &target, view).expect("a scene");
+        let text = |value: &dyn std::fmt::Debug| format!("{value:?}");
+        assert_eq!(text(&shipped.sensor), text(&made.sensor));
+        assert_eq!(text(&shipped.sky_radiance), text(&made.sky_radiance));
+        // Numbers of two ways to the same: rounded differently.
+        let close = |one: &[f64], other: &[f64], what: &str| {
+            assert_eq!(one.len(), other.len(), "{what}");
+            for (x, y) in one.iter().zip(other) {
+                assert!((x - y).abs() < 1e-9 * (1.0 + x.abs()), "{what}: {x} {y}");
+            }
+        };
+        let camera = |c: &Camera| {
+            let size = [f64::from(c.width), f64::from(c.height)];
+            let axes = [c.position_m, c.forward, c.right, c.down].map(|v| v.to_array());
+            let lens = [c.focal_px, c.centre_px].map(|v| v.to_array());
+            [&size[..], axes.as_flattened(), lens.as_flattened()].concat()
+        };
+        close(&camera(&shipped.camera), &camera(&made.camera), "camera");
+        assert_eq!(shipped.lamps.len(), made.lamps.len());
+        for (one, other) in shipped.lamps.iter().zip(&made.lamps) {
+            let numbers = |lamp: &Lamp| {
+                let places = [lamp.position_m, lamp.forward].map(|v| v.to_array());
+                let single = [lamp.level_pct, lamp.half_angle_deg, lamp.radius_m];
+                [places.as_flattened(), &lamp.intensity, &single].concat()
+            };
+            close(&numbers(one), &numbers(other), &one.name);
+            assert_eq!((&one.name, &one.falloff), (&other.name, &other.falloff));
+        }
+        let sun = |scene: &Scene| {
+            let sun = scene.sun.as_ref().expect("a sun");
+            [&sun.travel_direction.to_array()[..], &sun.irradiance].concat()
+        };
+        close(&sun(&shipped), &sun(&made), "sun");
+    }
+}

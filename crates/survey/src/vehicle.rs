@@ -1,5 +1,9 @@
 //! The vehicle that looks: its camera, lamps and sensor, and the daylight above it.
 
+mod file;
+
+pub use file::{Measurement, VehicleError, VehicleFile};
+
 use serde::{Deserialize, Serialize};
 use uw_calib::Rig;
 use uw_media::MediaError;

@@ -1,6 +1,6 @@
 //! `uw demo`: the whole way, small.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
@@ -10,6 +10,7 @@ use crate::assets::assets_dir;
 use crate::demo::{self, DemoError, DemoOptions};
 use crate::environment::{WaterBody, WaterKind};
 use crate::scenery::textures::Pattern;
+use crate::vehicle::VehicleFile;
 
 /// Arguments of `uw demo`.
 #[derive(Debug, Args)]
@@ -23,6 +24,9 @@ pub(super) struct DemoArguments {
     /// What the vehicle looks at: a texture's name.
     #[arg(long, default_value = "hull_red")]
     target: String,
+    /// The vehicle: a shipped one's name or a file (uw-vehicle/1).
+    #[arg(long, value_name = "NAME|FILE", default_value = "default")]
+    vehicle: String,
     /// Folder for pictures, profile, plot and report: a new or empty one, or that of an earlier demonstration.
     #[arg(short, long, value_name = "DIR", default_value = "demo")]
     output: PathBuf,
@@ -56,6 +60,9 @@ impl DemoArguments {
                 backscatter_fraction: self.backscatter_fraction,
             },
             pattern,
+            vehicle: VehicleFile::find(&self.vehicle, Path::new(""))
+                .map_err(|e| CliError::input(format_args!("--vehicle: {e}")))?
+                .vehicle,
             model: self.model.clone(),
             seed: self.seed,
             threads: self.threads.map(|n| n as usize),

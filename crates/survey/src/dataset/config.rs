@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
+use toml::{Table, Value};
 use uw_media::WaterType;
 use uw_media::spectral::WaterBands;
 
@@ -10,7 +11,7 @@ use super::accuracy::Accuracy;
 use super::presets;
 use crate::environment::{MEAN, WaterBody, WaterKind};
 use crate::scenery::textures::Pattern;
-use crate::vehicle::Vehicle;
+use crate::vehicle::{Vehicle, VehicleFile};
 
 /// The value of the field `format`.
 const FORMAT: &str = "uw-dataset/1";
@@ -141,17 +142,31 @@ impl DatasetConfig {
         presets::preset(name)
     }
 
-    /// Reads and checks a configuration file.
+    /// Reads and checks a configuration file. `vehicle` may be the name of a shipped vehicle or a file (relative to the
+    /// configuration) in the place of a table; the configuration then holds its values.
     pub fn read(path: &Path) -> Result<Self, ConfigError> {
         let name = path.display().to_string();
         let text = std::fs::read_to_string(path).map_err(|source| ConfigError::Read {
             path: name.clone(),
             source,
         })?;
-        let config: Self = toml::from_str(&text).map_err(|e| ConfigError::Parse {
+        let wrong = |message: String| ConfigError::Parse {
             path: name.clone(),
-            message: e.to_string(),
-        })?;
+            message,
+        };
+        let config = match vehicle_named(&text) {
+            Some((mut table, named)) => {
+                let folder = path.parent().unwrap_or(Path::new(""));
+                let vehicle = VehicleFile::find(&named, folder)
+                    .map_err(|e| wrong(format!("vehicle: {e}")))?
+                    .vehicle;
+                table.remove("vehicle");
+                let config = Self::deserialize(Value::Table(table));
+                config.map(|config| Self { vehicle, ..config })
+            }
+            None => toml::from_str(&text),
+        };
+        let config = config.map_err(|e| wrong(e.to_string()))?;
         config.check().map_err(|message| ConfigError::Value {
             path: name,
             message,
@@ -296,6 +311,13 @@ impl DatasetConfig {
     }
 }
 
+/// A configuration whose `vehicle` is a text instead of a table, and that text.
+fn vehicle_named(text: &str) -> Option<(Table, String)> {
+    let table: Table = toml::from_str(text).ok()?;
+    let named = table.get("vehicle")?.as_str()?.to_owned();
+    Some((table, named))
+}
+
 fn numbers(field: &str, values: &[f64], least: f64, most: f64) -> Result<(), String> {
     if values.is_empty() {
         return Err(format!("{field} must not be empty"));
@@ -366,6 +388,50 @@ mod tests {
             told.starts_with("bands: ") && told.contains("measured"),
             "{told}"
         );
+    }
+
+    /// A vehicle has one text in a file and in a configuration, and a stored configuration holds it whole.
+    #[test]
+    fn a_vehicle_is_named_or_has_a_file_or_a_table() {
+        let folder = tempfile::tempdir().unwrap();
+        let read = |text: &str| {
+            let path = folder.path().join("grid.toml");
+            std::fs::write(&path, text).unwrap();
+            DatasetConfig::read(&path)
+        };
+        let own = VehicleFile {
+            vehicle: Vehicle {
+                noise_a: 7e-4,
+                ..Vehicle::default()
+            },
+            ..VehicleFile::default()
+        };
+        std::fs::create_dir(folder.path().join("boats")).unwrap();
+        let file = folder.path().join("boats/own.toml");
+        std::fs::write(file, own.to_text().unwrap()).unwrap();
+        assert_eq!(
+            read("vehicle = \"default\"").unwrap(),
+            DatasetConfig::default()
+        );
+        let config = read("seed = 3\nvehicle = \"boats/own.toml\"").unwrap();
+        assert_eq!((config.seed, &config.vehicle), (3, &own.vehicle));
+        let table = read("seed = 3\n[vehicle]\nnoise_a = 7e-4").unwrap();
+        assert_eq!(config, table);
+        // What a dataset stores needs no other file.
+        let stored = config.to_text().unwrap();
+        assert_eq!(toml::from_str::<DatasetConfig>(&stored).unwrap(), config);
+        for (text, words) in [
+            (
+                "vehicle = \"yacht\"",
+                "grid.toml: vehicle: vehicle \"yacht\": is neither",
+            ),
+            ("vehicle = \"boats/none.toml\"", "boats/none.toml: cannot"),
+            ("vehicle = 3", "invalid type: integer `3`"),
+            ("vehicle = \"default\"\nsead = 3", "unknown field `sead`"),
+        ] {
+            let told = read(text).unwrap_err().to_string();
+            assert!(told.contains(words), "{text}: {told}");
+        }
     }
 
     /// What counts by wavelength alone needs bands by wavelength, and names that are known.

@@ -36,6 +36,8 @@ pub struct DemoOptions {
     pub water: WaterBody,
     /// What the vehicle looks at.
     pub pattern: Pattern,
+    /// The vehicle; the demonstration knows no wavelengths, so it may have no spectra.
+    pub vehicle: Vehicle,
     /// Model file; `None` for the first shipped one.
     pub model: Option<PathBuf>,
     /// Seed of all random numbers.
@@ -132,8 +134,14 @@ pub fn run(
     let model = Model::read(&model_path).map_err(|e| DemoError::Input(e.to_string()))?;
     let target = Target::read(options.pattern, assets)?;
     options.water.check()?;
+    let vehicle = options.vehicle.clone();
+    vehicle.check().map_err(DemoError::Input)?;
+    if let Some(field) = vehicle.needs_wavelengths() {
+        return Err(DemoError::Input(format!(
+            "vehicle.{field} counts by wavelength alone, and the demonstration renders in three bands; leave it out"
+        )));
+    }
     folder::claim(folder)?;
-    let vehicle = Vehicle::default();
     let pyramid = TexturePyramid::new(&target.texture, f64::from(options.pattern.tile_m()));
     let stage = stages::DemoRenders {
         response: CountResponse::new(&sensor(&vehicle, vehicle.exposure)),

@@ -38,6 +38,7 @@ pub(super) fn write(
     let document = json!({
         "format": "uw-demo/1", "jerlov": options.water.jerlov.to_string(),
         "backscatter_fraction": options.water.backscatter_fraction, "target": options.pattern.name(),
+        "vehicle": &options.vehicle,
         "seed": options.seed, "model": model_name, "elapsed_s": elapsed.as_secs_f64(), "visits": rows,
     });
     write_text(&folder.join("report.json"), &format!("{document:#}\n"))?;
