@@ -1,7 +1,10 @@
 //! How a camera's counts stand for light.
 
+use serde::{Deserialize, Serialize};
+
 /// The curve between linear light and the counts that a camera stores.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Encoding {
     /// sRGB (IEC 61966-2-1), as cameras write PNG and JPEG files unless told otherwise.
     #[default]

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use uw_calib::response::CountResponse;
 
 use super::cleared::{Cleared, LinearPicture, QUANTILES, Sums, clear, quantiles};
-use super::grid::PATCHES;
+use super::grid::{self, PATCHES};
 use super::water::{Seen, WaterTables};
 
 /// Waves that stand for what lies between a window and the next, per side of the smaller one: the peak of a Haar wavelet.
@@ -70,10 +70,7 @@ pub(super) struct Look<'a> {
 impl<'a> Look<'a> {
     /// Between this and another one.
     pub(super) fn towards(&self, other: &Self, share: f64) -> Self {
-        let between = |a: f64, b: f64| match a > 0.0 && b > 0.0 {
-            true => a * (b / a).powf(share),
-            false => a + share * (b - a),
-        };
+        let between = |a: f64, b: f64| grid::between(a, b, share);
         Self {
             mean: between(self.mean, other.mean),
             deviation: between(self.deviation, other.deviation),

@@ -48,23 +48,13 @@ pub struct SensorNumbers {
     /// Height of the pictures, pixels.
     pub height_px: usize,
     /// How counts stand for light: "srgb" or "linear".
-    pub encoding: EncodingName,
+    pub encoding: Encoding,
     /// Linear signal per radiance, m² sr/W.
     pub exposure_m2_sr_per_w: f64,
     /// Variance of the linear signal y is `noise_a`·y + `noise_b`.
     pub noise_a: f64,
     /// See `noise_a`.
     pub noise_b: f64,
-}
-
-/// The names of encodings.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum EncodingName {
-    /// sRGB.
-    Srgb,
-    /// Counts in proportion to light.
-    Linear,
 }
 
 /// The water itself, in three bands.
@@ -97,15 +87,6 @@ pub struct WaterFile {
     pub sights: Vec<Sight>,
 }
 
-impl From<EncodingName> for Encoding {
-    fn from(name: EncodingName) -> Self {
-        match name {
-            EncodingName::Srgb => Self::Srgb,
-            EncodingName::Linear => Self::Linear,
-        }
-    }
-}
-
 impl SensorNumbers {
     /// Mean and variance of the counts that it stores.
     pub fn response(&self) -> CountResponse {
@@ -113,7 +94,7 @@ impl SensorNumbers {
             a: self.noise_a,
             b: self.noise_b,
         };
-        CountResponse::new(self.encoding.into(), noise)
+        CountResponse::new(self.encoding, noise)
     }
 }
 

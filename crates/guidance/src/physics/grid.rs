@@ -22,6 +22,14 @@ pub(crate) fn at(values: &[f64], x: f64, y: f64) -> f64 {
     upper + t * (along(row + 1) - upper)
 }
 
+/// Between two positive numbers by their logarithms, between others in a straight line.
+pub(crate) fn between(from: f64, to: f64, share: f64) -> f64 {
+    match from > 0.0 && to > 0.0 {
+        true => from * (to / from).powf(share),
+        false => from + share * (to - from),
+    }
+}
+
 /// Variance that the slope of a function makes inside each patch: a twelfth of the squared steps along both sides.
 pub(crate) fn slope_variance(values: &[f64]) -> [f64; PATCHES] {
     std::array::from_fn(|i| {

@@ -4,7 +4,7 @@ use uw_calib::ImageStats;
 use uw_calib::picture::Counts;
 use uw_calib::response::CountResponse;
 
-use super::file::{EncodingName, SensorNumbers, WATER_FORMAT, WaterFile, WaterNumbers};
+use super::file::{SensorNumbers, WATER_FORMAT, WaterFile, WaterNumbers};
 use super::grid::PATCHES;
 use super::water::{Field, SourceTables, ViewTables, WaterTables};
 use super::{LinearPicture, Predictor, Sight};
@@ -47,7 +47,7 @@ pub(super) fn even_water() -> WaterFile {
         sensor: SensorNumbers {
             width_px: WIDTH,
             height_px: HEIGHT,
-            encoding: EncodingName::Srgb,
+            encoding: uw_calib::Encoding::Srgb,
             exposure_m2_sr_per_w: 1.0,
             noise_a: 1e-4,
             noise_b: 1e-6,
@@ -140,7 +140,7 @@ fn predictor<'a>(
     here: &Candidate,
 ) -> Predictor<'a> {
     let counts = picture(file, here, 3);
-    let linear = LinearPicture::of_counts(&counts, file.sensor.encoding.into());
+    let linear = LinearPicture::of_counts(&counts, file.sensor.encoding);
     let now = (here, contrast_of(&counts));
     Predictor::new(file.place(response, 3.0), &linear, now, &file.sights)
 }
@@ -179,9 +179,8 @@ fn farther_distances_are_told_by_earlier_sights_or_left_open() {
     let alone = predictor(&file, &response, &here).contrast(&there);
     let truth = contrast_of(&picture(&file, &there, 8));
     let seen = at(3.0, 0.0);
-    let remembered =
-        LinearPicture::of_counts(&picture(&file, &seen, 9), file.sensor.encoding.into());
-    let near = LinearPicture::of_counts(&picture(&file, &here, 10), file.sensor.encoding.into());
+    let remembered = LinearPicture::of_counts(&picture(&file, &seen, 9), file.sensor.encoding);
+    let near = LinearPicture::of_counts(&picture(&file, &here, 10), file.sensor.encoding);
     let sights = [(&remembered, seen), (&near, here)]
         .map(|(picture, from)| Sight::new(&file.place(&response, 3.0), picture, &from));
     file.sights = sights.to_vec();

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::grid::PATCHES;
+use super::grid::{self, PATCHES};
 
 /// A smooth function over the image, per channel: values in the middles of the 10 × 6 patches, row by row.
 pub type Field = [Vec<f64>; 3];
@@ -84,13 +84,9 @@ fn between(nodes: impl ExactSizeIterator<Item = f64> + Clone, at: f64) -> Betwee
     }
 }
 
-/// Between two positive numbers by their logarithms; what is not positive in a straight line.
+/// Between two numbers >= 0, and never below 0 beyond them.
 fn mixed(from: f64, to: f64, share: f64) -> f64 {
-    if from > 0.0 && to > 0.0 {
-        from * (to / from).powf(share)
-    } else {
-        (from + share * (to - from)).max(0.0)
-    }
+    grid::between(from, to, share).max(0.0)
 }
 
 impl WaterTables {

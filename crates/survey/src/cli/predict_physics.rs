@@ -63,7 +63,7 @@ impl PhysicsArguments {
         let stats = ImageStats::from_counts(picture.width, picture.height, &picture.pixels);
         let stats = stats.map_err(|e| CliError::input(format!("{}: {e}", image.display())))?;
         let response = file.sensor.response();
-        let linear = LinearPicture::of_counts(&picture, file.sensor.encoding.into());
+        let linear = LinearPicture::of_counts(&picture, file.sensor.encoding);
         let place = file.place(&response, depth_m);
         let predictor = Predictor::new(place, &linear, (&here, stats.contrast), &file.sights);
         let known = known(&predictor, image)?;

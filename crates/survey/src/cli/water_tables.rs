@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 
 use clap::{ArgGroup, Args};
+use uw_calib::Encoding;
 use uw_guidance::physics::WaterFile;
-use uw_guidance::physics::file::{EncodingName, SensorNumbers, WATER_FORMAT, WaterNumbers};
+use uw_guidance::physics::file::{SensorNumbers, WATER_FORMAT, WaterNumbers};
 use uw_media::Iops;
 use uw_media::phase::{FournierForand, Phase};
 
@@ -106,7 +107,7 @@ impl WaterTablesArguments {
             sensor: SensorNumbers {
                 width_px: vehicle.width as usize,
                 height_px: vehicle.height as usize,
-                encoding: EncodingName::Srgb,
+                encoding: Encoding::Srgb,
                 exposure_m2_sr_per_w: vehicle.exposure,
                 noise_a: vehicle.noise_a,
                 noise_b: vehicle.noise_b,

@@ -33,6 +33,7 @@ pub mod every_water;
 pub mod fields;
 pub mod guess;
 mod levels;
+mod numbers;
 mod paths;
 pub mod pyramid;
 pub mod radiance;

@@ -3,11 +3,12 @@
 use std::f64::consts::TAU;
 
 use uw_media::phase::PhaseTable;
-use uw_render::sampling::{Draws, LEADING, directions::turn};
+use uw_render::sampling::{Draws, directions::turn};
 use uw_render::scene::Water;
 
 use super::basis::solve;
 use super::guess::Guess;
+use super::numbers::Numbers;
 use super::source_light::{Colours, SeenLight, SetChoice, SourceLight};
 use super::target_view::{Sight, TargetView};
 
@@ -17,23 +18,6 @@ const WALKS_PER_GROUP: u32 = 2048;
 const ROULETTE_BELOW: f64 = 0.05;
 /// Scatterings after which a walk is given up; only reached in water that hardly absorbs.
 const MOST_SCATTERINGS: u32 = 2000;
-
-/// The numbers that a walk is made of: evenly spread ones for its first choices, then random ones.
-struct Numbers {
-    draws: Draws,
-    used: usize,
-}
-
-impl Numbers {
-    fn next(&mut self) -> f64 {
-        self.used += 1;
-        if self.used <= LEADING {
-            self.draws.leading(self.used - 1)
-        } else {
-            self.draws.uniform()
-        }
-    }
-}
 
 /// Light by wavelength, where the scene goes by wavelength: each walk then has a wavelength of its own.
 #[derive(Clone, Copy)]
@@ -121,10 +105,7 @@ impl<'a> Walker<'a> {
         let (width, height) = self.view.size_px();
         let draws = Draws::new(seed, self.channel as u32, group, 0, 0x5eed);
         for walk in 0..WALKS_PER_GROUP {
-            let mut numbers = Numbers {
-                draws: draws.at(walk),
-                used: 0,
-            };
+            let mut numbers = Numbers::of(draws.at(walk));
             let (x, y) = (numbers.next() * width, numbers.next() * height);
             let Some(sight) = self.view.sight(x, y) else {
                 continue;

@@ -5,8 +5,8 @@ use uw_media::phase::PhaseTable;
 use uw_render::sampling::circle;
 use uw_render::sampling::directions::{frame, turn};
 
+use super::super::numbers::Numbers;
 use super::super::target_view::TargetView;
-use super::numbers::Numbers;
 
 /// A way between two points.
 #[derive(Clone, Copy, Debug)]

@@ -5,10 +5,10 @@ use std::f64::consts::PI;
 use uw_media::phase::PhaseTable;
 use uw_render::prepare::PreparedLamp;
 
+use super::super::numbers::{self, Numbers};
 use super::super::target_view::TargetView;
 use super::bridge::Bridges;
 use super::evaluate::Paths;
-use super::numbers::{self, Numbers};
 use super::orders::{Orders, WATERS, choose_water};
 
 /// Columns and rows of the image points for which unscattered light is taken.

@@ -13,7 +13,6 @@
 mod bridge;
 mod evaluate;
 mod irradiance;
-mod numbers;
 mod orders;
 mod sight;
 mod veil;

@@ -5,9 +5,9 @@ use std::f64::consts::TAU;
 use uw_media::phase::PhaseTable;
 use uw_render::sampling::directions::turn;
 
+use super::super::numbers::{self, Numbers};
 use super::super::target_view::TargetView;
 use super::evaluate::{Paths, WaterAt};
-use super::numbers::{self, Numbers};
 use super::orders::{MOST, WATERS, choose_water, waters};
 
 /// Length after which a walk is given up, in distances to the target and in metres besides.

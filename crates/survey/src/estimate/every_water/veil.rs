@@ -5,10 +5,10 @@ use uw_media::phase::PhaseTable;
 use uw_render::prepare::PreparedLamp;
 use uw_render::sampling::directions::{sin2_half, turn};
 
+use super::super::numbers::{self, Numbers};
 use super::super::target_view::{Sight, TargetView};
 use super::bridge::Bridges;
 use super::evaluate::Paths;
-use super::numbers::{self, Numbers};
 use super::orders::{MOST, Orders, WATERS, choose_water, waters};
 
 /// Of the lengths of a path's camera part: share whose density follows the lamp's light along the pixel's ray, and share

@@ -9,6 +9,11 @@ pub(super) struct Numbers {
 }
 
 impl Numbers {
+    /// Those of a path's draws.
+    pub(super) fn of(draws: Draws) -> Self {
+        Self { draws, used: 0 }
+    }
+
     /// The next number, in (0, 1).
     #[inline]
     pub(super) fn next(&mut self) -> f64 {
@@ -37,9 +42,6 @@ pub(super) fn of_paths(
     (0..paths.div_ceil(MAX_BATCH)).flat_map(move |batch| {
         let batch_draws = Draws::new(seed, group, batch, 0, stream);
         let first = batch * MAX_BATCH;
-        (0..MAX_BATCH.min(paths - first)).map(move |index| Numbers {
-            draws: batch_draws.at(index),
-            used: 0,
-        })
+        (0..MAX_BATCH.min(paths - first)).map(move |index| Numbers::of(batch_draws.at(index)))
     })
 }
