@@ -12,19 +12,6 @@ use crate::{
 /// Records that lie in memory and are read word by word.
 const IN_MEMORY: [&str; 3] = ["Scene", "Dispatch", "Counters"];
 
-/// Functions that are called both in water that is the same everywhere and in water that varies. The compiler inlines a
-/// function with one caller, so each caller has its own: with one for both, scenes with a sun took 7 % longer.
-const COPIED: [&str; 4] = [
-    "attenuation_integral",
-    "attenuation_sample",
-    "sun_reaches",
-    "may_be_shadowed",
-];
-
-/// Functions of water that varies which are called from one place and large: inlined there they would keep the functions
-/// around them from being inlined.
-const APART: [&str; 1] = ["sunlight_in_layers"];
-
 /// All of `module` in a form, with `attribute` before every function.
 pub fn write(module: &Module, info: &ModuleInfo, form: Form, attribute: &str) -> String {
     let types = Types { module };
@@ -38,42 +25,16 @@ pub fn write(module: &Module, info: &ModuleInfo, form: Form, attribute: &str) ->
     }
     switches(module, &mut code);
     state(&types, form, attribute, &mut code);
-    let mut functions = Vec::new();
     for (handle, function) in module.functions.iter() {
         let name = function.name.as_deref().unwrap_or_default();
         let writer = Writer::new(&types, function, &info[handle], form);
-        let apart = if APART.contains(&name) {
-            "#[inline(never)] "
-        } else {
-            ""
-        };
-        functions.push((name, writer.function(name, &format!("{apart}{attribute}"))));
+        code += &writer.function(name, attribute);
     }
     for (index, entry) in module.entry_points.iter().enumerate() {
         let writer = Writer::new(&types, &entry.function, info.get_entry_point(index), form);
-        functions.push((&entry.name, writer.function(&entry.name, attribute)));
+        code += &writer.function(&entry.name, attribute);
     }
-    code + &with_copies(functions)
-}
-
-/// The texts of all functions, one after the other; those of [`COPIED`] once for each function that calls them.
-fn with_copies(functions: Vec<(&str, String)>) -> String {
-    let call = |name: &str| format!("shader_{name}(");
-    let (copied, mut others): (Vec<_>, Vec<_>) =
-        (functions.into_iter()).partition(|(name, _)| COPIED.contains(name));
-    let mut copies = String::new();
-    for (caller, text) in &mut others {
-        for (name, body) in &copied {
-            if text.contains(&call(name)) {
-                let own = call(&format!("{name}_in_{caller}"));
-                *text = text.replace(&call(name), &own);
-                copies += &body.replace(&call(name), &own);
-            }
-        }
-    }
-    others
-        .into_iter()
-        .fold(copies, |code, (_, text)| code + &text)
+    code
 }
 
 fn put(code: &mut String, line: &str) {

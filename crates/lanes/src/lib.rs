@@ -125,7 +125,7 @@ trait State: Send {
 
 /// A kernel as Rust, made by `build/`.
 macro_rules! generated {
-    ($name:ident, $($lanes:ident)::+, $file:literal) => {
+    ($name:ident, $set:ident, $($lanes:ident)::+) => {
         #[allow(
             clippy::all,
             nonstandard_style,
@@ -133,9 +133,9 @@ macro_rules! generated {
             missing_docs,
             reason = "made by a program"
         )]
-        mod $name {
+        pub mod $name {
             use crate::$($lanes)::+::*;
-            include!(concat!(env!("OUT_DIR"), "/", $file, ".rs"));
+            include!(concat!(env!("OUT_DIR"), "/", stringify!($name), "_", stringify!($set), ".rs"));
 
             type Memory<'a> = crate::memory::Memory<'a, LANES>;
 
@@ -160,20 +160,27 @@ macro_rules! generated {
     };
 }
 
-generated!(lamps_baseline, four::baseline, "lamps_baseline");
-generated!(ambient_baseline, four::baseline, "ambient_baseline");
-#[cfg(target_arch = "x86_64")]
-generated!(lamps_sse4, four::sse4, "lamps_sse4");
-#[cfg(target_arch = "x86_64")]
-generated!(ambient_sse4, four::sse4, "ambient_sse4");
-#[cfg(target_arch = "x86_64")]
-generated!(lamps_avx2, avx2, "lamps_avx2");
-#[cfg(target_arch = "x86_64")]
-generated!(ambient_avx2, avx2, "ambient_avx2");
-#[cfg(target_arch = "x86_64")]
-generated!(lamps_avx512, avx512, "lamps_avx512");
-#[cfg(target_arch = "x86_64")]
-generated!(ambient_avx512, avx512, "ambient_avx512");
+/// All kernels for some instructions.
+macro_rules! kernels {
+    ($set:ident, $($lanes:ident)::+) => {
+        pub mod $set {
+            generated!(lamps_even, $set, $($lanes)::+);
+            generated!(lamps_varying, $set, $($lanes)::+);
+            generated!(ambient_even, $set, $($lanes)::+);
+            generated!(ambient_varying, $set, $($lanes)::+);
+        }
+    };
+}
+
+mod kernels {
+    kernels!(baseline, four::baseline);
+    #[cfg(target_arch = "x86_64")]
+    kernels!(sse4, four::sse4);
+    #[cfg(target_arch = "x86_64")]
+    kernels!(avx2, avx2);
+    #[cfg(target_arch = "x86_64")]
+    kernels!(avx512, avx512);
+}
 
 /// A group of lanes that runs one kernel, and its memory.
 pub struct Group<'a> {
@@ -195,28 +202,32 @@ impl<'a> Group<'a> {
         is_on: &dyn Fn(&str) -> bool,
     ) -> Self {
         let sizes = (scratch_rows, film_layers, pixels);
-        /// The state of a kernel, by the module for it.
+        let varies = is_on("HAS_LAYERS");
+        /// The state of a kernel for some instructions.
         macro_rules! state {
-            ($module:ident) => {
+            ($set:ident) => {{
+                use kernels::$set::*;
+                let memory = Memory::new(tables, sizes);
                 // SAFETY: the processor has the instructions.
-                Box::new(unsafe { $module::new(Memory::new(tables, sizes), is_on) })
-            };
+                let state: Box<dyn State + 'a> = unsafe {
+                    match (kernel, varies) {
+                        (Kernel::Lamps, false) => Box::new(lamps_even::new(memory, is_on)),
+                        (Kernel::Lamps, true) => Box::new(lamps_varying::new(memory, is_on)),
+                        (Kernel::Ambient, false) => Box::new(ambient_even::new(memory, is_on)),
+                        (Kernel::Ambient, true) => Box::new(ambient_varying::new(memory, is_on)),
+                    }
+                };
+                state
+            }};
         }
-        let state: Box<dyn State + 'a> = match (kernel, instructions.or_baseline()) {
+        let state = match instructions.or_baseline() {
             #[cfg(target_arch = "x86_64")]
-            (Kernel::Lamps, Instructions::Avx512) => state!(lamps_avx512),
+            Instructions::Avx512 => state!(avx512),
             #[cfg(target_arch = "x86_64")]
-            (Kernel::Ambient, Instructions::Avx512) => state!(ambient_avx512),
+            Instructions::Avx2 => state!(avx2),
             #[cfg(target_arch = "x86_64")]
-            (Kernel::Lamps, Instructions::Avx2) => state!(lamps_avx2),
-            #[cfg(target_arch = "x86_64")]
-            (Kernel::Ambient, Instructions::Avx2) => state!(ambient_avx2),
-            #[cfg(target_arch = "x86_64")]
-            (Kernel::Lamps, Instructions::Sse4) => state!(lamps_sse4),
-            #[cfg(target_arch = "x86_64")]
-            (Kernel::Ambient, Instructions::Sse4) => state!(ambient_sse4),
-            (Kernel::Lamps, _) => state!(lamps_baseline),
-            (Kernel::Ambient, _) => state!(ambient_baseline),
+            Instructions::Sse4 => state!(sse4),
+            _ => state!(baseline),
         };
         Self { state }
     }
