@@ -1,104 +1,123 @@
-//! Ways that scatter a given number of times between two given points.
+//! Random walks of a given order, turned and scaled so that they end where they must.
 
 use glam::DVec3;
 use uw_media::phase::PhaseTable;
-use uw_render::sampling::circle;
 use uw_render::sampling::directions::{frame, turn};
 
-use super::super::numbers::Numbers;
-use super::super::target_view::TargetView;
+use crate::estimate::numbers::Numbers;
 
-/// A way between two points.
-#[derive(Clone, Copy, Debug)]
+/// A walk of k scatterings, in coordinates along and across its way from start to end (`docs/transport.md`).
+#[derive(Debug, Default)]
 pub(super) struct Bridge {
-    /// Unit direction in which it starts.
-    pub(super) start: DVec3,
-    /// Unit direction in which it ends.
-    pub(super) end: DVec3,
-    /// Its length, m.
-    pub(super) length_m: f64,
-    /// Distance of the two points, m.
-    pub(super) distance_m: f64,
-    /// sin²(θ/2) of its largest deflection; 0 where it is straight.
-    pub(super) largest: f64,
-}
-
-/// Makes bridges in one view and water.
-pub(super) struct Bridges<'a> {
-    view: &'a TargetView,
-    phase: &'a PhaseTable,
+    /// Vertices from the start (the origin) to the end, k + 2 of them, in lengths of its own: along the way, and two across.
     vertices: Vec<DVec3>,
+    /// First and last unit direction in the same coordinates.
+    first: DVec3,
+    last: DVec3,
+    /// Length of the walk over the distance of its ends, >= 1.
+    stretch: f64,
+    /// Distance of its ends.
+    span: f64,
 }
 
-impl<'a> Bridges<'a> {
-    pub(super) fn new(view: &'a TargetView, phase: &'a PhaseTable) -> Self {
+/// A bridge's place between two points, but for its roll.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place {
+    start: DVec3,
+    along: DVec3,
+    across: (DVec3, DVec3),
+    distance_m: f64,
+}
+
+impl Place {
+    /// From `start` to `end`, which are apart.
+    pub(super) fn new(start: DVec3, end: DVec3) -> Self {
+        let distance_m = start.distance(end);
+        let along = (end - start) / distance_m;
         Self {
-            view,
-            phase,
-            vertices: Vec::new(),
+            start,
+            along,
+            across: frame(along),
+            distance_m,
         }
     }
 
-    /// A way from `from` to `to` that scatters `order` times: a random walk whose deflections are those of the phase
-    /// function, turned and scaled so that it ends where it must. `None` where the target is in its way.
-    ///
-    /// A walk of unit total length is scaled by its length s, and its orientation is even but for the roll, so that the
-    /// fluence it stands for is b^order e^(-(a+b)s) s^(order+1) / (order! · distance³) per intensity at its start.
-    pub(super) fn bridge(
-        &mut self,
-        (from, to): (DVec3, DVec3),
-        order: usize,
-        numbers: &mut Numbers,
-    ) -> Option<Bridge> {
-        let way = to - from;
-        let distance_m = way.length();
-        let axis = way / distance_m;
-        if order == 0 {
-            return (distance_m > 0.0).then_some(Bridge {
-                start: axis,
-                end: axis,
-                length_m: distance_m,
-                distance_m,
-                largest: 0.0,
-            });
-        }
-        let roll = numbers.next();
-        let mut direction = DVec3::Z;
-        let mut length = numbers.length();
-        let mut place = length * direction;
-        let mut largest = 0.0_f64;
-        self.vertices.clear();
-        for _ in 0..order {
-            self.vertices.push(place);
-            let x = self.phase.sample_x(numbers.next());
-            largest = largest.max(x);
-            direction = turn(direction, x, numbers.next());
-            let flight = numbers.length();
-            length += flight;
-            place += flight * direction;
-        }
-        let reach = place.length();
-        let scale = distance_m / reach;
-        if !scale.is_finite() {
-            return None;
-        }
-        let own = place / reach;
-        let (t, s) = frame(own);
-        let (right, up) = frame(axis);
-        let (sin, cos) = circle(roll);
-        let (t_turned, s_turned) = (cos * right + sin * up, cos * up - sin * right);
-        let turned = |v: DVec3| v.dot(t) * t_turned + v.dot(s) * s_turned + v.dot(own) * axis;
-        // The target's normal as the walk has it.
-        let normal = self.view.normal;
-        let back = normal.dot(t_turned) * t + normal.dot(s_turned) * s + normal.dot(axis) * own;
-        let height_m = self.view.range_m(from, -normal)?;
-        let free = |v: &DVec3| height_m + scale * back.dot(*v) > 0.0;
-        self.vertices.iter().all(free).then(|| Bridge {
-            start: turned(DVec3::Z),
-            end: turned(direction),
-            length_m: scale * length,
-            distance_m,
-            largest,
-        })
+    /// The straight distance, m.
+    pub(super) fn distance_m(&self) -> f64 {
+        self.distance_m
     }
+
+    fn turned(&self, local: DVec3, (sin, cos): (f64, f64)) -> DVec3 {
+        local.x * self.along
+            + (local.y * cos - local.z * sin) * self.across.0
+            + (local.y * sin + local.z * cos) * self.across.1
+    }
+}
+
+impl Bridge {
+    /// Draws a walk of `order` scatterings; false where it ends at its start.
+    pub(super) fn draw(&mut self, order: usize, phase: &PhaseTable, numbers: &mut Numbers) -> bool {
+        let (mut direction, mut at, mut length) = (DVec3::Z, DVec3::ZERO, 0.0);
+        self.vertices.clear();
+        self.vertices.push(at);
+        for scattering in 0..=order {
+            let flight = -numbers.random().ln();
+            at += flight * direction;
+            length += flight;
+            self.vertices.push(at);
+            if scattering < order {
+                let x = phase.sample_x(numbers.random());
+                direction = turn(direction, x, numbers.random());
+            }
+        }
+        self.span = at.length();
+        if !(self.span > 1e-9 * length) {
+            return false;
+        }
+        self.stretch = length / self.span;
+        let along = at / self.span;
+        let (t, s) = frame(along);
+        let local = |v: DVec3| DVec3::new(v.dot(along), v.dot(t), v.dot(s));
+        self.vertices.iter_mut().for_each(|v| *v = local(*v));
+        (self.first, self.last) = (local(DVec3::Z), local(direction));
+        true
+    }
+
+    /// The straight way, which scatters nowhere.
+    pub(super) fn straight(&mut self) {
+        self.vertices.clear();
+        self.vertices.extend([DVec3::ZERO, DVec3::X]);
+        (self.first, self.last) = (DVec3::X, DVec3::X);
+        (self.stretch, self.span) = (1.0, 1.0);
+    }
+
+    /// Length over the distance of the ends, >= 1.
+    pub(super) fn stretch(&self) -> f64 {
+        self.stretch
+    }
+
+    /// First direction at `place`, rolled by an angle given by its sine and cosine.
+    pub(super) fn start_direction(&self, place: &Place, roll: (f64, f64)) -> DVec3 {
+        place.turned(self.first, roll)
+    }
+
+    /// Last direction.
+    pub(super) fn end_direction(&self, place: &Place, roll: (f64, f64)) -> DVec3 {
+        place.turned(self.last, roll)
+    }
+
+    /// Vertices between start and end, m.
+    pub(super) fn interior(&self, place: &Place, roll: (f64, f64)) -> impl Iterator<Item = DVec3> {
+        let (place, scale) = (*place, place.distance_m / self.span);
+        let inner = &self.vertices[1..self.vertices.len() - 1];
+        inner
+            .iter()
+            .map(move |v| place.start + scale * place.turned(*v, roll))
+    }
+}
+
+/// Four rolls a quarter turn apart, the first by `u` of a turn: sines and cosines.
+pub(super) fn quarter_turns(u: f64) -> [(f64, f64); 4] {
+    let (sin, cos) = (std::f64::consts::TAU * u).sin_cos();
+    [(sin, cos), (cos, -sin), (-sin, -cos), (-cos, sin)]
 }

@@ -1,188 +1,221 @@
-//! Paths from the camera to a lamp that never meet the target.
+//! Paths from the camera to the lamps that never meet the target: the veil.
+//!
+//! A walk from the camera scatters up to `MOST_JOINTS` times; from each of its vertices a bridge leads to a lamp. A path
+//! of n scatterings can be made with the joint at its first, second .. vertex, and counts for the light that it carries
+//! over the sum of the densities of all these ways of making it (balance heuristic, `docs/transport.md`).
 
 use glam::DVec3;
 use uw_media::phase::PhaseTable;
-use uw_render::prepare::PreparedLamp;
 use uw_render::sampling::directions::{sin2_half, turn};
 
-use super::super::numbers::{self, Numbers};
-use super::super::target_view::{Sight, TargetView};
-use super::bridge::Bridges;
-use super::evaluate::Paths;
-use super::orders::{MOST, Orders, WATERS, choose_water, waters};
+use super::Setting;
+use super::bridge::{Bridge, Place, quarter_turns};
+use super::evaluate::{Group, Path};
+use crate::estimate::numbers::Numbers;
+use super::orders::{Orders, RATES_PER_M};
+use crate::estimate::target_view::Sight;
 
-/// Of the lengths of a path's camera part: share whose density follows the lamp's light along the pixel's ray, and share
-/// of an exponential distribution that is the same in all waters; the rest goes by the water of the mixture.
-const SHARES: (f64, f64) = (0.5, 0.1);
-/// How far along the ray the first go, relative to its length.
-const REACH: f64 = 1.2;
-/// Rates, over 1/range, of the exponential distributions: of the second, and of the rest in water that does not scatter.
-const RATES: (f64, f64) = (0.25, 1.0);
+/// Sets the random numbers of walks apart; those of the bridge at joint m follow.
+const PURPOSE: u32 = 16;
+/// Most joints of a walk; what scatters more often is left to the bridges.
+const MOST_JOINTS: usize = 8;
+/// Share of first flights that are drawn evenly over the angle under which a lamp sees them.
+const TOWARDS_LAMPS: f64 = 0.5;
 
-/// Veil by one lamp of unit intensity on its axis.
-///
-/// A path is a walk from the camera, a joint, and a bridge from there to the lamp. Any of its scatterings could be the
-/// joint; the one with the largest deflection is, so that each path is met in one way only and the phase function at the
-/// joint stays small.
-pub(super) struct Veil<'a> {
-    pub(super) view: &'a TargetView,
-    pub(super) lamp: &'a PreparedLamp,
-    pub(super) phase: &'a PhaseTable,
-    pub(super) orders: &'a Orders,
+/// Where a walk's first flight may end: the densities of the ways to draw it.
+struct FirstFlight<'a> {
+    setting: &'a Setting<'a>,
+    sight: Sight,
 }
 
-/// Where a walk from the camera ends.
-struct Walk {
-    end: DVec3,
-    direction: DVec3,
-    /// sin²(θ/2) of its largest deflection.
-    largest: f64,
-}
-
-impl Veil<'_> {
-    /// Paths whose mean over all `drawn` is the veil's over the image.
-    pub(super) fn paths(&self, seed: u64, group: u32, stream: u32, drawn: u32) -> Paths {
-        let mut paths = Paths::default();
-        let mut bridges = Bridges::new(self.view, self.phase);
-        for mut numbers in numbers::of_paths(seed, group, stream, drawn) {
-            self.path(&mut bridges, &mut numbers, &mut paths);
-        }
-        paths
-    }
-
-    fn path(&self, bridges: &mut Bridges, numbers: &mut Numbers, paths: &mut Paths) -> Option<()> {
-        let (width, height) = self.view.size_px();
-        let sight = (self.view).sight(numbers.next() * width, numbers.next() * height)?;
-        let lengths = Lengths::new(&sight, self.view.camera.position_m, self.lamp.position);
-        let water = choose_water(numbers.next());
-        let length_m = lengths.draw(water, numbers.next());
-        let before = self.orders.draw(water, length_m, numbers.next())?;
-        let after_number = numbers.next();
-        let walk = self.walk(&sight, length_m, before, numbers)?;
-        let distance_m = (self.lamp.position - walk.end).length();
-        let after = self.orders.draw(water, distance_m, after_number)?;
-        if before + after + 1 > MOST {
-            return None;
-        }
-        let bridge = bridges.bridge((walk.end, self.lamp.position), after, numbers)?;
-        let deflection = sin2_half(walk.direction, bridge.start);
-        if deflection < walk.largest.max(bridge.largest) {
-            return None;
-        }
-        let carried = self.phase.value(deflection) * self.lamp.relative_intensity(-bridge.end);
-        if !(carried > 0.0) {
-            return None;
-        }
-        let density = (0..WATERS)
-            .map(|i| {
-                lengths.density(i, length_m)
-                    * self.orders.probability(i, length_m, before)
-                    * self.orders.probability(i, distance_m, after)
-            })
-            .sum::<f64>()
-            / WATERS as f64;
-        let log_weight = (carried / density).ln() + before as f64 * length_m.ln()
-            - self.orders.log_factorial(before)
-            + (after + 1) as f64 * bridge.length_m.ln()
-            - self.orders.log_factorial(after)
-            - 3.0 * bridge.distance_m.ln();
-        paths.push(before + 1 + after, length_m + bridge.length_m, log_weight);
-        Some(())
-    }
-
-    /// A walk of `length_m` with `scatterings` at even places on it; `None` where it meets the target.
-    fn walk(
-        &self,
-        sight: &Sight,
-        length_m: f64,
-        scatterings: usize,
-        numbers: &mut Numbers,
-    ) -> Option<Walk> {
-        let flights: Vec<f64> = if scatterings == 0 {
-            vec![1.0]
-        } else {
-            (0..=scatterings).map(|_| numbers.length()).collect()
-        };
-        let scale = length_m / flights.iter().sum::<f64>();
-        let mut walk = Walk {
-            end: self.view.camera.position_m,
-            direction: sight.direction,
-            largest: 0.0,
-        };
-        for (i, flight) in flights.iter().enumerate() {
-            if i > 0 {
-                let x = self.phase.sample_x(numbers.next());
-                walk.largest = walk.largest.max(x);
-                walk.direction = turn(walk.direction, x, numbers.next());
-            }
-            walk.end += scale * flight * walk.direction;
-            self.view.range_m(walk.end, -self.view.normal)?;
-        }
-        Some(walk)
-    }
-}
-
-/// Distributions of the length of walks along one ray.
-struct Lengths {
-    /// Where along the ray the lamp is nearest, m, and how near.
+/// What a lamp sees of a ray.
+struct Angles {
+    /// Place on the ray that is nearest to the lamp, m.
     nearest_m: f64,
-    off_m: f64,
-    /// Angles at the lamp from the nearest point to the ray's start and to the farthest point.
-    angles: (f64, f64),
-    reach_m: f64,
-    slow: f64,
-    rates: [f64; WATERS],
+    /// Its distance from the lamp, m.
+    height_m: f64,
+    from: f64,
+    to: f64,
 }
 
-impl Lengths {
-    fn new(sight: &Sight, eye: DVec3, lamp: DVec3) -> Self {
-        let to_lamp = lamp - eye;
-        let nearest_m = to_lamp.dot(sight.direction);
-        // A lamp on the ray itself would have all lengths at it.
-        let off_m = (to_lamp - nearest_m * sight.direction)
-            .length()
-            .max(0.01 * sight.range_m);
-        let reach_m = REACH * sight.range_m;
-        Self {
+impl FirstFlight<'_> {
+    fn angles(&self, lamp: DVec3) -> Angles {
+        let way = lamp - self.setting.view.camera.position_m;
+        let nearest_m = way.dot(self.sight.direction);
+        let height_m = (way - nearest_m * self.sight.direction).length().max(1e-6);
+        let angle = |t: f64| ((t - nearest_m) / height_m).atan();
+        Angles {
             nearest_m,
-            off_m,
-            angles: (
-                (-nearest_m / off_m).atan(),
-                ((reach_m - nearest_m) / off_m).atan(),
-            ),
-            reach_m,
-            slow: RATES.0 / sight.range_m,
-            rates: waters().map(|b| RATES.1 / sight.range_m + b),
+            height_m,
+            from: angle(0.0),
+            to: angle(self.sight.range_m),
         }
     }
 
-    fn draw(&self, water: usize, u: f64) -> f64 {
-        let (by_lamp, slow) = SHARES;
-        if u < by_lamp {
-            let (from, to) = self.angles;
-            let angle = from + u / by_lamp * (to - from);
-            return (self.nearest_m + self.off_m * angle.tan()).max(1e-9 * self.reach_m);
+    /// A length below the ray's own, for walks of `rate`.
+    fn draw(&self, rate: f64, numbers: &mut Numbers) -> f64 {
+        let (kind, u) = (numbers.next(), numbers.next());
+        if kind >= TOWARDS_LAMPS {
+            let all = -(-rate * self.sight.range_m).exp_m1();
+            return -(-u * all).ln_1p() / rate;
         }
-        let u = (u - by_lamp) / (1.0 - by_lamp);
-        let slow_share = slow / (1.0 - by_lamp);
-        if u < slow_share {
-            -(u / slow_share).ln() / self.slow
-        } else {
-            -((u - slow_share) / (1.0 - slow_share)).ln() / self.rates[water]
+        let lamps = self.setting.lamps;
+        let chosen = (kind / TOWARDS_LAMPS * lamps.len() as f64) as usize;
+        let seen = self.angles(lamps[chosen.min(lamps.len() - 1)].position);
+        let angle = seen.from + u * (seen.to - seen.from);
+        (seen.nearest_m + seen.height_m * angle.tan()).clamp(0.0, self.sight.range_m)
+    }
+
+    /// Density of the length as the lamps see it.
+    fn towards_lamps(&self, length_m: f64) -> f64 {
+        let lamps = self.setting.lamps;
+        let density = |seen: Angles| {
+            let beside = length_m - seen.nearest_m;
+            let square = seen.height_m * seen.height_m + beside * beside;
+            seen.height_m / ((seen.to - seen.from) * square)
+        };
+        let sum: f64 = lamps.iter().map(|l| density(self.angles(l.position))).sum();
+        sum / lamps.len() as f64
+    }
+
+    /// Per rate the density of the first flight, over that of later flights of the rate that are as long.
+    fn densities(&self, length_m: f64) -> [f64; RATES_PER_M.len()] {
+        let towards = TOWARDS_LAMPS * self.towards_lamps(length_m);
+        RATES_PER_M.map(|rate| {
+            let free = rate * (-rate * length_m).exp();
+            let forced = free / -(-rate * self.sight.range_m).exp_m1();
+            ((1.0 - TOWARDS_LAMPS) * forced + towards) / RATES_PER_M.len() as f64
+        })
+    }
+}
+
+/// A path from the camera to a lamp.
+#[derive(Default)]
+struct Way {
+    /// Vertices, the camera first and the lamp last, m.
+    vertices: Vec<DVec3>,
+    directions: Vec<DVec3>,
+    lengths_m: Vec<f64>,
+}
+
+impl Way {
+    /// Measures its parts.
+    fn measure(&mut self) {
+        self.directions.clear();
+        self.lengths_m.clear();
+        for ends in self.vertices.windows(2) {
+            let (way, length) = (ends[1] - ends[0], ends[0].distance(ends[1]));
+            self.directions.push(way / length);
+            self.lengths_m.push(length);
         }
     }
 
-    /// Density of `length_m`, 1/m.
-    fn density(&self, water: usize, length_m: f64) -> f64 {
-        let (by_lamp, slow) = SHARES;
-        let exponential = |rate: f64| rate * (-rate * length_m).exp();
-        let rest =
-            slow * exponential(self.slow) + (1.0 - by_lamp - slow) * exponential(self.rates[water]);
-        if length_m > self.reach_m {
-            return rest;
+    /// Sum of the densities of all ways to make it, over the phase values of all its scatterings.
+    fn density(&self, first: &[f64; RATES_PER_M.len()], phase: &PhaseTable) -> f64 {
+        let scatterings = self.vertices.len() - 2;
+        let lamp = self.vertices[scatterings + 1];
+        let mut left_m: f64 = self.lengths_m[1..].iter().sum();
+        let mut of_rate = *first;
+        let mut sum = 0.0;
+        for joint in 1..=scatterings.min(MOST_JOINTS) {
+            let distance_m = self.vertices[joint].distance(lamp);
+            let orders = Orders::new(0, distance_m).density(scatterings - joint, left_m);
+            let deflection = sin2_half(self.directions[joint - 1], self.directions[joint]);
+            let walk: f64 = of_rate.iter().sum();
+            sum += walk * orders * distance_m.powi(3) / (left_m * phase.value(deflection));
+            let flight = self.lengths_m[joint];
+            left_m = (left_m - flight).max(f64::MIN_POSITIVE);
+            let rates = of_rate.iter_mut().zip(RATES_PER_M);
+            rates.for_each(|(density, rate)| *density *= rate * (-rate * flight).exp());
         }
-        let along = length_m - self.nearest_m;
-        let wide = self.angles.1 - self.angles.0;
-        rest + by_lamp * self.off_m / (wide * (self.off_m * self.off_m + along * along))
+        sum
     }
+}
+
+/// Paths of `group`.
+pub(super) fn veil(setting: &Setting, phase: &PhaseTable, group: u32, points: u32) -> Group {
+    let mut paths = Group::new(setting.basis.len());
+    let mut phi = vec![0.0; setting.basis.len()];
+    let (mut bridge, mut way) = (Bridge::default(), Way::default());
+    for index in 0..points {
+        let mut numbers = Numbers::of_path(setting.seed, PURPOSE, group, index);
+        let Some(sight) = setting.sight(&mut numbers, &mut phi) else {
+            continue;
+        };
+        paths.point(&phi);
+        let rate = RATES_PER_M[(numbers.next() * RATES_PER_M.len() as f64) as usize];
+        let flight = FirstFlight { setting, sight };
+        let length_m = flight.draw(rate, &mut numbers);
+        let first = flight.densities(length_m);
+        let mut direction = sight.direction;
+        let mut walk = vec![setting.view.camera.position_m];
+        walk.push(walk[0] + length_m * direction);
+        for joint in 1..=MOST_JOINTS {
+            let mut own = Numbers::of_path(setting.seed, PURPOSE + joint as u32, group, index);
+            way.vertices.clear();
+            way.vertices.extend(&walk);
+            let path = joined(setting, phase, (&mut bridge, &mut way), &first, &mut own);
+            if let Some(path) = path {
+                paths.add(path, phi.iter().copied());
+            }
+            if joint == MOST_JOINTS {
+                break;
+            }
+            direction = turn(direction, phase.sample_x(numbers.next()), numbers.next());
+            let next = walk[joint] - numbers.next().ln() / rate * direction;
+            if !setting.is_before_target(next) {
+                break;
+            }
+            walk.push(next);
+        }
+    }
+    paths
+}
+
+/// The walk `way` joined to a lamp; `None` where no light comes. Its evenly spread numbers would be those of the walk again, as
+/// they go by the path's index: only random ones are independent of them.
+fn joined(
+    setting: &Setting,
+    phase: &PhaseTable,
+    (bridge, way): (&mut Bridge, &mut Way),
+    first: &[f64; RATES_PER_M.len()],
+    numbers: &mut Numbers,
+) -> Option<Path> {
+    let joint = *way.vertices.last()?;
+    let (lamp, end) = setting.lamp_point(numbers.random(), numbers);
+    let place = Place::new(joint, end);
+    let order = Orders::new(0, place.distance_m()).draw(numbers.random(), numbers.random())?;
+    let rolls = quarter_turns(numbers.random());
+    let choice = numbers.random();
+    if order == 0 {
+        bridge.straight();
+    } else if !bridge.draw(order, phase, numbers) {
+        return None;
+    }
+    let beams = rolls.map(|roll| lamp.relative_intensity(-bridge.end_direction(&place, roll)));
+    let all: f64 = beams.iter().sum();
+    if !(all > 0.0) {
+        return None;
+    }
+    let mut left = choice * all;
+    let chosen = beams.iter().position(|beam| {
+        left -= beam;
+        left < 0.0
+    });
+    let roll = rolls[chosen.unwrap_or(0)];
+    for vertex in bridge.interior(&place, roll) {
+        if !setting.is_before_target(vertex) {
+            return None;
+        }
+        way.vertices.push(vertex);
+    }
+    way.vertices.push(end);
+    way.measure();
+    let light = setting.lamps.len() as f64 * setting.intensity(lamp) * 0.25 * all;
+    Some(Path {
+        scatterings: (way.vertices.len() - 2) as f32,
+        length_m: way.lengths_m.iter().sum(),
+        log_weight: (light / way.density(first, phase)).ln(),
+        light: [0.0; 2],
+    })
 }
