@@ -8,6 +8,7 @@ pub mod demo;
 pub mod environment;
 pub mod error_time;
 pub mod estimate;
+pub mod fit;
 pub mod measure;
 pub mod plot;
 pub mod routine;

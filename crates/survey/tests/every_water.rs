@@ -359,7 +359,12 @@ fn backscatter_fractions_in_between_are_met() {
                     made.mean_irradiance(),
                     0.005,
                 ),
-                ("share", between.sight.share_at(0.95), made.sight.share_at(0.95), 0.01),
+                (
+                    "share",
+                    between.sight.share_at(0.95),
+                    made.sight.share_at(0.95),
+                    0.01,
+                ),
             ];
             for (what, between, made, most) in pairs {
                 let error = between.value / made.value - 1.0;

@@ -69,6 +69,34 @@ pub struct WaterNumbers {
     pub backscatter_fraction: f64,
 }
 
+/// How a water was fitted to pictures. Errors are relative standard errors.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FitNumbers {
+    /// Of the absorption.
+    pub a_relative_error: [f64; 3],
+    /// Of the scattering.
+    pub b_relative_error: [f64; 3],
+    /// Of the backscatter fraction.
+    pub backscatter_relative_error: f64,
+    /// Light of the lamps times exposure, over those of the vehicle's file; the tables have it in them.
+    pub lamp_gain: [f64; 3],
+    /// Its error.
+    pub lamp_gain_relative_error: [f64; 3],
+    /// Daylight times exposure, over those of the vehicle's file; the tables have it in them. `None` where no picture shows daylight.
+    pub daylight_gain: Option<[f64; 3]>,
+    /// Mean reflectance of the target, as far as the lamps' gain is known.
+    pub reflectance: [f64; 3],
+    /// What the rows and columns of `correlation` are.
+    pub names: Vec<String>,
+    /// Correlation of the logarithms of the fitted numbers.
+    pub correlation: Vec<Vec<f64>>,
+    /// Of `names`, what the pictures do not tell: its value is no more than a guess.
+    pub not_identified: Vec<String>,
+    /// Mean square of the residuals over what noise and model leave.
+    pub misfit: f64,
+}
+
 /// A water file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -85,6 +113,9 @@ pub struct WaterFile {
     pub tables: WaterTables,
     /// A target as it was seen in it, from any distances; may be empty.
     pub sights: Vec<Sight>,
+    /// How the water was found, where it was fitted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fit: Option<FitNumbers>,
 }
 
 impl SensorNumbers {

@@ -59,6 +59,7 @@ pub(super) fn even_water() -> WaterFile {
             views: [0.5, 1.0, 2.0, 4.0].map(view).to_vec(),
         },
         sights: Vec::new(),
+        fit: None,
     }
 }
 

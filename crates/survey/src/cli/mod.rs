@@ -12,6 +12,7 @@ mod demo;
 mod device;
 pub(crate) mod error;
 mod error_time;
+mod fit;
 pub(crate) mod interrupt;
 mod irradiance;
 mod noise;
@@ -73,6 +74,8 @@ enum Command {
     Sensor(sensor::SensorArguments),
     /// Make a calibration profile from the pictures that a manifest lists.
     Calibrate(calibrate::CalibrateArguments),
+    /// Fit water and lamps to the pictures of a calibration, and make the water file for predictions by physics.
+    Fit(fit::FitArguments),
     /// Predict contrast: with a trained model for the rows of a table, or by physics from a picture.
     Predict(predict::PredictArguments),
     /// Make the water file of a known water, for predictions by physics.
@@ -97,6 +100,7 @@ impl Command {
             Self::Stats(arguments) => arguments.run(json),
             Self::Sensor(arguments) => arguments.run(),
             Self::Calibrate(arguments) => arguments.run(),
+            Self::Fit(arguments) => arguments.run(),
             Self::Predict(arguments) => arguments.run(),
             Self::WaterTables(arguments) => arguments.run(),
             Self::Dataset(arguments) => arguments.run(),

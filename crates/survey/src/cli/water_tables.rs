@@ -114,6 +114,7 @@ impl WaterTablesArguments {
             },
             tables,
             sights: Vec::new(),
+            fit: None,
         };
         output::to_file(&self.output, |out| write!(out, "{}", file.to_json()))
     }

@@ -3,6 +3,7 @@
 mod bad_input;
 mod calibrate;
 mod error_time;
+mod fit;
 mod interruption;
 mod irradiance;
 mod pictures;

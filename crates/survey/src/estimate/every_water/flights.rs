@@ -6,8 +6,8 @@ use uw_render::sampling::directions::turn;
 
 use super::Setting;
 use super::evaluate::Path;
-use crate::estimate::numbers::Numbers;
 use super::orders::RATES_PER_M;
+use crate::estimate::numbers::Numbers;
 
 /// Walks longer than this many times the image point's range are given up. Light on the way to the target for that long is a
 /// ten-thousandth or less in water in which an eighth or more is lost per free path.

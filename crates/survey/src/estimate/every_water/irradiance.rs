@@ -9,9 +9,9 @@ use uw_render::prepare::PreparedLamp;
 use super::Setting;
 use super::bridge::{Bridge, Place, quarter_turns};
 use super::evaluate::{Coefficients, Derived, Field, Group, Path, project};
-use crate::estimate::numbers::Numbers;
 use super::orders::Orders;
 use crate::estimate::basis::Basis;
+use crate::estimate::numbers::Numbers;
 use crate::estimate::target_view::TargetView;
 
 /// Sets these paths' random numbers apart.

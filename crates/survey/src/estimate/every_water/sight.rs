@@ -157,7 +157,8 @@ mod tests {
                 refractive_index: 1.34,
                 variation: Variation::default(),
             };
-            let lights: [(&str, &Guess, fn(&Values) -> &ScatteredSight); 2] = [
+            type SightOf = fn(&Values) -> &ScatteredSight;
+            let lights: [(&str, &Guess, SightOf); 2] = [
                 ("lamps", &guess, |values| &values.sight),
                 ("even light", &Guess::Even, |values| &values.even_sight),
             ];
@@ -179,7 +180,9 @@ mod tests {
                 };
                 for m in PLACES {
                     let polynomial = |[x, y, z]: [f64; 3]| x + m * (y + m * z);
-                    let own = own.iter().map(|v| polynomial(sight(v).share.map(|s| s.value)));
+                    let own = own
+                        .iter()
+                        .map(|v| polynomial(sight(v).share.map(|s| s.value)));
                     let truth = truths.iter().map(|t| polynomial(t.share()));
                     compare(format!("share at {m}"), own.collect(), truth.collect());
                 }

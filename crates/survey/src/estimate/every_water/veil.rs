@@ -11,8 +11,8 @@ use uw_render::sampling::directions::{sin2_half, turn};
 use super::Setting;
 use super::bridge::{Bridge, Place, quarter_turns};
 use super::evaluate::{Group, Path};
-use crate::estimate::numbers::Numbers;
 use super::orders::{Orders, RATES_PER_M};
+use crate::estimate::numbers::Numbers;
 use crate::estimate::target_view::Sight;
 
 /// Sets the random numbers of walks apart; those of the bridge at joint m follow.

@@ -1,0 +1,163 @@
+//! `uw fit`: water and lamps from the pictures of a calibration.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
+
+use clap::Args;
+use uw_guidance::physics::WaterFile;
+
+use super::error::{CliError, note};
+use super::interrupt::cancel_flag;
+use super::noise::CurveName;
+use super::output;
+use super::progress::ProgressDisplay;
+use crate::fit::{self, Fit, FitError, Fitted, Options, fit, water_file};
+use crate::vehicle::VehicleFile;
+
+/// Arguments of `uw fit`.
+#[derive(Debug, Args)]
+#[command(after_help = NEEDS)]
+pub(super) struct FitArguments {
+    /// CSV table of the pictures, as of `uw calibrate`: file,kind,depth_m,distance_m,light_pct.
+    manifest: PathBuf,
+    /// Vehicle that took them: a name among assets/vehicles or a file (*.toml).
+    #[arg(long, value_name = "NAME|FILE", default_value = "default")]
+    vehicle: String,
+    /// Water file to write (uw-water/1).
+    #[arg(short, long)]
+    output: PathBuf,
+    /// Folder for a report: plots of what was measured and fitted.
+    #[arg(long, value_name = "DIR")]
+    report: Option<PathBuf>,
+    /// How the camera's counts stand for light.
+    #[arg(long, value_enum, default_value_t = CurveName::Srgb)]
+    encoding: CurveName,
+    /// There is no daylight (night, or deep): pictures with the lamps on need none without.
+    #[arg(long)]
+    dark: bool,
+    /// The vehicle looks down at the bottom rather than ahead at a wall.
+    #[arg(long)]
+    bottom: bool,
+    /// Backscatter fraction that is expected.
+    #[arg(long, default_value_t = Options::default().backscatter_fraction)]
+    backscatter_fraction: f64,
+    /// How well it is expected, as a relative error: 0.6 for waters of which nothing is known.
+    #[arg(long, default_value_t = Options::default().backscatter_error)]
+    backscatter_error: f64,
+    /// How well the vehicle's file knows its lamps' intensity times exposure, as a relative error.
+    #[arg(long, default_value_t = Options::default().gain_error)]
+    gain_error: f64,
+    /// Paths per distance of the fit, in thousands.
+    #[arg(long, default_value_t = 64, value_parser = clap::value_parser!(u32).range(4..=1024))]
+    kilo_paths: u32,
+    /// Paths per view and source of the tables, in thousands.
+    #[arg(long, default_value_t = 128, value_parser = clap::value_parser!(u32).range(8..=8192))]
+    table_kilo_paths: u32,
+    /// Seed of all random numbers.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+const NEEDS: &str = "\
+What is needed, with one exposure, gain and white balance for all pictures: the same spot of a flat target in the middle, square on, from
+three distances or more, the farthest at least 1.8 times as far as the nearest; from each a picture with the lamps on (light_pct > 0) and
+one with the lamps off. Pictures that look up are passed over. docs/fit.md says which pictures tell what.";
+
+impl FitArguments {
+    /// Fits the water and writes its file, and the report.
+    pub(super) fn run(&self) -> Result<(), CliError> {
+        output::check_writable(&self.output)?;
+        let options = self.options()?;
+        let here = Path::new("");
+        let vehicle = VehicleFile::find(&self.vehicle, here).map_err(CliError::input)?;
+        let cancel = cancel_flag()?;
+        let display = ProgressDisplay::start(false, true);
+        let progress = |done: usize, all: usize| {
+            display.update(Some(done as f64 / all as f64), || "fit".to_owned());
+            !cancel.load(Ordering::Relaxed)
+        };
+        let found = fit(&self.manifest, &vehicle.vehicle, &options, &progress);
+        display.finish();
+        let found = found.map_err(|error| match error {
+            FitError::Interrupted => {
+                CliError::Interrupted("interrupted; nothing was written".to_owned())
+            }
+            other => CliError::input(other),
+        })?;
+        tell(&found);
+        if let Some(folder) = &self.report {
+            fit::report(&found, folder).map_err(CliError::failed)?;
+        }
+        note("uw: making the tables of this water");
+        let of_group = 1024 * self.table_kilo_paths / 8;
+        let made_by = concat!("uw fit ", env!("CARGO_PKG_VERSION"));
+        let file = water_file(&found, &vehicle.vehicle, &options, of_group, made_by)
+            .map_err(CliError::failed)?;
+        write(&file, &self.output)
+    }
+
+    fn options(&self) -> Result<Options, CliError> {
+        let errors = [
+            ("--backscatter-error", self.backscatter_error),
+            ("--gain-error", self.gain_error),
+        ];
+        for (name, value) in errors {
+            if !(value > 0.0 && value <= 3.0) {
+                return Err(CliError::input(format_args!(
+                    "{name} must be above 0 and at most 3 (relative), got {value}"
+                )));
+            }
+        }
+        let [least, most] = fit::BACKSCATTER_RANGE;
+        if !(least..=most).contains(&self.backscatter_fraction) {
+            return Err(CliError::input(format_args!(
+                "--backscatter-fraction must be from {least} to {most}, got {}",
+                self.backscatter_fraction
+            )));
+        }
+        Ok(Options {
+            encoding: self.encoding.encoding(),
+            dark: self.dark,
+            down: self.bottom,
+            backscatter_fraction: self.backscatter_fraction,
+            backscatter_error: self.backscatter_error,
+            gain_error: self.gain_error,
+            paths: 1024 * self.kilo_paths as usize,
+            seed: self.seed,
+        })
+    }
+}
+
+fn write(file: &WaterFile, to: &Path) -> Result<(), CliError> {
+    output::to_file(to, |out| write!(out, "{}", file.to_json()))
+}
+
+/// What was found, for people.
+fn tell(found: &Fit) {
+    let percent = |fitted: &Fitted| 100.0 * fitted.relative_error;
+    let triple = |what: &str, unit: &str, of: &[Fitted; 3]| {
+        let each = of.map(|f| format!("{:.4} ± {:.0} %", f.value, percent(&f)));
+        note(format_args!(
+            "uw: {what} R {}, G {}, B {}{unit}",
+            each[0], each[1], each[2]
+        ));
+    };
+    triple("absorption", " (1/m)", &found.a_per_m);
+    triple("scattering", " (1/m)", &found.b_per_m);
+    let b = &found.backscatter_fraction;
+    note(format_args!(
+        "uw: backscatter fraction {:.4} ± {:.0} %",
+        b.value,
+        percent(b)
+    ));
+    triple("lamps over the vehicle's file", "", &found.lamp_gain);
+    if !found.not_identified.is_empty() {
+        note(format_args!(
+            "uw: the pictures do not tell (within 10 %, lamps and backscatter: more than was known): {}",
+            found.not_identified.join(", ")
+        ));
+    }
+    for warning in &found.warnings {
+        note(format_args!("uw: warning: {warning}"));
+    }
+}

@@ -1,0 +1,484 @@
+//! Water and lamps from a calibration's pictures (`uw fit`).
+//!
+//! A picture of a flat target is V + E (T ρ + S (s ∗ ρ)) (see [`crate::estimate`]). One set of paths gives V, E, T, S and s for
+//! any water ([`crate::estimate::every_water`], by way of [`views`]). What all pictures of a calibration show of the target is
+//! measured in blocks ([`pictures`], [`blocks`]); water, backscatter fraction, gain of the lamps and the target itself are those that come
+//! closest to all blocks ([`problem`], [`least_squares`]), with their covariance. Nothing of the target is known before but that it is flat and gives back
+//! less light than falls on it.
+
+mod blocks;
+mod channel;
+mod layout;
+mod least_squares;
+mod mosaic;
+mod pictures;
+mod problem;
+mod report;
+mod views;
+mod water;
+
+use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use nalgebra::DMatrix;
+use uw_calib::encoding::Encoding;
+use uw_calib::{ManifestError, StatsError};
+use uw_media::WaterType;
+
+use crate::environment::{EnvironmentError, WATER_INDEX, WaterKind};
+use crate::estimate::every_water::{EveryWaterError, GROUPS};
+use crate::vehicle::Vehicle;
+use layout::{LN_BACKSCATTER, Layout};
+use least_squares::{Residual, Solution, minimise};
+pub use pictures::{FEWEST_DISTANCES, LEAST_RATIO};
+use pictures::{Light, Pictures};
+use problem::{Prior, Problem, RARE_PATHS};
+pub use report::{ReportError, report};
+use views::{BACKSCATTER, Views};
+pub use water::{WaterError, water_file};
+
+/// Waters from which the search begins.
+const STARTS: [WaterType; 4] = [WaterType::I, WaterType::III, WaterType::C3, WaterType::C7];
+/// Sets of paths at most: over the whole range of backscatter fractions, and about the one that is found.
+const STAGES: usize = 3;
+/// By how much fewer paths the first set has, and how many it has at least.
+const FEWER: usize = 4;
+const LEAST_PATHS: usize = 4096;
+/// Iterations from each of them before the best is gone on with.
+const FIRST_ITERATIONS: usize = 8;
+/// Relative error of a coefficient beyond which it counts as not identified.
+const MOST_ERROR: f64 = 0.1;
+/// Share of what was not known before that is left of a number that counts as not identified.
+const MOST_LEFT: f64 = 0.7;
+/// Standard errors that a channel's light must have in the brightest blocks to be used at all.
+const LEAST_SIGNAL: f64 = 10.0;
+
+/// Least and greatest backscatter fraction that a fit finds.
+pub const BACKSCATTER_RANGE: [f64; 2] = [BACKSCATTER[0], BACKSCATTER[BACKSCATTER.len() - 1]];
+
+/// What a fit is made with.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// How the pictures' counts stand for light.
+    pub encoding: Encoding,
+    /// There is no daylight: a picture with the lamps on needs none without.
+    pub dark: bool,
+    /// The vehicle looks down at the bottom rather than ahead at a wall.
+    pub down: bool,
+    /// Backscatter fraction before the pictures.
+    pub backscatter_fraction: f64,
+    /// Its error, of the logarithm.
+    pub backscatter_error: f64,
+    /// Error of the lamps' intensity times the exposure of the vehicle's file, of the logarithm.
+    pub gain_error: f64,
+    /// Paths per distance and backscatter fraction.
+    pub paths: usize,
+    /// Seed of all random numbers.
+    pub seed: u64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            encoding: Encoding::Srgb,
+            dark: false,
+            down: false,
+            backscatter_fraction: 0.0183,
+            backscatter_error: 0.6,
+            gain_error: 0.5,
+            paths: 65_536,
+            seed: 1,
+        }
+    }
+}
+
+/// No water can be fitted.
+#[derive(Debug, thiserror::Error)]
+pub enum FitError {
+    /// The manifest cannot be used.
+    #[error(transparent)]
+    Manifest(#[from] ManifestError),
+    /// A picture cannot be read.
+    #[error(transparent)]
+    Picture(#[from] StatsError),
+    /// A picture is not of the vehicle's camera.
+    #[error(
+        "{manifest}:{line}: {image} must have {} x {} pixels as the vehicle's camera has, got {} x {}", expected[0], expected[1], got[0], got[1]
+    )]
+    Size {
+        /// The manifest.
+        manifest: String,
+        /// Its line.
+        line: u64,
+        /// File.
+        image: String,
+        /// Width and height of the vehicle's pictures, pixels.
+        expected: [usize; 2],
+        /// Those of the picture.
+        got: [usize; 2],
+    },
+    /// Too few distances tell lamps from daylight.
+    #[error(
+        "{manifest}: lamp light must be told from daylight at {FEWEST_DISTANCES} distances or more, the farthest at least {LEAST_RATIO} times \
+         as far as the nearest: of each a picture with the lamps on and one with the lamps off (or dimmed), or --dark where there is no daylight; \
+         got {} ({distances_m:?} m)", distances_m.len()
+    )]
+    TooFew {
+        /// File.
+        manifest: String,
+        /// Distances with both, m.
+        distances_m: Vec<f64>,
+    },
+    /// The farthest picture shows the common part too small.
+    #[error(
+        "{manifest}: pictures from {farthest_m} m show what the one from {nearest_m} m shows in too few pixels; leave the nearest or the farthest out"
+    )]
+    TooFar {
+        /// File.
+        manifest: String,
+        /// Nearest distance, m.
+        nearest_m: f64,
+        /// Farthest distance, m.
+        farthest_m: f64,
+    },
+    /// A view shows more than a wall.
+    #[error("distance_m = {distance_m}: the vehicle's camera would see past a target of 24 m")]
+    Beyond {
+        /// The distance, m.
+        distance_m: f64,
+    },
+    /// No channel has light enough.
+    #[error(
+        "{manifest}: the lamps' light is told from noise in no channel: take the pictures with brighter lamps, longer exposure or from nearer"
+    )]
+    NoSignal {
+        /// File.
+        manifest: String,
+    },
+    /// The scene cannot be made.
+    #[error(transparent)]
+    Environment(#[from] EnvironmentError),
+    /// Paths cannot be drawn.
+    #[error(transparent)]
+    Paths(#[from] EveryWaterError),
+    /// The search found no end.
+    #[error(
+        "{manifest}: no water comes close to the pictures: check distances, lamp levels, encoding and the vehicle's file"
+    )]
+    NoSolution {
+        /// File.
+        manifest: String,
+    },
+    /// It was interrupted.
+    #[error("interrupted")]
+    Interrupted,
+}
+
+/// A number and the standard error of its logarithm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fitted {
+    /// The number.
+    pub value: f64,
+    /// Relative standard error.
+    pub relative_error: f64,
+}
+
+/// A fitted water.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    /// Absorption per channel, 1/m.
+    pub a_per_m: [Fitted; 3],
+    /// Scattering per channel, 1/m.
+    pub b_per_m: [Fitted; 3],
+    /// Backscatter fraction.
+    pub backscatter_fraction: Fitted,
+    /// Lamps' light and exposure per channel, over those of the vehicle's file.
+    pub lamp_gain: [Fitted; 3],
+    /// Correlation of the logarithms of all these, in the order of [`Fit::names`], row by row.
+    pub correlation: Vec<Vec<f64>>,
+    /// Names of what the pictures do not tell, of [`Fit::names`].
+    pub not_identified: Vec<String>,
+    /// Squares of the residuals over their expectation; errors are scaled with its root where it is above 1.
+    pub misfit: f64,
+    /// Measured and fitted means of each picture.
+    pub pictures: Vec<FittedPicture>,
+    /// Mean reflectance of the target per channel, as far as the lamps' gain is known.
+    pub reflectance: [f64; 3],
+    /// What a user should know, a sentence each.
+    pub warnings: Vec<String>,
+    /// The pictures by place.
+    places: Vec<Vec<pictures::Row>>,
+}
+
+/// A picture's part of the target, as it was seen and as the fit has it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FittedPicture {
+    /// Distance, m.
+    pub distance_m: f64,
+    /// Lamp level of the light, in (0, 1]; 0 for daylight.
+    pub level: f64,
+    /// Mean linear signal over the blocks, seen and fitted.
+    pub mean: [[f64; 2]; 3],
+    /// Root mean square deviation of the blocks from that mean, seen and fitted.
+    pub deviation: [[f64; 2]; 3],
+}
+
+impl Fit {
+    /// Names of the fitted numbers.
+    pub fn names() -> Vec<String> {
+        let of = |what: &str| ["r", "g", "b"].map(|k| format!("{what}_{k}"));
+        let all = [of("a"), of("b"), of("lamp_gain")].concat();
+        [all, vec!["backscatter_fraction".to_owned()]].concat()
+    }
+}
+
+/// Fits water and lamps to the pictures of the manifest at `path`, taken by `vehicle`. `progress` is told (done, all) and says
+/// whether to go on.
+///
+/// # Errors
+/// The manifest or a picture cannot be used, the pictures are too few or too dark, or no water comes close to them.
+pub fn fit(
+    path: &Path,
+    vehicle: &Vehicle,
+    options: &Options,
+    progress: &(dyn Fn(usize, usize) -> bool + Sync),
+) -> Result<Fit, FitError> {
+    let pictures = Pictures::read(path, vehicle, options)?;
+    let manifest = || path.display().to_string();
+    let dark = without_signal(&pictures);
+    if dark == [true; 3] {
+        return Err(FitError::NoSignal {
+            manifest: manifest(),
+        });
+    }
+    let mut distances_m: Vec<f64> = pictures.shown.iter().map(|s| s.distance_m).collect();
+    distances_m.dedup();
+    let search = Search {
+        pictures: &pictures,
+        vehicle,
+        options,
+        steps: STAGES * distances_m.len(),
+        distances_m,
+        done: AtomicUsize::new(0),
+        progress,
+    };
+    match search.run()? {
+        Some((views, prior, found)) => {
+            let mut problem = Problem::new(&pictures, &views, vehicle.exposure, prior);
+            problem.weigh_pictures(&found.parameters);
+            Ok(told(&problem, &found, dark))
+        }
+        None => Err(FitError::NoSolution {
+            manifest: manifest(),
+        }),
+    }
+}
+
+/// The way to the water that comes closest.
+struct Search<'a> {
+    pictures: &'a Pictures,
+    vehicle: &'a Vehicle,
+    options: &'a Options,
+    distances_m: Vec<f64>,
+    steps: usize,
+    done: AtomicUsize,
+    progress: &'a (dyn Fn(usize, usize) -> bool + Sync),
+}
+
+impl Search<'_> {
+    /// Looks for the backscatter fraction with few paths over its whole range, then with many about it; as long as what is found
+    /// lies beyond them about that again.
+    fn run(&self) -> Result<Option<(Views, Prior, Solution)>, FitError> {
+        let options = self.options;
+        let prior = Prior {
+            backscatter: options.backscatter_fraction,
+            backscatter_error: options.backscatter_error,
+            gain_error: options.gain_error,
+            down: (options.down).then(|| cosine_in_water(self.vehicle.sun_zenith_deg)),
+        };
+        let views = self.views(&BACKSCATTER, (options.paths / FEWER).max(LEAST_PATHS))?;
+        let mut problem = self.problem(&views, prior);
+        let Some(mut found) = self.best_start(&mut problem)? else {
+            return Ok(None);
+        };
+        let mut last = None;
+        for _ in 1..STAGES {
+            let about = found.parameters[LN_BACKSCATTER].exp();
+            let views = self.views(&views::about(about), options.paths)?;
+            let mut problem = self.problem(&views, prior);
+            problem.weigh_pictures(&found.parameters);
+            let start = found.parameters.clone();
+            let Some(next) = self.minimise(&problem, start, None) else {
+                return Ok(None);
+            };
+            found = next;
+            let settled = views::is_about(found.parameters[LN_BACKSCATTER].exp(), about);
+            last = Some(views);
+            if settled {
+                break;
+            }
+        }
+        Ok(last.map(|views| (views, prior, found)))
+    }
+
+    fn views(&self, backscatter: &[f64], paths: usize) -> Result<Views, FitError> {
+        let part = (self.pictures.grid, self.pictures.nearest_m);
+        let numbers = (paths, self.options.seed);
+        let distances_m = self.distances_m.clone();
+        let step = || {
+            let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
+            (self.progress)(done, self.steps)
+        };
+        Views::new(self.vehicle, distances_m, part, backscatter, numbers, &step)
+    }
+
+    fn problem<'p>(&'p self, views: &'p Views, prior: Prior) -> Problem<'p> {
+        Problem::new(self.pictures, views, self.vehicle.exposure, prior)
+    }
+
+    fn goes_on(&self) -> bool {
+        (self.progress)(self.done.load(Ordering::Relaxed), self.steps)
+    }
+
+    fn minimise(
+        &self,
+        problem: &Problem<'_>,
+        start: Vec<f64>,
+        most_iterations: Option<usize>,
+    ) -> Option<Solution> {
+        let residuals = |at: &[f64]| problem.residuals(at);
+        let found = minimise(start, residuals, most_iterations, || self.goes_on());
+        found.filter(|found| found.sum.is_finite())
+    }
+
+    /// The best of what is come to from several waters.
+    fn best_start(&self, problem: &mut Problem<'_>) -> Result<Option<Solution>, FitError> {
+        let mut best: Option<Solution> = None;
+        for water in STARTS {
+            let iops = WaterKind::from(water).iops();
+            let iops = iops.map_err(EnvironmentError::from)?;
+            let start = problem.start(iops.a, iops.b);
+            let found = self.minimise(problem, start, Some(FIRST_ITERATIONS));
+            let better = |found: &Solution| best.as_ref().is_none_or(|b| found.sum < b.sum);
+            if let Some(found) = found
+                && better(&found)
+            {
+                best = Some(found);
+            }
+            if !self.goes_on() {
+                return Err(FitError::Interrupted);
+            }
+        }
+        let Some(best) = best else {
+            return Ok(None);
+        };
+        problem.weigh_pictures(&best.parameters);
+        Ok(self.minimise(problem, best.parameters, None))
+    }
+}
+
+/// Cosine of the zenith angle in the water of a sun at `zenith_deg` in air.
+fn cosine_in_water(zenith_deg: f64) -> f64 {
+    (1.0 - (zenith_deg.to_radians().sin() / WATER_INDEX).powi(2)).sqrt()
+}
+
+/// Channels in which no block of any lamp picture is told from noise.
+fn without_signal(pictures: &Pictures) -> [bool; 3] {
+    [0, 1, 2].map(|k| {
+        let lit = pictures.shown.iter().filter(|s| s.light != Light::Daylight);
+        let blocks = lit.flat_map(|shown| &shown.blocks);
+        let mut told = blocks.map(|block| block.signal[k] / block.variance[k].sqrt());
+        !told.any(|share| share > LEAST_SIGNAL)
+    })
+}
+
+/// What the solution says.
+fn told(problem: &Problem, found: &Solution, dark: [bool; 3]) -> Fit {
+    let layout = &problem.layout;
+    let residuals = problem.residuals(&found.parameters);
+    let free = residuals.len() - found.parameters.len();
+    let misfit = found.sum / free as f64;
+    let scale = misfit.max(1.0);
+    let of_paths = covariance_of_paths(problem, found, &residuals);
+    let indices: Vec<usize> = (0..3)
+        .map(|k| layout.ln_a(k))
+        .chain((0..3).map(|k| layout.ln_b(k)))
+        .chain((0..3).map(Layout::ln_gain))
+        .chain([LN_BACKSCATTER])
+        .collect();
+    let covariance = &found.covariance * scale + of_paths;
+    let fitted = |index: usize| Fitted {
+        value: found.parameters[index].exp(),
+        relative_error: covariance[(index, index)].sqrt(),
+    };
+    let correlation = correlations(&covariance, &indices);
+    let names = Fit::names();
+    let left = |i: usize| fitted(indices[i]).relative_error;
+    let not_identified = (0..indices.len()).filter(|&i| match i {
+        0..6 => left(i) > MOST_ERROR || dark[i % 3],
+        6..9 => left(i) > MOST_LEFT * problem.prior.gain_error || dark[i % 3],
+        _ => left(i) > MOST_LEFT * problem.prior.backscatter_error,
+    });
+    Fit {
+        a_per_m: [0, 1, 2].map(|k| fitted(layout.ln_a(k))),
+        b_per_m: [0, 1, 2].map(|k| fitted(layout.ln_b(k))),
+        backscatter_fraction: fitted(LN_BACKSCATTER),
+        lamp_gain: [0, 1, 2].map(|k| fitted(Layout::ln_gain(k))),
+        correlation,
+        not_identified: not_identified.map(|i| names[i].clone()).collect(),
+        misfit,
+        pictures: problem.fitted_pictures(&found.parameters),
+        reflectance: problem.reflectances(&found.parameters),
+        warnings: warnings(problem, found, misfit, dark),
+        places: problem.pictures.places.clone(),
+    }
+}
+
+/// Covariance that the finite number of paths adds: from how far each independent group of them would be off.
+fn covariance_of_paths(
+    problem: &Problem,
+    found: &Solution,
+    residuals: &[Residual],
+) -> DMatrix<f64> {
+    let n = found.parameters.len();
+    let mut sum = DMatrix::zeros(n, n);
+    for group in 0..GROUPS {
+        let other = problem.residuals_of_group(&found.parameters, group);
+        let shift = found.shift(residuals, &other);
+        sum += &shift * shift.transpose();
+    }
+    sum * (RARE_PATHS * RARE_PATHS / (GROUPS * (GROUPS - 1)) as f64)
+}
+
+fn correlations(covariance: &DMatrix<f64>, indices: &[usize]) -> Vec<Vec<f64>> {
+    let error = |i: usize| covariance[(i, i)].sqrt();
+    let of = |i: usize, j: usize| covariance[(i, j)] / (error(i) * error(j));
+    let row = |&i: &usize| indices.iter().map(|&j| of(i, j)).collect();
+    indices.iter().map(row).collect()
+}
+
+fn warnings(problem: &Problem, found: &Solution, misfit: f64, dark: [bool; 3]) -> Vec<String> {
+    let mut warnings = Vec::new();
+    if !found.settled {
+        warnings.push("the search was given up before it settled".to_owned());
+    }
+    if misfit > 4.0 {
+        warnings.push(format!(
+            "pictures and fit differ by {:.1} times what noise and model leave; errors are scaled with that: check distances, lamp \
+             levels, encoding and the vehicle's file, and whether the target is flat and all pictures have the same spot in the middle",
+            misfit.sqrt()
+        ));
+    }
+    if let Some(names) = uw_calib::detail::channel_names(dark) {
+        warnings.push(format!(
+            "{names}: the lamps' light is not told from noise; the water there is a guess"
+        ));
+    }
+    if problem.pictures.single > 0 {
+        warnings.push(format!(
+            "{} places have one picture, lamps on, which daylight cannot be taken off from; they are left out",
+            problem.pictures.single
+        ));
+    }
+    warnings
+}

@@ -1,0 +1,238 @@
+//! The pictures of a calibration that a fit uses: the target from several distances, with more and with less of the lamps.
+//!
+//! Of two pictures from one place the difference is light of the lamps alone, whatever the daylight. The picture with the lamps
+//! off is daylight alone; what that is at the target and in the water before it is left open, so that it tells only how
+//! detail is lost with distance.
+
+use std::path::{Path, PathBuf};
+
+use uw_calib::manifest::{Manifest, RowKind};
+use uw_calib::picture::Counts;
+use uw_calib::response::LinearNoise;
+
+use super::blocks::{Block, Grid, Sensor};
+use super::{FitError, Options};
+use crate::vehicle::Vehicle;
+
+/// Distances and depths closer than this are one, m.
+const SAME_M: f64 = 1e-3;
+/// Fewest distances of pictures with more and with less of the lamps.
+pub const FEWEST_DISTANCES: usize = 3;
+/// Least ratio of the largest to the smallest distance.
+pub const LEAST_RATIO: f64 = 1.8;
+
+/// The same blocks of the target from a distance, in light of one kind.
+#[derive(Clone, Debug)]
+pub(super) struct Shown {
+    pub(super) distance_m: f64,
+    pub(super) depth_m: Option<f64>,
+    /// What the light is.
+    pub(super) light: Light,
+    /// The blocks that it shows.
+    pub(super) shown: Vec<usize>,
+    /// Their light, in the same order.
+    pub(super) blocks: Vec<Block>,
+}
+
+impl Shown {
+    /// Block `i` of the grid, where it shows it and the channel's light is known.
+    pub(super) fn known(&self, i: usize, k: usize) -> Option<&Block> {
+        let place = self.shown.binary_search(&i).ok()?;
+        Some(&self.blocks[place]).filter(|block| block.variance[k].is_finite())
+    }
+}
+
+/// Light of a picture, or of the difference of two.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Light {
+    /// Of the lamps, at a level in (0, 1].
+    Lamps(f64),
+    /// Daylight.
+    Daylight,
+}
+
+/// What the pictures show.
+#[derive(Clone, Debug)]
+pub(super) struct Pictures {
+    pub(super) grid: Grid,
+    /// Distance of the nearest, m: the blocks divide what it shows.
+    pub(super) nearest_m: f64,
+    pub(super) shown: Vec<Shown>,
+    /// All pictures of the target by place, by rising distance, of each by rising lamp level.
+    pub(super) places: Vec<Vec<Row>>,
+    /// Places whose lamps have no picture to be compared with, so that daylight cannot be taken off.
+    pub(super) single: usize,
+}
+
+/// A picture of the target that the manifest lists.
+#[derive(Clone, Debug)]
+pub(super) struct Row {
+    line: u64,
+    pub(super) image: PathBuf,
+    pub(super) distance_m: f64,
+    pub(super) depth_m: Option<f64>,
+    pub(super) light_pct: f64,
+}
+
+impl Pictures {
+    /// Reads the pictures of the manifest at `path`, taken by `vehicle`.
+    pub(super) fn read(
+        path: &Path,
+        vehicle: &Vehicle,
+        options: &Options,
+    ) -> Result<Self, FitError> {
+        let manifest = Manifest::read(path)?;
+        let rows: Vec<Row> = manifest.rows.iter().filter_map(of_target).collect();
+        let places = places(rows);
+        check(path, &places, options)?;
+        let distance = |place: &Vec<Row>| place[0].distance_m;
+        let (nearest_m, farthest_m) = places
+            .iter()
+            .map(distance)
+            .fold((f64::INFINITY, 0f64), |(near, far), d| {
+                (near.min(d), far.max(d))
+            });
+        let size_px = [vehicle.width as usize, vehicle.height as usize];
+        let share = nearest_m / farthest_m;
+        let grid = Grid::new(size_px, share).ok_or_else(|| FitError::TooFar {
+            manifest: path.display().to_string(),
+            nearest_m,
+            farthest_m,
+        })?;
+        let mut pictures = Self {
+            grid,
+            nearest_m,
+            shown: Vec::new(),
+            places: Vec::new(),
+            single: 0,
+        };
+        let sensor = Sensor {
+            encoding: options.encoding,
+            noise: LinearNoise {
+                a: vehicle.noise_a,
+                b: vehicle.noise_b,
+            },
+        };
+        for place in &places {
+            pictures.add(path, place, size_px, &sensor, options)?;
+        }
+        pictures.places = places;
+        Ok(pictures)
+    }
+
+    /// Adds what the pictures of a place show, by rising lamp level.
+    fn add(
+        &mut self,
+        path: &Path,
+        place: &[Row],
+        size_px: [usize; 2],
+        sensor: &Sensor,
+        options: &Options,
+    ) -> Result<(), FitError> {
+        let share = self.nearest_m / place[0].distance_m;
+        let shown_blocks = self.grid.shown(share);
+        let read = |row: &Row| -> Result<Vec<Block>, FitError> {
+            let picture = Counts::read(&row.image)?;
+            if [picture.width, picture.height] != size_px {
+                return Err(FitError::Size {
+                    manifest: path.display().to_string(),
+                    line: row.line,
+                    image: row.image.display().to_string(),
+                    expected: size_px,
+                    got: [picture.width, picture.height],
+                });
+            }
+            let block = |i: &usize| self.grid.measure(*i, &picture, share, sensor);
+            Ok(shown_blocks.iter().map(block).collect())
+        };
+        let least = read(&place[0])?;
+        let mut shown = Vec::new();
+        let of = |light: Light, blocks: Vec<Block>| Shown {
+            distance_m: place[0].distance_m,
+            depth_m: place[0].depth_m,
+            light,
+            shown: shown_blocks.clone(),
+            blocks,
+        };
+        for row in &place[1..] {
+            let level = 0.01 * (row.light_pct - place[0].light_pct);
+            let more = read(row)?;
+            let pairs = more.iter().zip(&least);
+            let difference = pairs.map(|(more, less)| Block {
+                signal: [0, 1, 2].map(|k| more.signal[k] - less.signal[k]),
+                variance: [0, 1, 2].map(|k| more.variance[k] + less.variance[k]),
+            });
+            shown.push(of(Light::Lamps(level), difference.collect()));
+        }
+        match (place[0].light_pct > 0.0, options.dark) {
+            (true, true) => shown.push(of(Light::Lamps(0.01 * place[0].light_pct), least)),
+            (true, false) => self.single += usize::from(place.len() == 1),
+            (false, true) => {}
+            (false, false) => shown.push(of(Light::Daylight, least)),
+        }
+        self.shown.append(&mut shown);
+        Ok(())
+    }
+}
+
+fn of_target(row: &uw_calib::manifest::Row) -> Option<Row> {
+    match row.kind {
+        RowKind::Depth { .. } => None,
+        RowKind::Contrast {
+            distance_m,
+            light_pct,
+            depth_m,
+        } => Some(Row {
+            line: row.line,
+            image: row.image.clone(),
+            distance_m,
+            depth_m,
+            light_pct,
+        }),
+    }
+}
+
+/// Rows by place, each place by rising lamp level; of equal levels the first counts.
+fn places(rows: Vec<Row>) -> Vec<Vec<Row>> {
+    let mut places: Vec<Vec<Row>> = Vec::new();
+    for row in rows {
+        let same = |place: &&mut Vec<Row>| {
+            let depth = |d: Option<f64>| d.unwrap_or(f64::MAX);
+            (place[0].distance_m - row.distance_m).abs() < SAME_M
+                && (depth(place[0].depth_m) - depth(row.depth_m)).abs() < SAME_M
+        };
+        match places.iter_mut().find(same) {
+            Some(place) => place.push(row),
+            None => places.push(vec![row]),
+        }
+    }
+    for place in &mut places {
+        place.sort_by(|a, b| a.light_pct.total_cmp(&b.light_pct));
+        place.dedup_by(|a, b| a.light_pct == b.light_pct);
+    }
+    places.sort_by(|a, b| a[0].distance_m.total_cmp(&b[0].distance_m));
+    places
+}
+
+/// Whether there are places enough whose lamps can be told from daylight.
+fn check(path: &Path, places: &[Vec<Row>], options: &Options) -> Result<(), FitError> {
+    let told = |place: &&Vec<Row>| {
+        let lit = place.last().is_some_and(|row| row.light_pct > 0.0);
+        lit && (place.len() > 1 || options.dark)
+    };
+    let mut distances_m: Vec<f64> = places
+        .iter()
+        .filter(told)
+        .map(|place| place[0].distance_m)
+        .collect();
+    distances_m.dedup_by(|a, b| (*a - *b).abs() < SAME_M);
+    let ends = distances_m.first().zip(distances_m.last());
+    let wide = ends.is_some_and(|(near, far)| far / near >= LEAST_RATIO);
+    match distances_m.len() >= FEWEST_DISTANCES && wide {
+        true => Ok(()),
+        false => Err(FitError::TooFew {
+            manifest: path.display().to_string(),
+            distances_m,
+        }),
+    }
+}

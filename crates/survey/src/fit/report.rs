@@ -1,0 +1,215 @@
+//! The report of a fit: plots of what was measured and fitted, and the same as a table.
+
+use std::f64::consts::TAU;
+use std::io::Write;
+use std::path::Path;
+
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use uw_render::image::{ImageError, write_atomically, write_frame};
+
+use super::{Fit, FittedPicture};
+use crate::plot::{bitmap, use_font};
+
+const SIZE: (u32, u32) = (1280, 960);
+const COLOURS: [RGBColor; 3] = [
+    RGBColor(200, 40, 40),
+    RGBColor(30, 140, 50),
+    RGBColor(40, 80, 200),
+];
+/// Ends of a logarithmic axis are at least this factor apart.
+const LEAST_SPAN: f64 = 2.0;
+/// Standard deviations along an ellipse's axis that hold 90 % of a normal distribution of two numbers: (-2 ln 0.1)^½.
+const NINETY: f64 = 2.146;
+/// Points of an ellipse.
+const POINTS: u32 = 90;
+
+/// The report cannot be written.
+#[derive(Debug, thiserror::Error)]
+#[error("{path}: {reason}")]
+pub struct ReportError {
+    /// The file or folder.
+    pub path: String,
+    /// What went wrong.
+    pub reason: String,
+}
+
+/// Which number of a picture a panel shows.
+type Of = fn(&FittedPicture) -> [[f64; 2]; 3];
+
+/// Writes `fit.png` and `fit.csv` into `folder`, which is made where it is missing.
+///
+/// # Errors
+/// They cannot be written.
+pub fn report(fit: &Fit, folder: &Path) -> Result<(), ReportError> {
+    let failed = |path: &Path, reason: String| ReportError {
+        path: path.display().to_string(),
+        reason,
+    };
+    std::fs::create_dir_all(folder).map_err(|e| failed(folder, e.to_string()))?;
+    let (png, csv) = (folder.join("fit.png"), folder.join("fit.csv"));
+    use_font().map_err(|reason| failed(&png, reason))?;
+    let picture = bitmap(SIZE, |area| draw(area, fit)).map_err(|e| failed(&png, e))?;
+    write_frame(&png, &picture).map_err(|e| failed(&png, e.to_string()))?;
+    let rows = table(fit);
+    write_atomically(&csv, |out| {
+        out.write_all(rows.as_bytes())
+            .map_err(|source| ImageError::System {
+                path: csv.clone(),
+                action: "written",
+                source,
+            })
+    })
+    .map_err(|e| failed(&csv, e.to_string()))
+}
+
+/// Measured and fitted numbers of each picture.
+fn table(fit: &Fit) -> String {
+    let mut rows = "distance_m,level,channel,mean,mean_fitted,detail,detail_fitted\n".to_owned();
+    for picture in &fit.pictures {
+        for (k, channel) in ["r", "g", "b"].into_iter().enumerate() {
+            let ([mean, fitted], [detail, of_fit]) = (picture.mean[k], picture.deviation[k]);
+            rows += &format!(
+                "{},{},{channel},{mean:.6},{fitted:.6},{detail:.6},{of_fit:.6}\n",
+                picture.distance_m, picture.level
+            );
+        }
+    }
+    rows
+}
+
+fn draw<B: DrawingBackend>(area: &DrawingArea<B, Shift>, fit: &Fit) -> Result<(), String> {
+    area.fill(&WHITE).map_err(|e| e.to_string())?;
+    let panels = area.split_evenly((2, 2));
+    let lit = |picture: &&FittedPicture| picture.level > 0.0;
+    let dark = |picture: &&FittedPicture| picture.level <= 0.0;
+    let lamps: Vec<_> = fit.pictures.iter().filter(lit).collect();
+    let daylight: Vec<_> = fit.pictures.iter().filter(dark).collect();
+    let mean: Of = |picture| picture.mean;
+    let detail: Of = |picture| picture.deviation;
+    decay(&panels[0], "Light of the lamps: mean signal", &lamps, mean)?;
+    decay(
+        &panels[1],
+        "Light of the lamps: detail (K_c on)",
+        &lamps,
+        detail,
+    )?;
+    decay(&panels[2], "Lamps off: detail (K_c off)", &daylight, detail)?;
+    ellipses(&panels[3], fit)?;
+    area.present().map_err(|e| e.to_string())
+}
+
+/// Points measured and lines fitted, by distance.
+fn decay<B: DrawingBackend>(
+    area: &DrawingArea<B, Shift>,
+    title: &str,
+    pictures: &[&FittedPicture],
+    of: Of,
+) -> Result<(), String> {
+    let text = |e: DrawingAreaErrorKind<B::ErrorType>| e.to_string();
+    // Of each picture per unit of its level, so that levels share a curve.
+    let value = |picture: &FittedPicture, k: usize, fitted: usize| {
+        let level = if picture.level > 0.0 {
+            picture.level
+        } else {
+            1.0
+        };
+        of(picture)[k][fitted] / level
+    };
+    let all = pictures
+        .iter()
+        .flat_map(|p| (0..3).map(move |k| value(p, k, 0)));
+    let (low, high) = span(all);
+    let farthest = pictures.iter().map(|p| p.distance_m).fold(1.0, f64::max);
+    let mut chart = ChartBuilder::on(area)
+        .caption(title, ("sans-serif", 20))
+        .margin(12)
+        .x_label_area_size(42)
+        .y_label_area_size(70)
+        .build_cartesian_2d(0.0..1.05 * farthest, (low..high).log_scale())
+        .map_err(text)?;
+    chart
+        .configure_mesh()
+        .x_desc("distance, m")
+        .y_desc("linear signal")
+        .label_style(("sans-serif", 13))
+        .draw()
+        .map_err(text)?;
+    for (k, colour) in COLOURS.into_iter().enumerate() {
+        let at = |fitted: usize| {
+            let known = pictures.iter().filter(move |p| value(p, k, 0) > 0.0);
+            known.map(move |p| (p.distance_m, value(p, k, fitted).clamp(low, high)))
+        };
+        chart
+            .draw_series(LineSeries::new(at(1), colour.stroke_width(2)))
+            .map_err(text)?;
+        chart
+            .draw_series(at(0).map(|point| Circle::new(point, 4, colour.filled())))
+            .map_err(text)?;
+    }
+    Ok(())
+}
+
+/// Ends of a logarithmic axis around some values.
+fn span(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    let (low, high) = values
+        .filter(|v| *v > 0.0)
+        .fold((f64::MAX, 0f64), |(low, high), v: f64| {
+            (low.min(v), high.max(v))
+        });
+    match high > 0.0 {
+        true => (0.8 * low, (1.25 * high).max(LEAST_SPAN * low)),
+        false => (0.1, 1.0),
+    }
+}
+
+/// Absorption and scattering of each channel with the ellipse that holds them with 90 %.
+fn ellipses<B: DrawingBackend>(area: &DrawingArea<B, Shift>, fit: &Fit) -> Result<(), String> {
+    let text = |e: DrawingAreaErrorKind<B::ErrorType>| e.to_string();
+    let curves = [0, 1, 2].map(|k| ellipse(fit, k));
+    let all = || curves.iter().flatten();
+    let (a_low, a_high) = span(all().map(|point| point.0));
+    let (b_low, b_high) = span(all().map(|point| point.1));
+    let mut chart = ChartBuilder::on(area)
+        .caption("Absorption and scattering, 90 %", ("sans-serif", 20))
+        .margin(12)
+        .x_label_area_size(42)
+        .y_label_area_size(70)
+        .build_cartesian_2d((a_low..a_high).log_scale(), (b_low..b_high).log_scale())
+        .map_err(text)?;
+    chart
+        .configure_mesh()
+        .x_desc("a, 1/m")
+        .y_desc("b, 1/m")
+        .label_style(("sans-serif", 13))
+        .draw()
+        .map_err(text)?;
+    for (k, (curve, colour)) in curves.iter().zip(COLOURS).enumerate() {
+        chart
+            .draw_series(LineSeries::new(
+                curve.iter().copied(),
+                colour.stroke_width(2),
+            ))
+            .map_err(text)?;
+        let middle = (fit.a_per_m[k].value, fit.b_per_m[k].value);
+        chart
+            .draw_series([Circle::new(middle, 4, colour.filled())])
+            .map_err(text)?;
+    }
+    Ok(())
+}
+
+/// The ellipse of a channel: normal in the logarithms.
+fn ellipse(fit: &Fit, k: usize) -> Vec<(f64, f64)> {
+    let (a, b) = (&fit.a_per_m[k], &fit.b_per_m[k]);
+    let correlation = fit.correlation[k][3 + k].clamp(-1.0, 1.0);
+    let apart = (1.0 - correlation * correlation).sqrt();
+    (0..=POINTS)
+        .map(|i| {
+            let (sin, cos) = (TAU * f64::from(i) / f64::from(POINTS)).sin_cos();
+            let of_a = NINETY * a.relative_error * cos;
+            let of_b = NINETY * b.relative_error * (correlation * cos + apart * sin);
+            (a.value * of_a.exp(), b.value * of_b.exp())
+        })
+        .collect()
+}

@@ -1,0 +1,283 @@
+//! The water file of a fitted water: tables made for it, and the target as the calibration's pictures show it.
+
+use uw_calib::StatsError;
+use uw_calib::picture::Counts;
+use uw_calib::response::CountResponse;
+use uw_guidance::Candidate;
+use uw_guidance::physics::file::{FitNumbers, SensorNumbers, WATER_FORMAT, WaterNumbers};
+use uw_guidance::physics::water::{Field, SourceTables};
+use uw_guidance::physics::{LinearPicture, Sight, WaterFile, WaterTables};
+use uw_media::phase::{FournierForand, Phase};
+use uw_media::{Iops, MediaError, WaterType};
+use uw_render::scene::Scene;
+
+use super::{Fit, Options};
+use crate::environment::{
+    EnvironmentError, PARTICLE_INDEX, Target, View, WaterBody, WaterKind, scene,
+};
+use crate::estimate::water_tables::{TablePlan, TablesError, even_texture, water_tables};
+use crate::scenery::textures::Pattern;
+use crate::vehicle::Vehicle;
+
+/// Largest ratio of a distance of the tables to the one before: in between they are nearly straight lines.
+const MOST_RATIO: f64 = 1.22;
+/// Depth that is assumed where no picture has one, m.
+const SOME_DEPTH_M: f64 = 3.0;
+/// Depths closer than this are one, m.
+const SAME_M: f64 = 1e-3;
+/// Reflectances that a target's may be.
+const REFLECTANCES: std::ops::RangeInclusive<f64> = 0.02..=0.8;
+
+/// There is no water file.
+#[derive(Debug, thiserror::Error)]
+pub enum WaterError {
+    /// The phase function cannot be had.
+    #[error(transparent)]
+    Phase(#[from] MediaError),
+    /// The tables cannot be made.
+    #[error(transparent)]
+    Tables(#[from] TablesError),
+    /// A picture cannot be read.
+    #[error(transparent)]
+    Picture(#[from] StatsError),
+}
+
+/// The water file of `fit`, made from pictures of `vehicle`; tables by `paths_per_group` paths a view, source and group.
+///
+/// # Errors
+/// The tables cannot be made, or a picture cannot be read again.
+pub fn water_file(
+    fit: &Fit,
+    vehicle: &Vehicle,
+    options: &Options,
+    paths_per_group: u32,
+    made_by: &str,
+) -> Result<WaterFile, WaterError> {
+    let body = Body::new(fit, vehicle, options)?;
+    let mean = fit.reflectance.iter().sum::<f64>() / 3.0;
+    let plan = TablePlan {
+        distances_m: distances_m(fit),
+        depths_m: depths_m(fit),
+        reflectance: mean.clamp(*REFLECTANCES.start(), *REFLECTANCES.end()) as f32,
+        paths_per_group,
+        seed: options.seed,
+    };
+    let mut tables = water_tables(&plan, |depth_m, distance_m| {
+        body.scene(depth_m, distance_m, plan.reflectance)
+    })?;
+    let daylight_gain = daylight_gain(fit, vehicle, options, &tables)?;
+    if let Some(gain) = daylight_gain {
+        brighten(&mut tables, gain);
+    }
+    let mut file = WaterFile {
+        format: WATER_FORMAT.to_owned(),
+        made_by: made_by.to_owned(),
+        water: WaterNumbers {
+            a_per_m: body.iops.a,
+            b_per_m: body.iops.b,
+            backscatter_fraction: fit.backscatter_fraction.value,
+        },
+        sensor: SensorNumbers {
+            width_px: vehicle.width as usize,
+            height_px: vehicle.height as usize,
+            encoding: options.encoding,
+            exposure_m2_sr_per_w: vehicle.exposure,
+            noise_a: vehicle.noise_a,
+            noise_b: vehicle.noise_b,
+        },
+        tables,
+        sights: Vec::new(),
+        fit: Some(numbers(fit, daylight_gain)),
+    };
+    file.sights = sights(fit, options, &file)?;
+    Ok(file)
+}
+
+/// What the fit knows of the water, as scenes have it.
+struct Body<'a> {
+    vehicle: &'a Vehicle,
+    iops: Iops,
+    phase: Phase,
+    gain: [f64; 3],
+    down: bool,
+}
+
+impl<'a> Body<'a> {
+    fn new(fit: &Fit, vehicle: &'a Vehicle, options: &Options) -> Result<Self, MediaError> {
+        let phase = FournierForand::new(PARTICLE_INDEX, fit.backscatter_fraction.value)?;
+        Ok(Self {
+            vehicle,
+            iops: Iops {
+                a: fit.a_per_m.map(|a| a.value),
+                b: fit.b_per_m.map(|b| b.value),
+            },
+            phase: Phase::FournierForand(phase),
+            gain: fit.lamp_gain.map(|gain| gain.value),
+            down: options.down,
+        })
+    }
+
+    fn scene(
+        &self,
+        depth_m: f64,
+        distance_m: f64,
+        reflectance: f32,
+    ) -> Result<Scene, EnvironmentError> {
+        let target = Target {
+            pattern: match self.down {
+                true => Pattern::Seabed,
+                false => Pattern::HullRed,
+            },
+            texture: even_texture(reflectance),
+        };
+        // Its coefficients are put in the place of the type's.
+        let body = WaterBody {
+            jerlov: WaterKind::Type(WaterType::II),
+            backscatter_fraction: 0.02,
+        };
+        let view = View::Target {
+            depth_m,
+            distance_m,
+        };
+        let mut scene = scene(self.vehicle, &body, &target, view)?;
+        if let Some(water) = &mut scene.water {
+            (water.iops, water.phase) = (self.iops, self.phase.clone());
+        }
+        for lamp in &mut scene.lamps {
+            for (intensity, gain) in lamp.intensity.iter_mut().zip(self.gain) {
+                *intensity *= gain;
+            }
+        }
+        Ok(scene)
+    }
+}
+
+/// Distances of the pictures, and others between them.
+fn distances_m(fit: &Fit) -> Vec<f64> {
+    let mut all: Vec<f64> = Vec::new();
+    for place in &fit.places {
+        let next_m = place[0].distance_m;
+        if let Some(&last_m) = all.last() {
+            if next_m - last_m < SAME_M {
+                continue;
+            }
+            let parts = ((next_m / last_m).ln() / MOST_RATIO.ln()).ceil() as i32;
+            let ratio = (next_m / last_m).powf(1.0 / f64::from(parts));
+            all.extend((1..parts).map(|i| last_m * ratio.powi(i)));
+        }
+        all.push(next_m);
+    }
+    all
+}
+
+/// Depths of the pictures.
+fn depths_m(fit: &Fit) -> Vec<f64> {
+    let mut all: Vec<f64> = fit.places.iter().filter_map(|p| p[0].depth_m).collect();
+    all.sort_by(f64::total_cmp);
+    all.dedup_by(|a, b| (*a - *b).abs() < SAME_M);
+    if all.is_empty() {
+        all.push(SOME_DEPTH_M);
+    }
+    all
+}
+
+/// By how much daylight in the pictures with the lamps off is brighter than the vehicle's file has it; `None` where there are none.
+fn daylight_gain(
+    fit: &Fit,
+    vehicle: &Vehicle,
+    options: &Options,
+    tables: &WaterTables,
+) -> Result<Option<[f64; 3]>, WaterError> {
+    let (mut products, mut squares) = ([0.0; 3], [0.0; 3]);
+    let dark = fit.places.iter().map(|place| &place[0]);
+    for row in dark.filter(|row| row.light_pct <= 0.0 && !options.dark) {
+        let depth_m = row.depth_m.unwrap_or(tables.depths_m[0]);
+        let place = |list: &[f64], at: f64| {
+            let near = |i: &usize| (list[*i] - at).abs();
+            (0..list.len()).min_by(|i, j| near(i).total_cmp(&near(j)))
+        };
+        let distances: Vec<f64> = tables.views.iter().map(|view| view.distance_m).collect();
+        let Some((view, depth)) =
+            place(&distances, row.distance_m).zip(place(&tables.depths_m, depth_m))
+        else {
+            continue;
+        };
+        let source = &tables.views[view].daylight[depth];
+        let picture = Counts::read(&row.image)?;
+        let seen = mean_light(&picture, options);
+        for k in 0..3 {
+            let made = vehicle.exposure * mean_radiance(source, k, fit.reflectance[k]);
+            // Each picture counts by its relative error, which is the same for all.
+            products[k] += seen[k] / made;
+            squares[k] += 1.0;
+        }
+    }
+    let known = squares[0] > 0.0;
+    Ok(known.then(|| [0, 1, 2].map(|k| products[k] / squares[k])))
+}
+
+fn mean_light(picture: &Counts, options: &Options) -> [f64; 3] {
+    let mut sum = [0.0; 3];
+    for pixel in &picture.pixels {
+        for k in 0..3 {
+            sum[k] += options.encoding.light(pixel[k]);
+        }
+    }
+    sum.map(|s| s / picture.pixels.len() as f64)
+}
+
+/// Mean radiance over a view of an even target.
+fn mean_radiance(source: &SourceTables, k: usize, reflectance: f64) -> f64 {
+    let patches = source.veil[k].len();
+    let of = |i: usize| {
+        let comes = source.straight[k][i] + source.scattered[k][i];
+        source.veil[k][i] + reflectance * source.light[k][i] * comes
+    };
+    (0..patches).map(of).sum::<f64>() / patches as f64
+}
+
+fn brighten(tables: &mut WaterTables, gain: [f64; 3]) {
+    let multiply = |field: &mut Field| {
+        for (values, gain) in field.iter_mut().zip(gain) {
+            values.iter_mut().for_each(|value| *value *= gain);
+        }
+    };
+    for source in tables.views.iter_mut().flat_map(|view| &mut view.daylight) {
+        multiply(&mut source.veil);
+        multiply(&mut source.light);
+    }
+}
+
+/// The target as each place's picture with the least of the lamps shows it.
+fn sights(fit: &Fit, options: &Options, file: &WaterFile) -> Result<Vec<Sight>, WaterError> {
+    let response: CountResponse = file.sensor.response();
+    let mut sights = Vec::new();
+    for place in &fit.places {
+        let row = &place[0];
+        let picture = Counts::read(&row.image)?;
+        let linear = LinearPicture::of_counts(&picture, options.encoding);
+        let at = Candidate {
+            distance_m: row.distance_m,
+            light_pct: row.light_pct,
+        };
+        let depth_m = row.depth_m.unwrap_or(file.tables.depths_m[0]);
+        sights.push(Sight::new(&file.place(&response, depth_m), &linear, &at));
+    }
+    Ok(sights)
+}
+
+fn numbers(fit: &Fit, daylight_gain: Option<[f64; 3]>) -> FitNumbers {
+    FitNumbers {
+        a_relative_error: fit.a_per_m.map(|a| a.relative_error),
+        b_relative_error: fit.b_per_m.map(|b| b.relative_error),
+        backscatter_relative_error: fit.backscatter_fraction.relative_error,
+        lamp_gain: fit.lamp_gain.map(|gain| gain.value),
+        lamp_gain_relative_error: fit.lamp_gain.map(|gain| gain.relative_error),
+        daylight_gain,
+        reflectance: fit.reflectance,
+        names: Fit::names(),
+        correlation: fit.correlation.clone(),
+        not_identified: fit.not_identified.clone(),
+        misfit: fit.misfit,
+    }
+}

@@ -1,0 +1,121 @@
+//! Waters, lamps and targets drawn at random, and the calibration pictures that a vehicle takes there.
+
+use std::error::Error;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+
+use uw_media::WaterType;
+use uw_media::spectral::{Response, WaterBands};
+use uw_render::image::write_frame;
+use uw_render::sampling::Draws;
+use uw_survey::assets::assets_dir;
+use uw_survey::environment::{MEAN, Target, View, WaterBody, WaterKind, scene_in, sensor};
+use uw_survey::estimate::pyramid::TexturePyramid;
+use uw_survey::estimate::target_image::TargetImage;
+use uw_survey::scenery::textures::Pattern;
+use uw_survey::vehicle::Vehicle;
+
+/// Distances of the pictures, m.
+pub const DISTANCES_M: [f64; 6] = [0.5, 0.8, 1.2, 1.8, 2.5, 3.5];
+/// Lamp level of the pictures with the lamps on, percent.
+pub const LIGHT_PCT: f64 = 60.0;
+/// Paths per group of a picture: so many that its own noise is below what a fit tells.
+const PATHS: u32 = 32_768;
+
+/// A hidden truth.
+#[derive(Clone, Debug)]
+pub struct Truth {
+    /// Absorption per channel, 1/m.
+    pub a: [f64; 3],
+    /// Scattering per channel, 1/m.
+    pub b: [f64; 3],
+    /// The water it comes from, and its backscatter fraction.
+    pub body: WaterBody,
+    /// Lamps' light times exposure over those of the vehicle's file.
+    pub gain: f64,
+    /// Depth of the vehicle, m.
+    pub depth_m: f64,
+    /// The target.
+    pub pattern: Pattern,
+    bands: WaterBands,
+}
+
+impl Truth {
+    /// Scene `scene` of a series: water between two types, in three bands with its absorption and scattering shifted on their own;
+    /// gain, depth and target.
+    pub fn draw(seed: u64, scene: u32, bands: WaterBands) -> Result<Self, Box<dyn Error>> {
+        let mut draws = Draws::new(seed, 77, scene, 0, 0);
+        let mut u = || draws.uniform();
+        let types = WaterType::ALL;
+        let place = u() * 8.999;
+        let first = place as usize;
+        let body = WaterBody {
+            jerlov: WaterKind::Between {
+                from: types[first],
+                to: types[first + 1],
+                share: (100.0 * place.fract()).round() / 100.0,
+            },
+            backscatter_fraction: 0.006 * (0.05f64 / 0.006).powf(u()),
+        };
+        let iops = body.jerlov.iops_in(bands, &Response::boxes())?;
+        // By wavelength the types stay as they are.
+        let own = f64::from(u8::from(bands == MEAN));
+        let mut shift = |most: f64| (own * most * (2.0 * u() - 1.0)).exp();
+        let (of_a, of_b) = (shift(0.2), shift(0.4));
+        Ok(Self {
+            a: iops.a.map(|a| of_a * a),
+            b: iops.b.map(|b| of_b * b),
+            body,
+            gain: 0.5 * 4f64.powf(u()),
+            depth_m: 2.0 + 4.0 * u(),
+            pattern: Pattern::ALL[(u() * Pattern::ALL.len() as f64) as usize],
+            bands,
+        })
+    }
+
+    /// Takes the pictures of a calibration, which `vehicle` is, into `folder`; returns their manifest.
+    pub fn take(
+        &self,
+        folder: &Path,
+        vehicle: &Vehicle,
+        seed: u64,
+    ) -> Result<PathBuf, Box<dyn Error>> {
+        let target = Target::read(self.pattern, &assets_dir()?)?;
+        let pyramid = TexturePyramid::new(&target.texture, f64::from(target.pattern.tile_m()));
+        let never = AtomicBool::new(false);
+        let mut manifest = "file,kind,depth_m,distance_m,light_pct\n".to_owned();
+        for (i, distance_m) in DISTANCES_M.into_iter().enumerate() {
+            let view = View::Target {
+                depth_m: self.depth_m,
+                distance_m,
+            };
+            let mut scene = scene_in(vehicle, &self.body, self.bands, &target, view)?;
+            if let (Some(water), true) = (&mut scene.water, self.bands == MEAN) {
+                (water.iops.a, water.iops.b) = (self.a, self.b);
+            }
+            let seed = 1000 * seed + i as u64;
+            let image = TargetImage::render(&scene, &pyramid, seed, PATHS, &never)?;
+            let image = image.ok_or("stopped")?;
+            for (j, light_pct) in [0.0, LIGHT_PCT].into_iter().enumerate() {
+                let picture = image.picture(self.gain * light_pct);
+                let frame = sensor(vehicle, vehicle.exposure).expose(&picture, 2 * seed + j as u64);
+                let name = format!("d{distance_m}_{light_pct}.png");
+                write_frame(&folder.join(&name), &frame)?;
+                writeln!(
+                    manifest,
+                    "{name},contrast,{},{distance_m},{light_pct}",
+                    self.depth_m
+                )?;
+            }
+        }
+        let path = folder.join("manifest.csv");
+        std::fs::write(&path, manifest)?;
+        Ok(path)
+    }
+
+    /// Whether the vehicle looks down.
+    pub fn is_down(&self) -> Result<bool, Box<dyn Error>> {
+        Ok(Target::read(self.pattern, &assets_dir()?)?.is_bottom())
+    }
+}
