@@ -5,7 +5,7 @@ use uw_calib::picture::Counts;
 use uw_calib::response::CountResponse;
 
 use super::grid;
-use super::water::Seen;
+use super::light::Seen;
 
 /// Quantiles that stand for how the target's values are distributed in a patch.
 pub(super) const QUANTILES: usize = 7;

@@ -9,7 +9,8 @@ use uw_calib::response::CountResponse;
 
 use super::cleared::{Cleared, LinearPicture, QUANTILES, Sums, clear, quantiles};
 use super::grid::{self, PATCHES};
-use super::water::{Seen, WaterTables};
+use super::light::Seen;
+use super::water::WaterTables;
 
 /// Waves that stand for what lies between a window and the next, per side of the smaller one: the peak of a Haar wavelet.
 const WAVES_PER_WINDOW: f64 = 0.35;
@@ -250,10 +251,7 @@ impl TargetDetail {
             channels: std::array::from_fn(|k| {
                 let cleared = clear(picture, seen, exposure, k, response);
                 let transfer = |window_px: f64| {
-                    tables.left_of(
-                        &seen.transfer[k],
-                        WAVES_PER_WINDOW / (window_px * metres_per_px),
-                    )
+                    seen.left_of(k, WAVES_PER_WINDOW / (window_px * metres_per_px))
                 };
                 let patch_px = ((picture.width / 10 * (picture.height / 6)) as f64).sqrt();
                 let scale = (metres_per_px, patch_px * metres_per_px);

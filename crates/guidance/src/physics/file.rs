@@ -10,7 +10,8 @@ use uw_calib::Encoding;
 use uw_calib::response::{CountResponse, LinearNoise};
 
 use super::grid::PATCHES;
-use super::predict::{Place, Sight};
+use super::predict::Place;
+use super::target::Sight;
 use super::water::{Field, SourceTables, WaterTables};
 
 /// Name and version of the format.

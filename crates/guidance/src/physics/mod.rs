@@ -14,13 +14,16 @@ mod cleared;
 pub mod detail;
 pub mod file;
 mod grid;
+mod light;
 pub mod predict;
+pub mod target;
 pub mod water;
 
 pub use cleared::LinearPicture;
 pub use detail::TargetDetail;
 pub use file::{WaterFile, WaterFileError};
-pub use predict::{Contrast, Place, Predictor, Sight, Unknown};
+pub use predict::{Contrast, Place, Predictor, Unknown};
+pub use target::Sight;
 pub use water::WaterTables;
 
 #[cfg(test)]
