@@ -4,12 +4,11 @@
 use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
-use uw_guidance::Model;
 use uw_guidance::record::RECORD_FORMAT;
 use uw_guidance::replay::replay;
-use uw_guidance::service::{ImagePolicy, Settings};
+use uw_guidance::service::{Basis, ImagePolicy, Settings};
 
-static MODEL: LazyLock<Model> = LazyLock::new(uw_fuzz::model);
+static MODEL: LazyLock<Basis> = LazyLock::new(|| uw_fuzz::model().into());
 static START: LazyLock<String> = LazyLock::new(|| {
     let service = uw_fuzz::service();
     let mut start = service.describe(&service.loaded());

@@ -25,7 +25,7 @@ pub fn service() -> Arc<Service> {
     static SERVICE: OnceLock<Arc<Service>> = OnceLock::new();
     let new = || {
         let loaded = Loaded {
-            model: model(),
+            basis: model().into(),
             model_name: "small".to_owned(),
             model_digest: String::new(),
             profile: Some(Arc::new(profile())),

@@ -1,7 +1,7 @@
 //! Pictures from files, in 8-bit counts.
 
 use std::fs::File;
-use std::io::{BufReader, Read, Seek};
+use std::io::{BufReader, Cursor, Read, Seek};
 use std::path::Path;
 
 use image::{DynamicImage, ImageReader, Limits};
@@ -33,6 +33,19 @@ impl Counts {
     /// The file cannot be read, or is no picture of 8 or 16 bits per channel.
     pub fn read(path: &Path) -> Result<Self, StatsError> {
         let (image, name) = of_file(path)?;
+        Self::of(&image, name)
+    }
+
+    /// The same of a file held in memory; `name` is for messages.
+    ///
+    /// # Errors
+    /// It is no picture of 8 or 16 bits per channel.
+    pub fn from_encoded(bytes: &[u8], name: &str) -> Result<Self, StatsError> {
+        let image = decode(Box::new(Cursor::new(bytes)), name)?;
+        Self::of(&image, name.to_owned())
+    }
+
+    fn of(image: &DynamicImage, name: String) -> Result<Self, StatsError> {
         let eight = |samples: &[u8], channels: usize| -> Vec<[f64; 3]> {
             let pixel = |p: &[u8]| triple(p, channels).map(f64::from);
             samples.chunks_exact(channels).map(pixel).collect()
@@ -41,7 +54,7 @@ impl Counts {
             let pixel = |p: &[u16]| triple(p, channels).map(|v| COUNTS_PER_U16 * f64::from(v));
             samples.chunks_exact(channels).map(pixel).collect()
         };
-        let pixels = match &image {
+        let pixels = match image {
             DynamicImage::ImageLuma8(b) => eight(b.as_raw(), 1),
             DynamicImage::ImageLumaA8(b) => eight(b.as_raw(), 2),
             DynamicImage::ImageRgb8(b) => eight(b.as_raw(), 3),

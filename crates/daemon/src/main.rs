@@ -9,7 +9,7 @@ use std::sync::Arc;
 use clap::{Args, Parser, Subcommand};
 use tokio::sync::watch;
 use tokio::task::JoinSet;
-use uw_daemon::config::DEFAULT_CONFIG;
+use uw_daemon::config::{DEFAULT_CONFIG, PredictorKind};
 use uw_daemon::links::{Feeder, dvl, mavlink, rosbridge};
 use uw_daemon::tls::acceptor;
 use uw_daemon::{Config, log};
@@ -48,9 +48,12 @@ enum Subcommands {
 
 #[derive(Debug, Args)]
 struct Serve {
-    /// Model file (uw-mlp, version 1).
-    #[arg(long, required_unless_present = "print_default_config")]
+    /// Model file (uw-mlp, version 1): contrast by a network.
+    #[arg(long, required_unless_present_any = ["water", "config", "print_default_config"])]
     model: Option<PathBuf>,
+    /// Water file (uw-water/1): contrast by physics, from pictures. Beside a model, the configuration's `predictor` says which.
+    #[arg(long)]
+    water: Option<PathBuf>,
     /// Calibration profile (uw-profile/1).
     #[arg(long, required_unless_present_any = ["no_profile", "print_default_config"])]
     profile: Option<PathBuf>,
@@ -77,8 +80,11 @@ struct Replay {
     /// The recording (operations.record).
     log: PathBuf,
     /// The model file that was used.
-    #[arg(long)]
-    model: PathBuf,
+    #[arg(long, required_unless_present = "water")]
+    model: Option<PathBuf>,
+    /// The water file that was used.
+    #[arg(long, conflicts_with = "model")]
+    water: Option<PathBuf>,
     /// The configuration file that was used.
     #[arg(long)]
     config: Option<PathBuf>,
@@ -141,18 +147,23 @@ fn read_config(path: Option<&PathBuf>) -> Result<Config, Failure> {
 }
 
 fn answer_again(arguments: &Replay) -> Result<(), Failure> {
-    let config = read_config(arguments.config.as_ref())?;
+    let mut config = read_config(arguments.config.as_ref())?;
+    let files = files(
+        (arguments.model.clone(), arguments.water.clone()),
+        None,
+        &mut config,
+    )?;
     let Loaded {
-        model,
+        basis,
         model_digest: digest,
         ..
-    } = Loaded::read(&arguments.model, None).map_err(bad_input)?;
+    } = files.load().map_err(bad_input)?;
     let name = arguments.log.display();
     let bytes = std::fs::read(&arguments.log)
         .map_err(|error| bad_input(format!("{name}: cannot be read: {error}")))?;
     // A line may have been cut within a character.
     let text = String::from_utf8_lossy(&bytes);
-    let outcome = replay(&text, &model, &digest, &config.settings)
+    let outcome = replay(&text, &basis, &digest, &config.settings)
         .map_err(|error| bad_input(format!("{name}: {error}")))?;
     for (line, problem) in &outcome.torn {
         tell(&format!(
@@ -187,12 +198,12 @@ struct Ready {
 }
 
 fn start(serve: Serve) -> Result<(), Failure> {
-    let config = read_config(serve.config.as_ref())?;
-    let model = serve.model.clone();
-    let files = Files {
-        model: model.ok_or_else(|| bad_input("--model is needed"))?,
-        profile: serve.profile.clone(),
-    };
+    let mut config = read_config(serve.config.as_ref())?;
+    let files = files(
+        (serve.model.clone(), serve.water.clone()),
+        serve.profile.clone(),
+        &mut config,
+    )?;
     let loaded = files.load().map_err(bad_input)?;
     let tls = match &config.tls {
         Some(files) => Some(acceptor(files).map_err(bad_input)?),
@@ -225,16 +236,44 @@ fn start(serve: Serve) -> Result<(), Failure> {
     done
 }
 
-/// Model and profile, as they are read and read again.
+/// Model or water file, and profile, as they are read and read again.
 struct Files {
-    model: PathBuf,
+    kind: PredictorKind,
+    file: PathBuf,
     profile: Option<PathBuf>,
 }
 
 impl Files {
     fn load(&self) -> Result<Loaded, LoadError> {
-        Loaded::read(&self.model, self.profile.as_deref())
+        let profile = self.profile.as_deref();
+        match self.kind {
+            PredictorKind::Network => Loaded::read(&self.file, profile),
+            PredictorKind::Physics => Loaded::read_water(&self.file, profile),
+        }
     }
+}
+
+/// Which files are read: of those given, what the configuration says, else the water file. Where there is a choice, replies say which.
+fn files(
+    (model, water): (Option<PathBuf>, Option<PathBuf>),
+    profile: Option<PathBuf>,
+    config: &mut Config,
+) -> Result<Files, Failure> {
+    let water = water.or_else(|| config.water.clone());
+    config.settings.tell_predictor = config.predictor.is_some() || water.is_some();
+    let kind = config.predictor.unwrap_or(match water {
+        Some(_) => PredictorKind::Physics,
+        None => PredictorKind::Network,
+    });
+    let (file, missing) = match kind {
+        PredictorKind::Network => (model, "a network needs its model: --model FILE"),
+        PredictorKind::Physics => (water, "physics needs a water file: --water FILE"),
+    };
+    Ok(Files {
+        kind,
+        file: file.ok_or_else(|| bad_input(missing))?,
+        profile,
+    })
 }
 
 async fn run(ready: Ready) -> Result<(), Failure> {

@@ -7,8 +7,40 @@ use crate::features::Candidate;
 use crate::mlp::Model;
 use crate::objective::{Objective, Terms};
 use crate::observation::Observation;
+use crate::physics::{Present, Residual as PhysicalResidual};
 use crate::question::Question;
 pub use crate::reason::Reason;
+
+/// What predicts contrast.
+#[derive(Clone, Copy, Debug)]
+pub enum By<'a> {
+    /// A network.
+    Network(&'a Model),
+    /// Physics.
+    Physics(Physical<'a>),
+}
+
+/// Physics from a picture.
+#[derive(Clone, Copy, Debug)]
+pub struct Physical<'a> {
+    /// The picture.
+    pub present: &'a Present,
+    /// How far a prediction from elsewhere is from what was measured, where there is one.
+    pub residual: Option<PhysicalResidual>,
+}
+
+/// What only predictions by physics tell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PhysicalAdvice {
+    /// Which channels are told; the contrast of others is the picture's everywhere.
+    pub told: [bool; 3],
+    /// Standard errors of the contrast predicted at the suggestion, 8-bit counts.
+    pub error: Option<[f64; 3]>,
+    /// Standard errors of the contrast predicted for no change, 8-bit counts.
+    pub error_here: Option<[f64; 3]>,
+    /// How far a prediction from elsewhere is from what was measured, where there is one.
+    pub residual: Option<PhysicalResidual>,
+}
 
 /// What the vehicle should do. Without a valid answer it should hold: distance and lamp level are the
 /// current ones then.
@@ -42,6 +74,8 @@ pub struct Advice {
     pub terms_here: Option<Terms>,
     /// Candidates evaluated.
     pub evaluations: usize,
+    /// What predictions by physics tell besides; `None` with a network.
+    pub physics: Option<PhysicalAdvice>,
 }
 
 impl Advice {
@@ -85,6 +119,7 @@ impl Advice {
             terms: None,
             terms_here: None,
             evaluations: 0,
+            physics: None,
         }
     }
 }
@@ -101,7 +136,8 @@ pub fn trace(
     objective: &Objective,
 ) -> Result<Vec<(Candidate, f64)>, Reason> {
     let mut steps = Vec::new();
-    let mut question = Question::new(observation, profile, model, objective, &Checks::none())?;
+    let by = By::Network(model);
+    let mut question = Question::new(observation, profile, by, objective, &Checks::none())?;
     let (here, _) = question.here()?;
     question.best(here, &mut |candidate, score| {
         steps.push((*candidate, score))
@@ -116,6 +152,8 @@ pub struct Prediction {
     pub contrast: Vec<[f64; 3]>,
     /// Scores.
     pub scores: Vec<f64>,
+    /// Standard errors of the contrast, 8-bit counts; `None` with a network.
+    pub errors: Option<Vec<[f64; 3]>>,
 }
 
 /// The distance and the lamp level with the best score inside the objective's bounds and the calibration: the bare
@@ -137,15 +175,31 @@ pub fn advise_checked(
     objective: &Objective,
     checks: &Checks,
 ) -> Advice {
+    advise_by(observation, profile, By::Network(model), objective, checks)
+}
+
+/// The same, by network or physics.
+pub fn advise_by(
+    observation: &Observation,
+    profile: &Profile,
+    by: By,
+    objective: &Objective,
+    checks: &Checks,
+) -> Advice {
     let answer = || {
-        let mut question = Question::new(observation, profile, model, objective, checks)?;
+        let mut question = Question::new(observation, profile, by, objective, checks)?;
         let (here, residual) = question.here()?;
         let found = question.best(here, &mut |_, _| {})?;
         Ok((found, residual, question.warnings))
     };
     let (found, residual, warnings) = match answer() {
         Ok(found) => found,
-        Err(reason) => return Advice::hold(observation, reason),
+        Err(reason) => {
+            return Advice {
+                physics: by.advice(None),
+                ..Advice::hold(observation, reason)
+            };
+        }
     };
     let (advised, here) = (found.advised, found.here);
     Advice {
@@ -157,22 +211,71 @@ pub fn advise_checked(
         delta_light_pct: advised.candidate.light_pct - observation.light_pct,
         predicted_contrast: Some(advised.contrast),
         predicted_here: Some(here.contrast),
-        residual_here: Some(residual),
+        residual_here: residual,
         score: Some(advised.score),
         score_here: Some(here.score),
         terms: Some(advised.terms),
         terms_here: Some(here.terms),
         evaluations: found.evaluations,
+        physics: by.advice(advised.error.zip(here.error)),
     }
 }
 
-/// What the network predicts for given candidates, and their scores, without asking whether it knows them; see
-/// [`doubt`].
+impl By<'_> {
+    /// Refuses candidates of which physics has no tables: beyond them there are no numbers.
+    fn holds(&self, candidates: &[Candidate]) -> Result<(), Reason> {
+        let Self::Physics(Physical { present, .. }) = self else {
+            return Ok(());
+        };
+        let (min, max) = present.water().tables.distance_range_m();
+        let outside = |candidate: &Candidate| !(min..=max).contains(&candidate.distance_m);
+        match candidates.iter().position(outside) {
+            None => Ok(()),
+            Some(k) => Err(Reason::OutsideTables {
+                field: format!("candidates[{k}][0]"),
+                value: candidates[k].distance_m,
+                range_m: [min, max],
+            }),
+        }
+    }
+
+    /// What physics tells besides, with the standard errors at the suggestion and here.
+    fn advice(&self, errors: Option<([f64; 3], [f64; 3])>) -> Option<PhysicalAdvice> {
+        match self {
+            Self::Network(_) => None,
+            Self::Physics(Physical { present, residual }) => Some(PhysicalAdvice {
+                told: present.told(),
+                error: errors.map(|errors| errors.0),
+                error_here: errors.map(|errors| errors.1),
+                residual: *residual,
+            }),
+        }
+    }
+}
+
+/// What a network predicts for given candidates, and their scores, without asking whether it knows them; see [`doubt_by`].
 pub fn predict(
     observation: &Observation,
     candidates: &[Candidate],
     profile: &Profile,
     model: &Model,
+    objective: &Objective,
+) -> Result<Prediction, Reason> {
+    predict_by(
+        observation,
+        candidates,
+        profile,
+        By::Network(model),
+        objective,
+    )
+}
+
+/// The same, by network or physics.
+pub fn predict_by(
+    observation: &Observation,
+    candidates: &[Candidate],
+    profile: &Profile,
+    by: By,
     objective: &Objective,
 ) -> Result<Prediction, Reason> {
     let (min, max) = profile.distance_range_m();
@@ -188,21 +291,21 @@ pub fn predict(
             });
         }
     }
-    let mut question = Question::new(observation, profile, model, objective, &Checks::none())?;
-    let (contrast, scores) = question.predict(candidates);
-    Ok(Prediction { contrast, scores })
+    by.holds(candidates)?;
+    let mut question = Question::new(observation, profile, by, objective, &Checks::none())?;
+    Ok(question.predict(candidates))
 }
 
 /// Why predictions for these candidates are not to be relied on, if there is a reason.
-pub fn doubt(
+pub fn doubt_by(
     observation: &Observation,
     candidates: &[Candidate],
     profile: &Profile,
-    model: &Model,
+    by: By,
     objective: &Objective,
     checks: &Checks,
 ) -> Option<Reason> {
-    let fits = Question::new(observation, profile, model, objective, checks)
+    let fits = Question::new(observation, profile, by, objective, checks)
         .and_then(|mut question| question.here().map(|_| ()));
     if let Err(reason) = fits {
         return Some(reason);
@@ -211,10 +314,10 @@ pub fn doubt(
         distance_m: observation.distance_m,
         light_pct: observation.light_pct,
     };
-    match checks.training {
-        Strictness::Refuse => {
+    match (by, checks.training) {
+        (By::Network(model), Strictness::Refuse) => {
             model.outside_candidates(&current, candidates, checks.training_margin)
         }
-        Strictness::Warn | Strictness::Ignore => None,
+        _ => None,
     }
 }

@@ -194,6 +194,15 @@ impl Strictness {
         ("ignore", Self::Ignore),
     ];
 
+    /// The stricter of two.
+    pub(crate) fn stricter(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Refuse, _) | (_, Self::Refuse) => Self::Refuse,
+            (Self::Warn, _) | (_, Self::Warn) => Self::Warn,
+            (Self::Ignore, Self::Ignore) => Self::Ignore,
+        }
+    }
+
     /// Its name in files.
     pub fn name(self) -> &'static str {
         match self {

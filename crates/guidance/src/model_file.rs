@@ -50,14 +50,21 @@ pub enum ModelError {
     },
 }
 
+/// 16 hexadecimal digits that tell a file's bytes from others (FNV-1a, 64 bits: against mix-ups, not against forgery).
+pub(crate) fn digest(bytes: &[u8]) -> String {
+    let digest = bytes.iter().fold(0xcbf2_9ce4_8422_2325_u64, |hash, &byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    });
+    format!("{digest:016x}")
+}
+
 impl Model {
     /// Reads and checks a model file.
     pub fn read(path: &Path) -> Result<Self, ModelError> {
         Ok(Self::read_with_digest(path)?.0)
     }
 
-    /// The same with a digest of the file's bytes, 16 hexadecimal digits, that tells it from others (FNV-1a,
-    /// 64 bits: against mix-ups, not against forgery).
+    /// The same with a digest of the file's bytes that tells it from others.
     pub fn read_with_digest(path: &Path) -> Result<(Self, String), ModelError> {
         let file = path.display().to_string();
         let bytes = fs::read(path).map_err(|source| ModelError::Read {
@@ -69,10 +76,7 @@ impl Model {
             source,
         })?;
         let model = Self::from_json(&value).map_err(|source| ModelError::Field { file, source })?;
-        let digest = bytes.iter().fold(0xcbf2_9ce4_8422_2325_u64, |hash, &byte| {
-            (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
-        });
-        Ok((model, format!("{digest:016x}")))
+        Ok((model, digest(&bytes)))
     }
 
     /// A model from the parsed JSON of a model file.

@@ -1,13 +1,15 @@
-//! One question to network and objective: what is known, what is asked, and where the answer may lie.
+//! One question to network or physics and objective: what is known, what is asked, and where the answer may lie.
 
 use uw_calib::Profile;
 
+use crate::advice::{By, Physical, Prediction};
 use crate::checks::{Checks, Residual, Strictness};
 use crate::features::{Candidate, FeatureValue, Situation, TARGET_PROFILE};
 use crate::mlp::{Model, Query};
 use crate::objective::{Criterion, Objective, Terms};
 use crate::observation::Observation;
 use crate::optimise::{Bounds, Ridges, maximise};
+use crate::physics::Unknown;
 use crate::reason::Reason;
 
 /// Share of the distance term's peak below which a place is no start for the search.
@@ -16,12 +18,11 @@ const RIDGE_THRESHOLD: f64 = 0.01;
 const DISTANCE_GRID_PER_M: f64 = 100.0;
 const LIGHT_GRID_PER_PCT: f64 = 10.0;
 
-/// Network and objective, made ready for one observation.
+/// Network or physics, and objective, made ready for one observation.
 pub(crate) struct Question<'a> {
-    query: Query<'a>,
+    engine: Engine<'a>,
     criterion: Criterion<'a>,
     profile: &'a Profile,
-    model: &'a Model,
     objective: &'a Objective,
     situation: Situation,
     /// What was found wanting and is allowed by the checks.
@@ -30,12 +31,20 @@ pub(crate) struct Question<'a> {
     current: Candidate,
 }
 
+/// What predicts contrast, made ready.
+enum Engine<'a> {
+    Network { query: Query<'a>, model: &'a Model },
+    Physics(Physical<'a>),
+}
+
 /// A candidate with what is predicted for it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Judged {
     pub candidate: Candidate,
     /// 8-bit counts.
     pub contrast: [f64; 3],
+    /// Its standard error, 8-bit counts, by physics.
+    pub error: Option<[f64; 3]>,
     pub score: f64,
     pub terms: Terms,
 }
@@ -53,7 +62,7 @@ impl<'a> Question<'a> {
     pub fn new(
         observation: &Observation,
         profile: &'a Profile,
-        model: &'a Model,
+        by: By<'a>,
         objective: &'a Objective,
         checks: &Checks,
     ) -> Result<Self, Reason> {
@@ -76,19 +85,33 @@ impl<'a> Question<'a> {
                 Strictness::Warn | Strictness::Ignore => warnings.push(reason),
             }
         }
-        if checks.training != Strictness::Ignore
-            && let Some(reason) = model.outside(&situation, checks.training_margin)
-        {
-            match checks.training {
+        let own = match by {
+            By::Network(model) => {
+                let outside = model.outside(&situation, checks.training_margin);
+                outside
+                    .map(|reason| (checks.training, reason))
+                    .into_iter()
+                    .collect()
+            }
+            By::Physics(physical) => physical.doubts(observation, checks)?,
+        };
+        for (strictness, reason) in own {
+            match strictness {
                 Strictness::Refuse => return Err(reason),
-                Strictness::Warn | Strictness::Ignore => warnings.push(reason),
+                Strictness::Warn => warnings.push(reason),
+                Strictness::Ignore => {}
             }
         }
         Ok(Self {
-            query: model.query(&situation),
+            engine: match by {
+                By::Network(model) => Engine::Network {
+                    query: model.query(&situation),
+                    model,
+                },
+                By::Physics(physical) => Engine::Physics(physical),
+            },
             criterion: Criterion::new(objective, profile, observation.depth_m, situation.k_z),
             profile,
-            model,
             objective,
             situation,
             warnings,
@@ -100,16 +123,22 @@ impl<'a> Question<'a> {
         })
     }
 
-    /// What is predicted for staying, and how far that is from the picture. A residual beyond the limit is an error or a
-    /// warning, as the checks say.
-    pub fn here(&mut self) -> Result<(Judged, Residual), Reason> {
+    /// What is predicted for staying, and by a network how far that is from the picture. A residual beyond the limit is an error or
+    /// a warning, as the checks say.
+    pub fn here(&mut self) -> Result<(Judged, Option<Residual>), Reason> {
         let current = self.current;
         let here = self.exact(&current);
+        let Engine::Network { model, .. } = &self.engine else {
+            return match here.score.is_finite() {
+                true => Ok((here, None)),
+                false => Err(Reason::NotFinite),
+            };
+        };
         let measured = self.situation.observation.std;
         let residual = Residual::new(here.contrast, measured);
-        let strictness = self.checks.misfit_of(self.model);
+        let strictness = self.checks.misfit_of(model);
         if strictness == Strictness::Ignore || residual.misfit <= self.checks.max_misfit {
-            return Ok((here, residual));
+            return Ok((here, Some(residual)));
         }
         if !residual.misfit.is_finite() {
             return Err(Reason::NotFinite);
@@ -124,7 +153,7 @@ impl<'a> Question<'a> {
             Strictness::Refuse => Err(reason),
             Strictness::Warn | Strictness::Ignore => {
                 self.warnings.push(reason);
-                Ok((here, residual))
+                Ok((here, Some(residual)))
             }
         }
     }
@@ -136,7 +165,7 @@ impl<'a> Question<'a> {
         watch: &mut dyn FnMut(&Candidate, f64),
     ) -> Result<Found, Reason> {
         let allowed = self.allowed()?;
-        let bounds = self.trained(allowed)?;
+        let bounds = self.known(allowed)?;
         let mut peaks = self
             .criterion
             .peaks_m(bounds.distance_m[0], bounds.distance_m[1]);
@@ -147,10 +176,14 @@ impl<'a> Question<'a> {
             current: self.current,
         };
         let known = self.curve_limits(&bounds);
-        let (query, criterion, situation) = (&mut self.query, &self.criterion, &self.situation);
+        let (engine, criterion, situation) = (&mut self.engine, &self.criterion, &self.situation);
         let quick = |candidate: &Candidate| {
             let score = if known.iter().all(|limit| limit.holds(situation, candidate)) {
-                criterion.score(query.quick_contrast(candidate), candidate.distance_m)
+                let contrast = match &mut *engine {
+                    Engine::Network { query, .. } => query.quick_contrast(candidate),
+                    Engine::Physics(physical) => physical.present.quick_contrast(candidate),
+                };
+                criterion.score(contrast, candidate.distance_m)
             } else {
                 f64::NAN
             };
@@ -184,15 +217,28 @@ impl<'a> Question<'a> {
     }
 
     /// Contrasts of candidates in double precision, and their scores.
-    pub fn predict(&mut self, candidates: &[Candidate]) -> (Vec<[f64; 3]>, Vec<f64>) {
+    pub fn predict(&mut self, candidates: &[Candidate]) -> Prediction {
         let mut contrast = vec![[0.0; 3]; candidates.len()];
-        self.query.contrasts(candidates, &mut contrast);
+        let mut errors = None;
+        match &mut self.engine {
+            Engine::Network { query, .. } => query.contrasts(candidates, &mut contrast),
+            Engine::Physics(physical) => {
+                let found = candidates.iter().map(|at| physical.present.contrast(at));
+                let found: Vec<_> = found.collect();
+                contrast = found.iter().map(|found| found.counts).collect();
+                errors = Some(found.iter().map(|found| found.error_counts).collect());
+            }
+        }
         let scores = candidates
             .iter()
             .zip(&contrast)
             .map(|(candidate, &contrast)| self.criterion.score(contrast, candidate.distance_m))
             .collect();
-        (contrast, scores)
+        Prediction {
+            contrast,
+            scores,
+            errors,
+        }
     }
 
     /// The objective's bounds inside the calibration.
@@ -212,11 +258,15 @@ impl<'a> Question<'a> {
         })
     }
 
-    /// Of these bounds what the model was trained on.
-    fn trained(&self, allowed: Bounds) -> Result<Bounds, Reason> {
-        if self.checks.training != Strictness::Refuse {
-            return Ok(allowed);
-        }
+    /// Of these bounds what the model was trained on, or what the water file has tables of.
+    fn known(&self, allowed: Bounds) -> Result<Bounds, Reason> {
+        let model = match &self.engine {
+            Engine::Physics(physical) => return physical.tabulated(allowed),
+            Engine::Network { .. } if self.checks.training != Strictness::Refuse => {
+                return Ok(allowed);
+            }
+            Engine::Network { model, .. } => model,
+        };
         let common = |name, unit, [low, high]: [f64; 2], trained: Option<[f64; 2]>| {
             let Some(trained) = trained else {
                 return Ok([low, high]);
@@ -233,7 +283,7 @@ impl<'a> Question<'a> {
                 margin: 0.0,
             })
         };
-        let (distance_m, light_pct) = self.model.trained_candidates(&self.current);
+        let (distance_m, light_pct) = model.trained_candidates(&self.current);
         Ok(Bounds {
             distance_m: common("distance_m", "m", allowed.distance_m, distance_m)?,
             light_pct: common("light_pct", "percent", allowed.light_pct, light_pct)?,
@@ -243,9 +293,10 @@ impl<'a> Question<'a> {
     /// Inputs that follow the calibration to the candidate's distance and leave the trained range somewhere between the
     /// bounds. Between samples the curves are straight, so that their ends tell.
     fn curve_limits(&self, bounds: &Bounds) -> Vec<CurveLimit> {
-        if self.checks.training != Strictness::Refuse {
-            return Vec::new();
-        }
+        let model = match &self.engine {
+            Engine::Network { model, .. } if self.checks.training == Strictness::Refuse => model,
+            _ => return Vec::new(),
+        };
         let [near, far] = bounds.distance_m;
         let samples = self.profile.contrast_on().iter();
         let mut corners: Vec<f64> = samples
@@ -254,12 +305,12 @@ impl<'a> Question<'a> {
             .filter(|distance_m| (near..=far).contains(distance_m))
             .collect();
         corners.extend([near, far]);
-        let inputs = self.model.inputs().iter().enumerate();
+        let inputs = model.inputs().iter().enumerate();
         inputs
             .filter(|(_, input)| TARGET_PROFILE.contains(&input.name))
             .filter_map(|(k, input)| match input.value {
                 FeatureValue::Varying(value) => {
-                    let range = self.model.widened(k, self.checks.training_margin)?;
+                    let range = model.widened(k, self.checks.training_margin)?;
                     Some(CurveLimit { value, range })
                 }
                 FeatureValue::Fixed(_) => None,
@@ -297,13 +348,98 @@ impl<'a> Question<'a> {
 
     /// Contrast and score in double precision.
     fn exact(&mut self, candidate: &Candidate) -> Judged {
-        let contrast = self.query.contrast(candidate);
+        let (contrast, error) = match &mut self.engine {
+            Engine::Network { query, .. } => (query.contrast(candidate), None),
+            Engine::Physics(physical) => {
+                let found = physical.present.contrast(candidate);
+                (found.counts, Some(found.error_counts))
+            }
+        };
         let distance_m = candidate.distance_m;
         Judged {
             candidate: *candidate,
             contrast,
+            error,
             score: self.criterion.score(contrast, distance_m),
             terms: self.criterion.terms(contrast, distance_m),
+        }
+    }
+}
+
+impl Physical<'_> {
+    /// What is wrong with picture and place, and what is done about it.
+    ///
+    /// # Errors
+    /// No channel is told: there is no number.
+    fn doubts(
+        &self,
+        observation: &Observation,
+        checks: &Checks,
+    ) -> Result<Vec<(Strictness, Reason)>, Reason> {
+        let unknown = self.present.unknown();
+        if unknown.iter().all(Option::is_some) {
+            return Err(Reason::Untold(unknown));
+        }
+        let tables = &self.present.water().tables;
+        let mut doubts = Vec::new();
+        let distances_m = tables.distance_range_m();
+        let margin_m = checks.training_margin * (distances_m.1 - distances_m.0);
+        for (field, value, (min, max), margin) in [
+            ("distance_m", observation.distance_m, distances_m, margin_m),
+            (
+                "depth_m",
+                observation.depth_m,
+                tables.depth_range_m(),
+                checks.depth_margin_m,
+            ),
+        ] {
+            if !(min - margin..=max + margin).contains(&value) {
+                let reason = Reason::OutsideTables {
+                    field: field.to_owned(),
+                    value,
+                    range_m: [min, max],
+                };
+                doubts.push((checks.training, reason));
+            }
+        }
+        let strictness = unknown.iter().flatten().map(|reason| match reason {
+            Unknown::Clipped => checks.saturation,
+            Unknown::Noise => checks.noise_floor,
+            Unknown::Light => checks.misfit,
+        });
+        if let Some(strictest) = strictness.reduce(Strictness::stricter) {
+            doubts.push((strictest, Reason::Untold(unknown)));
+        }
+        if let Some(predicted) = self.present.unexplained() {
+            let measured = self.present.measured();
+            let reason = Reason::Unexplained {
+                predicted,
+                measured,
+            };
+            doubts.push((checks.misfit, reason));
+        }
+        let limit = checks.max_misfit;
+        if let Some(residual) = self.residual.filter(|found| !(found.misfit <= limit)) {
+            doubts.push((checks.misfit, Reason::PhysicsMisfit { residual, limit }));
+        }
+        Ok(doubts)
+    }
+
+    /// Of these bounds what the water file has tables of.
+    fn tabulated(&self, allowed: Bounds) -> Result<Bounds, Reason> {
+        let (min, max) = self.present.water().tables.distance_range_m();
+        let [low, high] = allowed.distance_m;
+        let distance_m = [low.max(min), high.min(max)];
+        match distance_m[0] <= distance_m[1] {
+            true => Ok(Bounds {
+                distance_m,
+                ..allowed
+            }),
+            false => Err(Reason::OutsideTables {
+                field: "objective.distance_m".to_owned(),
+                value: if low > max { low } else { high },
+                range_m: [min, max],
+            }),
         }
     }
 }

@@ -5,6 +5,7 @@ use uw_calib::json::FieldError;
 
 use crate::checks::Residual;
 use crate::observation::Quality;
+use crate::physics::{Residual as PhysicalResidual, ResidualFrom, Unknown};
 use uw_calib::detail::channel_names;
 
 /// Why there is no advice, why it is to stay, or what limits it.
@@ -76,6 +77,31 @@ pub enum Reason {
     },
     /// The model's predictions are not numbers anywhere.
     NotFinite,
+    /// The vehicle, or a candidate asked for, is outside the tables of the water file.
+    OutsideTables {
+        /// Name of the value.
+        field: String,
+        /// The value, m.
+        value: f64,
+        /// Least and greatest of the tables, m.
+        range_m: [f64; 2],
+    },
+    /// What physics predicts from elsewhere is not what the picture has: the water file does not fit this place.
+    PhysicsMisfit {
+        /// Predicted less measured.
+        residual: PhysicalResidual,
+        /// Largest misfit allowed.
+        limit: f64,
+    },
+    /// The closed form of the sensor does not explain the contrast of the very picture that it is given.
+    Unexplained {
+        /// Predicted for no change, 8-bit counts.
+        predicted: [f64; 3],
+        /// Measured, 8-bit counts.
+        measured: [f64; 3],
+    },
+    /// The picture does not tell the target's detail in some channels, or in none: why, per channel.
+    Untold([Option<Unknown>; 3]),
     /// The calibration ends where the best distance lies, inside the objective's bounds: the advice is
     /// valid, and beyond the calibration it might be better.
     Clamped {
@@ -109,6 +135,13 @@ impl Reason {
             Self::Saturated { .. } => "saturated",
             Self::NoCandidates { .. } => "no_candidates",
             Self::NotFinite => "not_finite",
+            Self::OutsideTables { .. } => "outside_tables",
+            Self::PhysicsMisfit { .. } | Self::Unexplained { .. } => "model_misfit",
+            Self::Untold(unknown) => match first(unknown) {
+                Unknown::Clipped => "saturated",
+                Unknown::Noise => "noise_floor",
+                Unknown::Light => "other_light",
+            },
             Self::Clamped { .. } => "clamped",
             Self::SmallGain { .. } => "small_gain",
         }
@@ -213,6 +246,54 @@ impl std::fmt::Display for Reason {
                 "objective.distance_m must overlap with the calibrated {min:?} to {max:?} m, got [{near}, {far}]"
             ),
             Self::NotFinite => f.write_str("the model predicts no finite contrast here"),
+            Self::OutsideTables {
+                field,
+                value,
+                range_m: [min, max],
+            } => write!(
+                f,
+                "{field} must be between {} and {} m, which the water file knows, got {}",
+                short(*min),
+                short(*max),
+                short(*value)
+            ),
+            Self::PhysicsMisfit { residual, limit } => {
+                let from = match residual.from {
+                    ResidualFrom::Picture => "an earlier picture of this connection",
+                    ResidualFrom::Sights => "the sights of the water file",
+                };
+                let off = residual.counts.map(|counts| match counts {
+                    Some(counts) => format!("{counts:+.1}"),
+                    None => "?".to_owned(),
+                });
+                write!(
+                    f,
+                    "the water file does not fit here: {from} predicts a contrast that is off by {} (standard error {}; R G B, 8-bit counts), a misfit of {:.1} in units of three standard errors where {limit} is allowed",
+                    off.join(" "),
+                    counts(&residual.error_counts),
+                    residual.misfit
+                )
+            }
+            Self::Unexplained {
+                predicted,
+                measured,
+            } => write!(
+                f,
+                "the water file's sensor does not explain the picture: for no change it predicts a contrast of {} where the picture has {} (R G B, 8-bit counts)",
+                counts(predicted),
+                counts(measured)
+            ),
+            Self::Untold(unknown) => {
+                let named = ["red", "green", "blue"].iter().zip(unknown);
+                let told =
+                    named.filter_map(|(name, reason)| Some(format!("{name}: {}", (*reason)?)));
+                let told: Vec<String> = told.collect();
+                write!(
+                    f,
+                    "the picture does not tell the target's detail; {}",
+                    told.join("; ")
+                )
+            }
             Self::Clamped { at_m } => write!(
                 f,
                 "the best distance lies at the end of the calibrated range, {at_m} m"
@@ -228,6 +309,14 @@ impl std::fmt::Display for Reason {
             ),
         }
     }
+}
+
+/// The reason that the others follow from: a clipped picture tells nothing of its light, and another light nothing of noise.
+fn first(unknown: &[Option<Unknown>; 3]) -> Unknown {
+    [Unknown::Clipped, Unknown::Light]
+        .into_iter()
+        .find(|reason| unknown.contains(&Some(*reason)))
+        .unwrap_or(Unknown::Noise)
 }
 
 /// A number as people read it: at most three decimals.

@@ -57,6 +57,15 @@ pub enum ConfigError {
     },
 }
 
+/// What contrast is predicted from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PredictorKind {
+    /// A model file.
+    Network,
+    /// A water file.
+    Physics,
+}
+
 /// What the daemon can be told in a file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Config {
@@ -66,6 +75,10 @@ pub struct Config {
     pub limits: Limits,
     /// File whose first line clients have to show.
     pub token_file: Option<PathBuf>,
+    /// What contrast is predicted from; a water file means physics, else a network.
+    pub predictor: Option<PredictorKind>,
+    /// The water file.
+    pub water: Option<PathBuf>,
     /// Files of TLS.
     pub tls: Option<TlsFiles>,
     /// Loopback address of metrics and health checks.

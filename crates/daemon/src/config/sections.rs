@@ -10,7 +10,7 @@ use uw_calib::json::{FieldError, Object, array, number};
 use uw_calib::response::LinearNoise;
 use uw_calib::{Encoding, NoiseModel, SensorNoise};
 
-use super::{CONFIG_FORMAT, Config, links, section};
+use super::{CONFIG_FORMAT, Config, PredictorKind, links, section};
 use crate::log::LogConfig;
 use crate::tls::TlsFiles;
 use uw_guidance::beams::BeamGeometry;
@@ -44,7 +44,14 @@ pub(super) fn config(value: &Value) -> Result<Config, FieldError> {
     let document = Object::new(value, "")?;
     let known: Vec<&str> = SECTIONS
         .into_iter()
-        .chain(["operations", "dvl", "mavlink", "rosbridge"])
+        .chain([
+            "predictor",
+            "water",
+            "operations",
+            "dvl",
+            "mavlink",
+            "rosbridge",
+        ])
         .collect();
     document.only(&known)?;
     let format = document.text("format")?;
@@ -54,6 +61,13 @@ pub(super) fn config(value: &Value) -> Result<Config, FieldError> {
         return Err(FieldError::invalid("format", expected, got));
     }
     let mut config = Config::default();
+    if document.get("predictor").is_some() {
+        config.predictor = Some(predictor(&document)?);
+    }
+    if let Some(water) = section(&document, "water")? {
+        water.only(&["file"])?;
+        config.water = path(&water, "file")?;
+    }
     let settings = &mut config.settings;
     if let Some(objective) = section(&document, "objective")? {
         settings.objective = settings.objective.with(&objective)?;
@@ -100,6 +114,21 @@ pub(super) fn config(value: &Value) -> Result<Config, FieldError> {
         config.rosbridge = links::rosbridge(&object)?;
     }
     Ok(config)
+}
+
+fn predictor(document: &Object) -> Result<PredictorKind, FieldError> {
+    match document.text("predictor")? {
+        "network" => Ok(PredictorKind::Network),
+        "physics" => Ok(PredictorKind::Physics),
+        other => {
+            let expected = "\"network\" or \"physics\"";
+            Err(FieldError::invalid(
+                "predictor",
+                expected,
+                format!("{other:?}"),
+            ))
+        }
+    }
 }
 
 /// The noise of the camera; taken from the pictures where it is not given.

@@ -33,7 +33,7 @@ pub(crate) fn service() -> Service {
 /// The same with settings of its own, with or without a profile.
 pub(crate) fn service_with(settings: Settings, with_profile: bool) -> Service {
     let loaded = Loaded {
-        model: Model::read(MODEL.as_ref()).unwrap(),
+        basis: Model::read(MODEL.as_ref()).unwrap().into(),
         model_name: "mlp_a".to_owned(),
         model_digest: String::new(),
         profile: with_profile.then(|| profile(&mut Numbers::new(3)).into()),

@@ -9,12 +9,16 @@ mod dvl_stream;
 mod faults;
 #[cfg(unix)]
 mod files;
+#[cfg(unix)]
+mod known_water;
 mod links;
 mod model;
 mod noise;
 #[cfg(unix)]
 mod operations;
 mod optimum;
+#[cfg(unix)]
+mod physics;
 #[cfg(unix)]
 mod program;
 mod protocol;

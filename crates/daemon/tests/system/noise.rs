@@ -13,7 +13,7 @@ use crate::support::{Numbers, echo_model, profile};
 /// A daemon whose model predicts for no change what the picture has, whatever that is: no misfit tells it noise.
 fn daemon(images: &Path, checks: Checks) -> Running {
     let loaded = Loaded {
-        model: Model::from_json(&echo_model(-2.0, 0.02)).unwrap(),
+        basis: Model::from_json(&echo_model(-2.0, 0.02)).unwrap().into(),
         model_name: "echo".to_owned(),
         model_digest: String::new(),
         profile: Some(Arc::new(profile(&mut Numbers::new(3)))),

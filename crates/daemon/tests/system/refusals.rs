@@ -21,7 +21,7 @@ fn session_with(profile: Profile, checks: Checks) -> Session {
 
 fn session_of(model: &Value, profile: Profile, checks: Checks) -> Session {
     let loaded = Loaded {
-        model: Model::from_json(model).unwrap(),
+        basis: Model::from_json(model).unwrap().into(),
         model_name: "echo".to_owned(),
         model_digest: String::new(),
         profile: Some(Arc::new(profile)),

@@ -13,6 +13,7 @@ use super::grid::PATCHES;
 use super::predict::Place;
 use super::target::Sight;
 use super::water::{Field, SourceTables, WaterTables};
+use crate::model_file::digest;
 
 /// Name and version of the format.
 pub const WATER_FORMAT: &str = "uw-water/1";
@@ -136,6 +137,14 @@ impl WaterFile {
     /// # Errors
     /// It cannot be read, or a field is missing, unknown or wrong.
     pub fn read(path: &Path) -> Result<Self, WaterFileError> {
+        Ok(Self::read_with_digest(path)?.0)
+    }
+
+    /// The same with a digest of the file's bytes that tells it from others.
+    ///
+    /// # Errors
+    /// It cannot be read, or a field is missing, unknown or wrong.
+    pub fn read_with_digest(path: &Path) -> Result<(Self, String), WaterFileError> {
         let file = path.display().to_string();
         let bytes = fs::read(path).map_err(|source| WaterFileError::Read {
             file: file.clone(),
@@ -156,7 +165,7 @@ impl WaterFile {
         }
         let read: Self = serde_json::from_slice(&bytes).map_err(|e| content(e.to_string()))?;
         read.check().map_err(content)?;
-        Ok(read)
+        Ok((read, digest(&bytes)))
     }
 
     /// The file's text, its numbers to six digits: far more than they are known to.

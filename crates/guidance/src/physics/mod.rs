@@ -7,7 +7,8 @@
 //! with the veil V, the irradiance over π of the target E, the transmittance T of the straight ray, and the share S and spread s
 //! of rays that scatter before they meet the target ([`water`]: V, E, S and s of daylight and of the lamps, by distance). The
 //! present picture, cleared of V and E, shows the target's detail by scale ([`detail`]); with the V, E, T, S and s of another
-//! distance and lamp level the same detail makes another contrast ([`predict`]). Nothing of the target is learned beforehand; pictures of it
+//! distance and lamp level the same detail makes another contrast ([`predict`], of which a search looks at a sheet made once a
+//! picture, [`present`]). Nothing of the target is learned beforehand; pictures of it
 //! from other distances, kept in the water's [`file`], tell what the present one does not show.
 
 mod cleared;
@@ -16,6 +17,8 @@ pub mod file;
 mod grid;
 mod light;
 pub mod predict;
+pub mod present;
+mod sheet;
 pub mod target;
 pub mod water;
 
@@ -23,6 +26,7 @@ pub use cleared::LinearPicture;
 pub use detail::TargetDetail;
 pub use file::{WaterFile, WaterFileError};
 pub use predict::{Contrast, Place, Predictor, Unknown};
+pub use present::{Present, Residual, ResidualFrom, Water};
 pub use target::Sight;
 pub use water::WaterTables;
 

@@ -90,7 +90,7 @@ impl std::fmt::Display for Unknown {
 
 /// What is made once of a picture: the tables of its depth, and the target that it shows.
 #[derive(Debug)]
-struct Known {
+pub(super) struct Known {
     column: Column,
     target: Target,
 }
@@ -141,10 +141,36 @@ impl<'a> Predictor<'a> {
         predictor
     }
 
+    /// From what was made of a picture before.
+    pub(super) fn of_known(place: Place<'a>, known: Arc<Known>, correction: [f64; 3]) -> Self {
+        Self {
+            place,
+            known,
+            correction,
+        }
+    }
+
+    /// What was made of the picture.
+    pub(super) fn known(&self) -> (Arc<Known>, [f64; 3]) {
+        (Arc::clone(&self.known), self.correction)
+    }
+
     /// Contrast of a picture at the candidate as the published definition has it: the sensor's noise counts.
     pub fn contrast(&self, candidate: &Candidate) -> Contrast {
         self.at_distance(candidate.distance_m)
             .contrast(candidate.light_pct)
+    }
+
+    /// Contrast and its standard error as the sights alone have it, 8-bit counts; `None` for channels that none tells.
+    pub(super) fn of_sights(&self, candidate: &Candidate) -> [Option<(f64, f64)>; 3] {
+        let there = self.at_distance(candidate.distance_m);
+        let seen = self.place.seen(&there.lit, candidate.light_pct);
+        [0, 1, 2].map(|k| {
+            let left = |frequency: f64| seen.left_of(k, frequency);
+            let target = &self.known.target;
+            let look = target.look_of_sights(k, candidate.distance_m, &left)?;
+            Some(self.with_error(k, &seen, &look))
+        })
     }
 
     /// Predictions from a distance, for many lamp levels.
@@ -170,6 +196,15 @@ impl<'a> Predictor<'a> {
     /// Measured over predicted contrast here.
     pub fn correction(&self) -> [f64; 3] {
         self.correction
+    }
+
+    /// Contrast of a channel and its standard error, 8-bit counts.
+    fn with_error(&self, k: usize, seen: &Seen, look: &Look) -> (f64, f64) {
+        let whole = self.over_patches(k, seen, look, 1.0);
+        let rise = (self.over_patches(k, seen, look, 1.0 + STEP) - whole) / STEP;
+        let of_detail = rise * look.error.min(1.0);
+        let of_model = MODEL_ERROR * whole;
+        (whole, of_detail.hypot(of_model).hypot(ROUNDING_COUNTS))
     }
 
     /// Mean over patches of the deviation of the stored count, the target's being `times` as large.
@@ -226,13 +261,7 @@ impl AtDistance<'_> {
             error_counts: [0.0; 3],
         };
         self.each(light_pct, &mut |k, seen, look| {
-            let predictor = self.predictor;
-            let whole = predictor.over_patches(k, seen, look, 1.0);
-            let rise = (predictor.over_patches(k, seen, look, 1.0 + STEP) - whole) / STEP;
-            let of_detail = rise * look.error.min(1.0);
-            let of_model = MODEL_ERROR * whole;
-            found.counts[k] = whole;
-            found.error_counts[k] = of_detail.hypot(of_model).hypot(ROUNDING_COUNTS);
+            (found.counts[k], found.error_counts[k]) = self.predictor.with_error(k, seen, look);
         });
         found
     }

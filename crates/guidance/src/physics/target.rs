@@ -174,10 +174,7 @@ impl Target {
         };
         let Some(comparison) = &self.comparison[k] else {
             // Nothing tells whether it is the same target.
-            return Look {
-                error: there.error.hypot(UNCOMPARED),
-                ..there
-            };
+            return uncompared(there);
         };
         let memory_error = self.memory_error(distance_m, comparison, there.error);
         let (own_square, memory_square) = (own_error.powi(2), memory_error.powi(2));
@@ -195,6 +192,16 @@ impl Target {
                 false => own.shape,
             },
         }
+    }
+
+    /// How it looks if the sights are of it, whatever the present picture shows.
+    pub(super) fn look_of_sights(
+        &self,
+        k: usize,
+        distance_m: f64,
+        left: &dyn Fn(f64) -> f64,
+    ) -> Option<Look<'_>> {
+        self.remembered(k, distance_m, left).map(uncompared)
     }
 
     /// How the remembered target looks from `distance_m`, between the sights nearest to it; `None` without any that tells.
@@ -253,5 +260,13 @@ impl Target {
         let [at_once, by_way] = AGREEMENT;
         let square = at_once.powi(2) + (by_way * way).powi(2) + 0.5 * comparison.square;
         square.sqrt().hypot(known)
+    }
+}
+
+/// A remembered look of which nothing tells whether it is of this target.
+fn uncompared(look: Look<'_>) -> Look<'_> {
+    Look {
+        error: look.error.hypot(UNCOMPARED),
+        ..look
     }
 }

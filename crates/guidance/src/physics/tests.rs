@@ -7,7 +7,10 @@ use uw_calib::response::CountResponse;
 use super::file::{SensorNumbers, WATER_FORMAT, WaterFile, WaterNumbers};
 use super::grid::PATCHES;
 use super::water::{Field, SourceTables, ViewTables, WaterTables};
-use super::{LinearPicture, Predictor, Sight};
+use std::sync::Arc;
+
+use super::light::Column;
+use super::{LinearPicture, Predictor, Present, ResidualFrom, Sight, Unknown, Water};
 use crate::features::Candidate;
 
 const WIDTH: usize = 320;
@@ -224,4 +227,168 @@ fn noise_is_not_detail() {
         let as_detail = now.1[k] * (C_PER_M * 3.5).exp();
         assert!(found < 0.5 * as_detail, "{found} {as_detail}");
     }
+}
+
+/// Tables without any pattern to them.
+fn uneven_water() -> WaterFile {
+    let mut file = even_water();
+    let mut noise = Noise(17);
+    let mut positive = |scale: f64| scale * (0.3 * noise.next()).exp();
+    let source = |positive: &mut dyn FnMut(f64) -> f64| {
+        let mut field = |scale: f64| -> Field {
+            [0, 1, 2].map(|_| (0..PATCHES).map(|_| positive(scale)).collect())
+        };
+        SourceTables {
+            veil: field(0.05),
+            light: field(0.8),
+            straight: field(0.4),
+            scattered: field(0.1),
+            transfer: [0.8, 0.6, 0.5].map(|last| vec![0.9, 0.7, 0.3 * last]),
+        }
+    };
+    file.tables.depths_m = vec![1.0, 3.0];
+    for view in &mut file.tables.views {
+        view.lamps = source(&mut positive);
+        view.daylight = vec![source(&mut positive), source(&mut positive)];
+    }
+    file
+}
+
+/// What is looked up once a depth and once a distance is what the tables say: every quantity between the nodes by its logarithm, the light of
+/// lamps with the squared distance taken out.
+#[test]
+fn tables_made_ready_are_the_tables() {
+    let tables = uneven_water().tables;
+    let (depth_m, distance_m, level) = (1.7, 1.3, 0.35);
+    let (daylight, lamps) = ([1.1, 0.9, 1.0], [0.8, 1.2, 1.0]);
+    let log = |a: f64, b: f64, share: f64| a * (b / a).powf(share);
+    let (deeper, farther) = ((depth_m - 1.0) / 2.0, (distance_m / 1.0_f64).log2());
+    let column = Column::new(&tables, depth_m);
+    let lit = column.lit(distance_m);
+    let seen = lit.seen(daylight, lamps.map(|lamp| level * lamp));
+    let views = [&tables.views[1], &tables.views[2]];
+    for k in 0..3 {
+        let (mut all, mut left) = (0.0, 0.0);
+        for i in 0..PATCHES {
+            let day = |of: fn(&SourceTables) -> &Field| {
+                let [near, far] = views.map(|view| {
+                    let [upper, lower] = [0, 1].map(|j| of(&view.daylight[j])[k][i]);
+                    log(upper, lower, deeper)
+                });
+                log(near, far, farther)
+            };
+            let lamp = |of: fn(&SourceTables) -> &Field| {
+                let [near, far] = views.map(|view| of(&view.lamps)[k][i]);
+                log(near, far, farther)
+            };
+            let [near, far] =
+                views.map(|view| view.lamps.light[k][i] * view.distance_m * view.distance_m);
+            let by_day = daylight[k] * day(|s| &s.light);
+            let by_lamps = level * lamps[k] * log(near, far, farther) / (distance_m * distance_m);
+            let veil = daylight[k] * day(|s| &s.veil) + level * lamps[k] * lamp(|s| &s.veil);
+            let straight = by_day * day(|s| &s.straight) + by_lamps * lamp(|s| &s.straight);
+            let scattered = by_day * day(|s| &s.scattered) + by_lamps * lamp(|s| &s.scattered);
+            assert!((seen.veil[k][i] / veil - 1.0).abs() < 1e-12);
+            assert!((seen.gain[k][i] / (straight + scattered) - 1.0).abs() < 1e-12);
+            all += straight + scattered;
+            left += straight + 0.7 * scattered;
+        }
+        assert!((seen.left_of(k, 10.0) - left / all).abs() < 1e-12);
+    }
+}
+
+fn present(water: &Arc<Water>, here: &Candidate, seed: u64) -> Present {
+    let counts = picture(&even_water(), here, seed);
+    let measured = contrast_of(&counts);
+    Present::new(Arc::clone(water), &counts, (here, 3.0), measured)
+}
+
+/// A search looks at cubics between nodes: to a hundredth of a count, but where pixels reach full scale and contrast falls to nothing
+/// within a few centimetres.
+#[test]
+fn the_sheet_is_what_predictions_say() {
+    let mut file = even_water();
+    let response = file.sensor.response();
+    let seen = at(3.0, 0.0);
+    let far = LinearPicture::of_counts(&picture(&file, &seen, 9), file.sensor.encoding);
+    file.sights = vec![Sight::new(&file.place(&response, 3.0), &far, &seen)];
+    let water = Arc::new(Water::new(file));
+    let present = present(&water, &at(1.3, 30.0), 3);
+    let (mut worst, mut clipped) = (0.0_f64, 0.0_f64);
+    for i in 0..=60 {
+        for light_pct in [0.0, 0.4, 1.0, 3.0, 10.0, 47.0, 88.0, 100.0] {
+            let there = at(0.5 * 8f64.powf(f64::from(i) / 60.0), light_pct);
+            let (quick, exact) = (present.quick_contrast(&there), present.contrast(&there));
+            for k in 0..3 {
+                let off = (quick[k] - exact.counts[k]).abs();
+                match there.distance_m > 1.1 {
+                    true => worst = worst.max(off),
+                    false => clipped = clipped.max(off),
+                }
+            }
+        }
+    }
+    assert!(worst < 0.015 && clipped < 0.4, "{worst} {clipped}");
+}
+
+/// An earlier picture predicts this one where water and lamps are the file's, and does not where the lamps are five times as bright.
+#[test]
+fn earlier_pictures_tell_whether_the_light_is_that_of_the_file() {
+    let (here, before) = (at(1.0, 100.0), at(1.0, 0.0));
+    let measured = contrast_of(&picture(&even_water(), &here, 8));
+    let of = |file: WaterFile| present(&Arc::new(Water::new(file)), &before, 5);
+    let right = of(even_water()).residual_at(&here, measured);
+    let right = right.expect("a residual");
+    assert!(right.misfit < 0.2, "{right:?}");
+    assert_eq!(right.from, ResidualFrom::Picture);
+    let mut dim = even_water();
+    for view in &mut dim.tables.views {
+        view.lamps
+            .light
+            .iter_mut()
+            .flatten()
+            .for_each(|light| *light *= 0.2);
+    }
+    let wrong = of(dim).residual_at(&here, measured);
+    assert!(wrong.expect("a residual").misfit > 1.3, "{wrong:?}");
+}
+
+/// Sights of the same target predict its picture; the file without any predicts nothing.
+#[test]
+fn sights_predict_a_picture_of_their_target_alone() {
+    let mut file = even_water();
+    let here = at(1.0, 20.0);
+    let none = present(&Arc::new(Water::new(file.clone())), &here, 8);
+    assert_eq!(none.residual_of_sights(), None);
+    let response = file.sensor.response();
+    let sights = [0.7, 1.6].map(|distance_m| {
+        let seen = at(distance_m, 0.0);
+        let shown = LinearPicture::of_counts(&picture(&file, &seen, 9), file.sensor.encoding);
+        Sight::new(&file.place(&response, 3.0), &shown, &seen)
+    });
+    file.sights = sights.to_vec();
+    let residual = present(&Arc::new(Water::new(file)), &here, 8).residual_of_sights();
+    let residual = residual.expect("a residual");
+    assert!(residual.misfit < 0.2, "{residual:?}");
+    assert_eq!(residual.from, ResidualFrom::Sights);
+}
+
+/// Channels that the picture does not tell have its contrast everywhere, and others their own.
+#[test]
+fn a_clipped_channel_prefers_no_place() {
+    let file = even_water();
+    let here = at(1.0, 20.0);
+    let mut counts = picture(&file, &here, 3);
+    for pixel in counts.pixels.iter_mut().step_by(40) {
+        pixel[0] = 255.0;
+    }
+    let measured = contrast_of(&counts);
+    let water = Arc::new(Water::new(file));
+    let present = Present::new(water, &counts, (&here, 3.0), measured);
+    assert_eq!(present.unknown(), [Some(Unknown::Clipped), None, None]);
+    for there in [here, at(2.0, 0.0)] {
+        assert_eq!(present.contrast(&there).counts[0], measured[0]);
+        assert_eq!(present.quick_contrast(&there)[0], measured[0]);
+    }
+    assert!(present.contrast(&at(2.0, 0.0)).counts[1] < 0.8 * measured[1]);
 }

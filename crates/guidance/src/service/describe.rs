@@ -5,6 +5,7 @@ use uw_calib::{Profile, Rig};
 
 use crate::mlp::Model;
 use crate::objective::{ContrastTerm, DepthTerm, Form, Objective};
+use crate::physics::WaterFile;
 use crate::service::Settings;
 
 pub(super) fn model(model: &Model, name: &str) -> Value {
@@ -24,6 +25,15 @@ pub(super) fn model(model: &Model, name: &str) -> Value {
     });
     add_rig(&mut described, &card.rig);
     described
+}
+
+/// A water file: what it is of, its camera, and where it holds.
+pub(super) fn water(water: &WaterFile, name: &str) -> Value {
+    json!({
+        "name": name, "made_by": water.made_by, "water": water.water, "sensor": water.sensor,
+        "distance_m": water.tables.distance_range_m(), "depth_m": water.tables.depth_range_m(),
+        "sights": water.sights.len(),
+    })
 }
 
 /// Camera, sensor and lamps; null where nothing is stated.

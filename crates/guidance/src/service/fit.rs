@@ -3,8 +3,9 @@
 use uw_calib::{Profile, Rig};
 
 use crate::mlp::Model;
+use crate::physics::Water;
 use crate::reason::Reason;
-use crate::service::Loaded;
+use crate::service::{Basis, Loaded};
 
 /// Why a picture of this size (pixels) does not fit the profile or the model, or these two each other; `None` where
 /// nothing speaks against it.
@@ -30,14 +31,44 @@ pub fn other_camera(size_px: Option<[u32; 2]>, profile: &Profile, model: &Model)
         })
 }
 
+/// Why a picture of this size (pixels) is not one of the water file's camera; `None` where nothing speaks against it.
+pub(super) fn other_sensor(size_px: Option<[u32; 2]>, water: &Water) -> Option<Reason> {
+    let (got, wanted) = (size_px?, water.size_px());
+    let same = got.map(u64::from) == wanted.map(|side| side as u64);
+    (!same).then(|| {
+        Reason::OtherCamera(format!(
+            "the picture must have {} x {} pixels, for which the water file was made, got {} x {}",
+            wanted[0], wanted[1], got[0], got[1]
+        ))
+    })
+}
+
+/// Why a profile is not of the water file's camera; `None` where nothing speaks against it.
+pub(super) fn other_profile(profile: &Profile, water: &Water) -> Option<Reason> {
+    let (of_profile, of_water) = (profile.rig().size_px()?, water.size_px());
+    let same = of_profile == of_water.map(|side| side as f64);
+    (!same).then(|| {
+        Reason::OtherCamera(format!(
+            "profile and water file must be of the same camera: pictures have {} x {} pixels for the profile and {} x {} for the water file",
+            of_profile[0], of_profile[1], of_water[0], of_water[1]
+        ))
+    })
+}
+
 impl Loaded {
-    /// What may be wrong with model and profile, in words; `profile` stands for the loaded one where it is given.
+    /// What may be wrong with model or water file and profile, in words; `profile` stands for the loaded one where it is given.
     pub fn warnings(&self, profile: Option<&Profile>) -> Vec<String> {
         let profile = profile.or(self.profile.as_deref());
-        let mut warnings = self.model.card().warnings();
+        let mut warnings = match &self.basis {
+            Basis::Network(model) => model.card().warnings(),
+            Basis::Physics(_) => Vec::new(),
+        };
         if let Some(profile) = profile {
             warnings.extend(profile.warnings());
-            let other = other_camera(None, profile, &self.model);
+            let other = match &self.basis {
+                Basis::Network(model) => other_camera(None, profile, model),
+                Basis::Physics(water) => other_profile(profile, water),
+            };
             warnings.extend(other.map(|reason| reason.to_string()));
         }
         warnings

@@ -5,6 +5,7 @@ use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use base64::Engine as _;
+use uw_calib::picture::Counts;
 use uw_calib::{Measured, NoiseModel};
 
 use crate::feed::Picture;
@@ -55,31 +56,39 @@ fn open_under(directory: &Path, path: &str) -> Option<File> {
     (same && usable(&file.metadata().ok()?)).then_some(file)
 }
 
-/// Reads and measures an image; its noise is taken from where `noise` says.
+/// Reads and measures an image; its noise is taken from where `noise` says. The pixels come with it where it has the `wanted` width
+/// and height.
 pub(super) fn measure(
     image: &ImageSource,
     policy: &ImagePolicy,
     noise: &NoiseModel,
-) -> Result<Picture, WireError> {
+    wanted: Option<[usize; 2]>,
+) -> Result<(Picture, Option<Counts>), WireError> {
     let bad = |field: &str, message: String| WireError::new(Code::BadImage, message).at(field);
-    let Measured { grid, detail } = match image {
+    let (field, bytes) = match image {
         ImageSource::Path(path) => {
             let field = "image.path";
             let file = policy.open(path).map_err(|message| bad(field, message))?;
-            of_file(file, noise).map_err(|message| bad(field, message))?
+            (field, of_file(file).map_err(|message| bad(field, message))?)
         }
         ImageSource::Base64(text) => {
             let field = "image.base64_png";
             let bytes = base64::engine::general_purpose::STANDARD
                 .decode(text)
                 .map_err(|error| bad(field, format!("image.base64_png is not base64: {error}")))?;
-            Measured::from_encoded(&bytes, field, noise)
-                .map_err(|error| bad(field, error.to_string()))?
+            (field, bytes)
         }
+    };
+    let unusable = |error: uw_calib::StatsError| bad(field, error.to_string());
+    let Measured { grid, detail } =
+        Measured::from_encoded(&bytes, field, noise).map_err(unusable)?;
+    let counts = match wanted == Some([grid.width, grid.height]) {
+        true => Some(Counts::from_encoded(&bytes, field).map_err(unusable)?),
+        false => None,
     };
     // A picture that is decoded has far fewer pixels a side than this could hold.
     let side = |pixels: usize| u32::try_from(pixels).unwrap_or(u32::MAX);
-    Ok(Picture {
+    let picture = Picture {
         mean: grid.stats.mean.map(told),
         std: grid.stats.contrast.map(told),
         size_px: Some([side(grid.width), side(grid.height)]),
@@ -90,7 +99,8 @@ pub(super) fn measure(
                 .saturated
                 .map(|share| reply::rounded(share, SHARE_DECIMALS)),
         }),
-    })
+    };
+    Ok((picture, counts))
 }
 
 /// The advice is made from what the reply tells, so that it can be made again from a recording.
@@ -98,13 +108,13 @@ fn told(counts: f64) -> f64 {
     reply::rounded(counts, COUNTS_DECIMALS)
 }
 
-fn of_file(file: File, noise: &NoiseModel) -> Result<Measured, String> {
+fn of_file(file: File) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
     // The file could grow while it is read.
     file.take(MAX_IMAGE_FILE_BYTES)
         .read_to_end(&mut bytes)
         .map_err(|error| format!("image.path cannot be read: {error}"))?;
-    Measured::from_encoded(&bytes, "image.path", noise).map_err(|error| error.to_string())
+    Ok(bytes)
 }
 
 #[cfg(test)]

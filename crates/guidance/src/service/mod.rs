@@ -21,8 +21,10 @@ use crate::mlp::Model;
 use crate::model_file::ModelError;
 use crate::objective::Objective;
 use crate::operations::files::regular;
+use crate::physics::{Water, WaterFile, WaterFileError};
 use crate::steering::Steering;
 
+mod album;
 mod describe;
 mod fit;
 mod image;
@@ -56,16 +58,43 @@ pub struct Settings {
     pub noise: NoiseModel,
     /// The token that each connection has to show first.
     pub token: Option<String>,
+    /// Whether replies by a network say so; those by physics always do.
+    pub tell_predictor: bool,
+}
+
+/// What contrast is predicted from.
+#[derive(Clone, Debug)]
+pub enum Basis {
+    /// A network.
+    Network(Box<Model>),
+    /// Physics in a known water.
+    Physics(Arc<Water>),
+}
+
+impl Basis {
+    /// Its name in replies.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Network(_) => "network",
+            Self::Physics(_) => "physics",
+        }
+    }
+}
+
+impl From<Model> for Basis {
+    fn from(model: Model) -> Self {
+        Self::Network(Box::new(model))
+    }
 }
 
 /// What can be replaced while the daemon runs.
 #[derive(Debug)]
 pub struct Loaded {
-    /// The network.
-    pub model: Model,
-    /// What `info` calls the model.
+    /// What contrast is predicted from: a model or a water file.
+    pub basis: Basis,
+    /// What `info` calls the model, or the water file.
     pub model_name: String,
-    /// Tells one model file from another in recordings; empty for a model that is no file.
+    /// Tells one such file from another in recordings; empty for a model that is no file.
     pub model_digest: String,
     /// The calibration; connections may bring their own.
     pub profile: Option<Arc<Profile>>,
@@ -77,6 +106,9 @@ pub enum LoadError {
     /// The model.
     #[error(transparent)]
     Model(#[from] ModelError),
+    /// The water file.
+    #[error(transparent)]
+    Water(#[from] WaterFileError),
     /// The profile.
     #[error(transparent)]
     Profile(#[from] ProfileError),
@@ -88,7 +120,7 @@ pub enum LoadError {
         /// What is wrong.
         source: io::Error,
     },
-    /// A profile in place of a model, or the reverse.
+    /// A profile, a model and a water file in place of each other.
     #[error("{file}: this is a {what}; give it as {option}")]
     Swapped {
         /// File name.
@@ -139,18 +171,36 @@ struct Snapshot {
 impl Loaded {
     /// Reads a model file and, where there is one, a profile file.
     pub fn read(model: &Path, profile: Option<&Path>) -> Result<Self, LoadError> {
-        for file in profile.into_iter().chain([model]) {
+        Self::read_both(model, profile, |file| {
+            let (model, digest) = Model::read_with_digest(file)?;
+            Ok((model.into(), digest))
+        })
+    }
+
+    /// Reads a water file and, where there is one, a profile file.
+    pub fn read_water(water: &Path, profile: Option<&Path>) -> Result<Self, LoadError> {
+        Self::read_both(water, profile, |file| {
+            let (water, digest) = WaterFile::read_with_digest(file)?;
+            Ok((Basis::Physics(Arc::new(Water::new(water))), digest))
+        })
+    }
+
+    fn read_both(
+        file: &Path,
+        profile: Option<&Path>,
+        read: impl Fn(&Path) -> Result<(Basis, String), LoadError>,
+    ) -> Result<Self, LoadError> {
+        for file in profile.into_iter().chain([file]) {
             openable(file)?;
         }
         let profile = match profile {
             Some(file) => Some(Profile::read(file).map_err(|error| swapped(file, error.into()))?),
             None => None,
         };
-        let (read, digest) =
-            Model::read_with_digest(model).map_err(|error| swapped(model, error.into()))?;
+        let (basis, digest) = read(file).map_err(|error| swapped(file, error))?;
         Ok(Self {
-            model: read,
-            model_name: model.display().to_string(),
+            basis,
+            model_name: file.display().to_string(),
             model_digest: digest,
             profile: profile.map(Arc::new),
         })
@@ -182,11 +232,17 @@ fn swapped(file: &Path, error: LoadError) -> LoadError {
         .and_then(|bytes| serde_json::from_slice::<Value>(&bytes).ok())
         .unwrap_or_default();
     let format = value["format"].as_str().unwrap_or_default();
+    let [profile, model, water] = [
+        format.starts_with("uw-profile/"),
+        format == "uw-mlp",
+        format.starts_with("uw-water/"),
+    ];
     let (what, option) = match &error {
-        LoadError::Model(_) if format.starts_with("uw-profile/") => {
+        LoadError::Model(_) | LoadError::Water(_) if profile => {
             ("calibration profile", "--profile")
         }
-        LoadError::Profile(_) if format == "uw-mlp" => ("model", "--model"),
+        LoadError::Profile(_) | LoadError::Water(_) if model => ("model", "--model"),
+        LoadError::Profile(_) | LoadError::Model(_) if water => ("water file", "--water"),
         _ => return error,
     };
     LoadError::Swapped {
@@ -205,7 +261,7 @@ impl Service {
         objective: Objective,
     ) -> Self {
         let loaded = Loaded {
-            model,
+            basis: model.into(),
             model_name: model_name.into(),
             model_digest: String::new(),
             profile: Some(Arc::new(profile)),
@@ -266,7 +322,7 @@ impl Service {
 
     /// Settings, and model and profile with their names, as a recording keeps them.
     pub fn describe(&self, loaded: &Loaded) -> Value {
-        json!({
+        let mut described = json!({
             "model": loaded.model_name,
             "model_digest": loaded.model_digest,
             "profile": loaded.profile.as_ref().and_then(|profile| {
@@ -274,7 +330,11 @@ impl Service {
             }),
             "objective": describe::objective(&self.settings.objective),
             "settings": describe::settings(&self.settings),
-        })
+        });
+        if let Basis::Physics(_) = loaded.basis {
+            described["predictor"] = loaded.basis.name().into();
+        }
+        described
     }
 
     /// Notes that a reload was refused; what is loaded stays.

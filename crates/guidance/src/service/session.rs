@@ -1,19 +1,24 @@
 //! One connection's view of the service.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 use serde_json::{Value, json};
 use uw_calib::Profile;
 use uw_calib::json::Object;
+use uw_calib::picture::Counts;
 
-use crate::advice::{doubt, predict};
+use crate::advice::{doubt_by, predict_by};
+use crate::checks::Strictness;
+use crate::features::Candidate;
 use crate::feed::Picture;
 use crate::objective::Objective;
+use crate::physics::{Present, Water};
+use crate::service::album::{Album, Taken};
 use crate::service::resolve::{Known, Unknown, age_s, resolve, update};
 use crate::service::subscription::{self, Subscription, steering_with};
-use crate::service::suggestion::{self, Hold, Means, usable};
-use crate::service::{Moment, Service, Snapshot, describe, image};
+use crate::service::suggestion::{self, Hold, Predicting, usable};
+use crate::service::{Basis, Moment, Service, Snapshot, describe, image};
 use crate::wire::frame::MAX_LINE_BYTES;
 use crate::wire::inputs::Inputs;
 use crate::wire::reply::{self, Code, Fields, WireError};
@@ -26,6 +31,8 @@ pub struct Session {
     profile: Option<Arc<Profile>>,
     subscription: Option<Subscription>,
     authorised: bool,
+    /// Shared with a copy that answers off the sockets' threads.
+    album: Arc<Mutex<Album>>,
 }
 
 /// A request that is read but not yet answered.
@@ -108,6 +115,7 @@ impl Session {
             profile: None,
             subscription: None,
             authorised,
+            album: Arc::default(),
         }
     }
 
@@ -197,7 +205,9 @@ impl Session {
         }
         let (snapshot, ()) = self.service.snapshot(|_| ());
         let own = self.profile.as_deref();
-        let fields = subscription.push(&snapshot, own, &self.service.settings, now);
+        let album = album(&self.album);
+        let fields = subscription.push((&snapshot, &album), own, &self.service.settings, now);
+        drop(album);
         self.service.metrics.gauges.advised(fields.as_ref().ok());
         Some(Answered {
             sequence: snapshot.sequence,
@@ -231,11 +241,19 @@ impl Session {
                 image,
                 objective,
             } => {
-                let picture = match measured {
-                    Some(picture) => picture,
-                    None => {
-                        let settings = &self.service.settings;
-                        image::measure(&image, &settings.images, &settings.noise)?
+                let settings = &self.service.settings;
+                let measure =
+                    |wanted| image::measure(&image, &settings.images, &settings.noise, wanted);
+                let picture = match (&snapshot.loaded.basis, measured) {
+                    (Basis::Network(_), Some(picture)) => picture,
+                    (Basis::Network(_), None) => measure(None)?.0,
+                    (Basis::Physics(water), _) => {
+                        let (picture, counts) = measure(Some(water.size_px()))?;
+                        inputs.picture = Some(picture);
+                        if let Some(counts) = counts {
+                            self.look_at(water, &counts, &inputs, snapshot, now);
+                        }
+                        picture
                     }
                 };
                 inputs.picture = Some(picture);
@@ -261,13 +279,20 @@ impl Session {
                 objective,
             } => {
                 let objective = self.objective(objective.as_ref())?;
-                let predicted = |known: &Known, profile: &Profile| {
-                    let model = &snapshot.loaded.model;
-                    let observation = &known.observation;
-                    let found = predict(observation, &candidates, profile, model, &objective)?;
-                    let checks = &self.service.settings.checks;
-                    let doubt = doubt(observation, &candidates, profile, model, &objective, checks);
-                    Ok(suggestion::prediction(&found, doubt.as_ref(), known))
+                let checks = &self.service.settings.checks;
+                let predicted = |known: &Known, predicting: &Predicting, profile: &Profile| {
+                    let mut lenient = *checks;
+                    lenient.other_camera = Strictness::Ignore;
+                    let ground = match predicting.ground(known, profile, &lenient) {
+                        Ok((ground, _)) => ground,
+                        Err(hold) => return Ok(hold.fields(Some(known))),
+                    };
+                    let (by, observation) = (ground.by(), &known.observation);
+                    let found = predict_by(observation, &candidates, profile, by, &objective)?;
+                    let doubt = doubt_by(observation, &candidates, profile, by, &objective, checks);
+                    let mut fields = suggestion::prediction(&found, doubt.as_ref(), known, by);
+                    predicting.tell(&mut fields);
+                    Ok(fields)
                 };
                 self.with_known(&inputs, snapshot, now, predicted)
             }
@@ -333,14 +358,9 @@ impl Session {
         now: Moment,
     ) -> Result<Fields, WireError> {
         let objective = self.objective(objective)?;
-        let suggested = |known: &Known, profile: &Profile| {
-            let means = Means {
-                profile,
-                model: &snapshot.loaded.model,
-                objective: &objective,
-                checks: &self.service.settings.checks,
-            };
-            suggestion::suggest(known, &means)
+        let checks = &self.service.settings.checks;
+        let suggested = |known: &Known, predicting: &Predicting, profile: &Profile| {
+            suggestion::suggest(known, predicting, profile, (&objective, checks))
         };
         self.with_known(inputs, snapshot, now, suggested)
     }
@@ -351,21 +371,70 @@ impl Session {
         inputs: &Inputs,
         snapshot: &Snapshot,
         now: Moment,
-        answer: impl FnOnce(&Known, &Profile) -> Result<Fields, WireError>,
+        answer: impl FnOnce(&Known, &Predicting, &Profile) -> Result<Fields, WireError>,
     ) -> Result<Fields, WireError> {
         let settings = &self.service.settings;
-        let known = match resolve(inputs, &snapshot.feed, now, &settings.beams) {
+        let album = album(&self.album);
+        let feed = match &snapshot.loaded.basis {
+            Basis::Network(_) => snapshot.feed,
+            Basis::Physics(_) => album.feed(snapshot.feed),
+        };
+        let known = match resolve(inputs, &feed, now, &settings.beams) {
             Ok(known) => known,
             Err(unknown) => return suggestion::unknown(unknown),
+        };
+        let predicting = Predicting {
+            loaded: &snapshot.loaded,
+            album: &album,
+            max_age: &settings.max_age,
+            now,
+            tell: settings.tell_predictor,
         };
         let profile = self
             .profile
             .as_deref()
             .or(snapshot.loaded.profile.as_deref());
         match usable(&known, profile, &settings.max_age) {
-            Ok(profile) => answer(&known, profile),
+            Ok(profile) => answer(&known, &predicting, profile),
             Err(hold) => Ok(hold.fields(Some(&known))),
         }
+    }
+
+    /// Makes a picture of the water file's camera ready for predictions, if it is known where it was taken and it shows anything.
+    fn look_at(
+        &self,
+        water: &Arc<Water>,
+        counts: &Counts,
+        inputs: &Inputs,
+        snapshot: &Snapshot,
+        now: Moment,
+    ) {
+        let beams = &self.service.settings.beams;
+        let (Ok(known), Some(picture)) =
+            (resolve(inputs, &snapshot.feed, now, beams), inputs.picture)
+        else {
+            return;
+        };
+        let observation = &known.observation;
+        if observation.check().is_err() {
+            return;
+        }
+        let here = Candidate {
+            distance_m: observation.distance_m,
+            light_pct: observation.light_pct,
+        };
+        let taken = Taken {
+            present: Arc::new(Present::new(
+                Arc::clone(water),
+                counts,
+                (&here, observation.depth_m),
+                picture.std,
+            )),
+            picture,
+            taken_s: now.since_start_s - known.ages.image_s,
+            digest: snapshot.loaded.model_digest.clone(),
+        };
+        album(&self.album).take(taken);
     }
 
     /// Takes news of the vehicle's state; the place among the answers and the reply.
@@ -403,14 +472,25 @@ impl Session {
         let loaded = &snapshot.loaded;
         let settings = &self.service.settings;
         let profile = self.profile.as_ref().or(loaded.profile.as_ref());
-        reply::fields(json!({
+        let mut fields = reply::fields(json!({
             "version": env!("CARGO_PKG_VERSION"),
-            "model": describe::model(&loaded.model, &loaded.model_name),
+            "model": match &loaded.basis {
+                Basis::Network(model) => describe::model(model, &loaded.model_name),
+                Basis::Physics(_) => Value::Null,
+            },
             "profile": profile.map(|profile| describe::profile(profile)),
             "warnings": loaded.warnings(profile.map(|profile| &**profile)),
             "objective": describe::objective(&settings.objective),
             "settings": describe::settings(settings),
-        }))
+        }));
+        if let Basis::Physics(water) = &loaded.basis {
+            let described = describe::water(water.file(), &loaded.model_name);
+            fields.insert("water".to_owned(), described);
+        }
+        if settings.tell_predictor || matches!(loaded.basis, Basis::Physics(_)) {
+            fields.insert("predictor".to_owned(), loaded.basis.name().into());
+        }
+        fields
     }
 
     fn health(&self, snapshot: &Snapshot, now: Moment) -> Fields {
@@ -434,6 +514,11 @@ impl Session {
             "reload_error": *reload_error,
         }))
     }
+}
+
+/// The pictures of a connection. Nothing panics while holding the lock; should it, they are whole all the same.
+fn album(shared: &Mutex<Album>) -> MutexGuard<'_, Album> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Compares in a time that depends on the lengths only.

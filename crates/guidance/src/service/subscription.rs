@@ -4,14 +4,14 @@ use serde_json::{Value, json};
 use uw_calib::Profile;
 use uw_calib::json::{FieldError, Object};
 
-use crate::advice::{Advice, Prediction, Reason, predict};
+use crate::advice::{Advice, By, PhysicalAdvice, Prediction, Reason, predict_by};
 use crate::checks::Checks;
 use crate::features::Candidate;
-use crate::mlp::Model;
 use crate::objective::Objective;
+use crate::service::album::Album;
 use crate::service::resolve::{Known, resolve};
-use crate::service::suggestion::{self, Hold, Means, usable};
-use crate::service::{Moment, Settings, Snapshot};
+use crate::service::suggestion::{self, Hold, Means, Predicting, usable};
+use crate::service::{Basis, Moment, Settings, Snapshot};
 use crate::steering::{Command, Course, Steering};
 use crate::wire::inputs::Inputs;
 use crate::wire::reply::{
@@ -59,7 +59,7 @@ impl Subscription {
     /// The message that is due; the time of the next keeps the rhythm, and those missed are left out.
     pub fn push(
         &mut self,
-        snapshot: &Snapshot,
+        seen: (&Snapshot, &Album),
         own: Option<&Profile>,
         settings: &Settings,
         now: Moment,
@@ -67,7 +67,7 @@ impl Subscription {
         let missed = ((now.since_start_s - self.next_s) / self.period_s).floor();
         self.next_s += self.period_s * (missed.max(0.0) + 1.0);
         self.sent += 1;
-        let answer = self.suggestion(snapshot, own, settings, now);
+        let answer = self.suggestion(seen, own, settings, now);
         let mut fields = match answer {
             Ok(fields) => fields,
             Err(error) => {
@@ -85,12 +85,16 @@ impl Subscription {
 
     fn suggestion(
         &mut self,
-        snapshot: &Snapshot,
+        (snapshot, album): (&Snapshot, &Album),
         own: Option<&Profile>,
         settings: &Settings,
         now: Moment,
     ) -> Result<Fields, WireError> {
-        let known = match resolve(&Inputs::default(), &snapshot.feed, now, &settings.beams) {
+        let feed = match &snapshot.loaded.basis {
+            Basis::Network(_) => snapshot.feed,
+            Basis::Physics(_) => album.feed(snapshot.feed),
+        };
+        let known = match resolve(&Inputs::default(), &feed, now, &settings.beams) {
             Ok(known) => known,
             Err(super::resolve::Unknown::Missing(name)) => {
                 return Ok(Hold::Missing(name).fields(None));
@@ -102,41 +106,63 @@ impl Subscription {
             Ok(profile) => profile,
             Err(hold) => return Ok(hold.fields(Some(&known))),
         };
-        let model = &snapshot.loaded.model;
         // The course has a least gain of its own, and limits how commands go on.
         let checks = Checks {
             min_gain: f64::NEG_INFINITY,
             round: false,
             ..settings.checks
         };
+        let predicting = Predicting {
+            loaded: &snapshot.loaded,
+            album,
+            max_age: &settings.max_age,
+            now,
+            tell: settings.tell_predictor,
+        };
+        let (ground, other) = match predicting.ground(&known, profile, &checks) {
+            Ok(ground) => ground,
+            Err(hold) => {
+                let mut fields = hold.fields(Some(&known));
+                predicting.tell(&mut fields);
+                return Ok(fields);
+            }
+        };
+        let objective = self.objective;
         let means = Means {
             profile,
-            model,
-            objective: &self.objective,
+            by: ground.by(),
+            objective: &objective,
             checks: &checks,
         };
-        let mut advice = suggestion::advise_known(&known, &means);
+        let mut advice = suggestion::advise_known(&known, &means, other);
         if self.course.target().is_none() {
             stay_for_little(&mut advice, &known, &means, self.steering.min_gain);
         }
         let mut fields = suggestion::of_advice(&advice, &known, &self.objective)?;
         if let (Some(score), Some(score_here)) = (advice.score, advice.score_here) {
-            let steered = self.steer(&known, profile, model, (&advice, score), now)?;
-            fields.extend(steered.fields(&known, score_here));
+            let steered = self.steer(&known, &means, (&advice, score), now)?;
+            fields.extend(steered.fields(&known, &means, score_here));
         }
+        predicting.tell(&mut fields);
         Ok(fields)
     }
 
     fn steer(
         &mut self,
         known: &Known,
-        profile: &Profile,
-        model: &Model,
+        means: &Means,
         (advice, score): (&Advice, f64),
         now: Moment,
     ) -> Result<Steered, WireError> {
         let predict = |candidate: Candidate, objective: &Objective| {
-            predict(&known.observation, &[candidate], profile, model, objective)
+            let observation = &known.observation;
+            predict_by(
+                observation,
+                &[candidate],
+                means.profile,
+                means.by,
+                objective,
+            )
         };
         let best = Candidate {
             distance_m: advice.distance_m,
@@ -192,6 +218,10 @@ fn stay_for_little(advice: &mut Advice, known: &Known, means: &Means, min_gain: 
         predicted_contrast: advice.predicted_here,
         score: advice.score_here,
         terms: advice.terms_here,
+        physics: advice.physics.map(|physics| PhysicalAdvice {
+            error: physics.error_here,
+            ..physics
+        }),
         ..advice.clone()
     };
 }
@@ -203,7 +233,7 @@ struct Steered {
 }
 
 impl Steered {
-    fn fields(&self, known: &Known, score_here: f64) -> Fields {
+    fn fields(&self, known: &Known, means: &Means, score_here: f64) -> Fields {
         let Command {
             command,
             target,
@@ -228,6 +258,13 @@ impl Steered {
                 "light_pct": light(target.light_pct),
             },
         }));
+        if let (By::Physics(physical), Some(errors)) = (means.by, &self.prediction.errors) {
+            let channels = physical.present.told();
+            fields.extend(reply::fields(json!({
+                "predicted_contrast": suggestion::told(self.prediction.contrast[0], channels),
+                "predicted_contrast_error": suggestion::told(errors[0], channels),
+            })));
+        }
         if clamped {
             fields.insert("reason".to_owned(), "clamped".into());
             let message = "a rate limit keeps the command short of the target";

@@ -3,15 +3,16 @@
 use serde_json::{Value, json};
 use uw_calib::Profile;
 
-use crate::advice::{Advice, Prediction, Reason, advise_checked};
+use crate::advice::{Advice, By, PhysicalAdvice, Prediction, Reason, advise_by};
 use crate::beams::{BeamError, Plane};
 use crate::checks::{Checks, Strictness};
 use crate::feed::{Ages, MaxAge};
 use crate::mlp::Model;
 use crate::objective::{Form, Objective, Terms};
-use crate::service::fit;
+use crate::service::album::{Album, Seen};
 use crate::service::resolve::{Known, Unknown};
 use crate::service::why::why;
+use crate::service::{Basis, Loaded, Moment, fit};
 use crate::wire::reply::{
     self, AGE_DECIMALS, COUNTS_DECIMALS, Code, DISTANCE_DECIMALS, Fields, LIGHT_DECIMALS,
     SCORE_DECIMALS, WireError, rounded,
@@ -28,13 +29,23 @@ pub(super) enum Hold {
     Missing(&'static str),
     /// The beams give no distance.
     Beams(BeamError),
+    /// Picture, profile and model or water file are not of one camera.
+    OtherCamera(Reason),
+    /// The picture that physics predicts from was taken at another depth.
+    OtherDepth {
+        /// Where it was taken, m.
+        taken_m: f64,
+        /// Where the vehicle is, m.
+        depth_m: f64,
+    },
 }
 
 impl Hold {
     /// A short name for programs.
     pub fn name(&self) -> &'static str {
         match self {
-            Self::Stale(_) => "stale_input",
+            Self::OtherCamera(reason) => reason.name(),
+            Self::Stale(_) | Self::OtherDepth { .. } => "stale_input",
             Self::NoProfile => "no_profile",
             Self::Missing(_) => "missing_input",
             Self::Beams(BeamError::Disagree { .. }) => "beams_disagree",
@@ -46,7 +57,14 @@ impl Hold {
         match self {
             Self::Stale(names) => format!("too old: {}", names.join(", ")),
             Self::NoProfile => "no calibration profile is loaded; send set_profile".to_owned(),
+            Self::OtherCamera(reason) => reason.to_string(),
+            Self::Missing("image") => {
+                "physics predicts from a picture, and none was given on this connection: send suggest_image".to_owned()
+            }
             Self::Missing(name) => format!("{name} was never given"),
+            Self::OtherDepth { taken_m, depth_m } => format!(
+                "the picture was taken {taken_m} m deep, the vehicle is {depth_m} m deep: another daylight; send another picture"
+            ),
             Self::Beams(error) => error.to_string(),
         }
     }
@@ -105,40 +123,112 @@ pub(super) fn unknown(unknown: Unknown) -> Result<Fields, WireError> {
     }
 }
 
-/// What the question is answered with.
+/// What a question is answered with.
 #[derive(Clone, Copy)]
 pub(super) struct Means<'a> {
     pub profile: &'a Profile,
-    pub model: &'a Model,
+    pub by: By<'a>,
     pub objective: &'a Objective,
     pub checks: &'a Checks,
 }
 
-/// The advice for what is known.
-pub(super) fn suggest(known: &Known, means: &Means) -> Result<Fields, WireError> {
-    of_advice(&advise_known(known, means), known, means.objective)
+/// What contrast is predicted from at a moment.
+pub(super) struct Predicting<'a> {
+    pub loaded: &'a Loaded,
+    pub album: &'a Album,
+    pub max_age: &'a MaxAge,
+    pub now: Moment,
+    /// Whether replies by a network say so.
+    pub tell: bool,
 }
 
-/// The advice for what is known, if picture, profile and model are of one camera.
-pub(super) fn advise_known(known: &Known, means: &Means) -> Advice {
-    let Means {
-        profile,
-        model,
-        objective,
-        checks,
-    } = *means;
-    let other = fit::other_camera(known.size_px, profile, model)
-        .filter(|_| checks.other_camera != Strictness::Ignore);
-    match other {
-        Some(reason) if checks.other_camera == Strictness::Refuse => {
-            Advice::hold(&known.observation, reason)
-        }
-        other => {
-            let mut advice = advise_checked(&known.observation, profile, model, objective, checks);
-            advice.warnings.extend(other);
-            advice
+/// What a question is answered from: the network, or the picture with which physics does.
+pub(super) enum Ground<'a> {
+    Network(&'a Model),
+    Physics(Seen),
+}
+
+impl Ground<'_> {
+    pub fn by(&self) -> By<'_> {
+        match self {
+            Self::Network(model) => By::Network(model),
+            Self::Physics(seen) => seen.by(),
         }
     }
+}
+
+impl<'a> Predicting<'a> {
+    /// What the question is answered from, and a warning where profile and model are not of one camera.
+    pub fn ground(
+        &self,
+        known: &Known,
+        profile: &Profile,
+        checks: &Checks,
+    ) -> Result<(Ground<'a>, Option<Reason>), Hold> {
+        let (ground, other) = match &self.loaded.basis {
+            Basis::Network(model) => {
+                let other = fit::other_camera(known.size_px, profile, model);
+                (Ground::Network(model), other)
+            }
+            Basis::Physics(water) => {
+                // Tables and patches are those of its pictures.
+                if let Some(reason) = fit::other_sensor(known.size_px, water) {
+                    return Err(Hold::OtherCamera(reason));
+                }
+                let digest = &self.loaded.model_digest;
+                let seen = self.album.seen(known, digest, self.max_age, self.now)?;
+                (Ground::Physics(seen), fit::other_profile(profile, water))
+            }
+        };
+        match (checks.other_camera, other) {
+            (Strictness::Refuse, Some(reason)) => Err(Hold::OtherCamera(reason)),
+            (Strictness::Warn, other) => Ok((ground, other)),
+            _ => Ok((ground, None)),
+        }
+    }
+
+    /// Says in a reply what its numbers are from, where that is to be said.
+    pub fn tell(&self, fields: &mut Fields) {
+        if self.tell || matches!(self.loaded.basis, Basis::Physics(_)) {
+            fields.insert("predictor".to_owned(), self.loaded.basis.name().into());
+        }
+    }
+}
+
+/// The advice for what is known.
+pub(super) fn suggest(
+    known: &Known,
+    predicting: &Predicting,
+    profile: &Profile,
+    (objective, checks): (&Objective, &Checks),
+) -> Result<Fields, WireError> {
+    let mut fields = match predicting.ground(known, profile, checks) {
+        Err(hold) => hold.fields(Some(known)),
+        Ok((ground, other)) => {
+            let means = Means {
+                profile,
+                by: ground.by(),
+                objective,
+                checks,
+            };
+            of_advice(&advise_known(known, &means, other), known, objective)?
+        }
+    };
+    predicting.tell(&mut fields);
+    Ok(fields)
+}
+
+/// The advice for what is known, with a warning of before.
+pub(super) fn advise_known(known: &Known, means: &Means, warning: Option<Reason>) -> Advice {
+    let mut advice = advise_by(
+        &known.observation,
+        means.profile,
+        means.by,
+        means.objective,
+        means.checks,
+    );
+    advice.warnings.extend(warning);
+    advice
 }
 
 /// Advice as reply fields. An answer that holds no number for a lack of calibration is an error.
@@ -184,8 +274,35 @@ pub(super) fn of_advice(
         "evaluations": advice.evaluations,
         "age_s": ages(&known.ages),
     }));
+    if let Some(physics) = &advice.physics {
+        fields.extend(physical(advice, physics));
+    }
     add_plane(&mut fields, known.plane.as_ref());
     Ok(fields)
+}
+
+/// What advice by physics tells besides or in another way: channels that are not told are null.
+fn physical(advice: &Advice, physics: &PhysicalAdvice) -> Fields {
+    let told = |counts: Option<[f64; 3]>| counts.map(|counts| told(counts, physics.told));
+    reply::fields(json!({
+        "predicted_contrast": told(advice.predicted_contrast),
+        "predicted_contrast_error": told(physics.error),
+        "predicted_here": told(advice.predicted_here),
+        "predicted_here_error": told(physics.error_here),
+        "residual_here": physics.residual.map(|residual| json!({
+            "contrast": residual.counts.map(|counts| {
+                counts.map(|counts| rounded(counts, COUNTS_DECIMALS))
+            }),
+            "standard_error": counts(residual.error_counts),
+            "misfit": rounded(residual.misfit, COUNTS_DECIMALS),
+            "from": residual.from.name(),
+        })),
+    }))
+}
+
+/// Counts, rounded; null for channels that are not told.
+pub(super) fn told(counts: [f64; 3], told: [bool; 3]) -> [Option<f64>; 3] {
+    std::array::from_fn(|k| told[k].then(|| rounded(counts[k], COUNTS_DECIMALS)))
 }
 
 fn warning(reason: &Reason) -> Value {
@@ -216,7 +333,12 @@ pub(super) fn score(score: f64) -> f64 {
 }
 
 /// A prediction as reply fields; not valid where there is a doubt about it.
-pub(super) fn prediction(prediction: &Prediction, doubt: Option<&Reason>, known: &Known) -> Fields {
+pub(super) fn prediction(
+    prediction: &Prediction,
+    doubt: Option<&Reason>,
+    known: &Known,
+    by: By,
+) -> Fields {
     let mut fields = reply::fields(json!({
         "valid": doubt.is_none(),
         "reason": doubt.map(Reason::name),
@@ -227,6 +349,16 @@ pub(super) fn prediction(prediction: &Prediction, doubt: Option<&Reason>, known:
     if let Some(doubt) = doubt {
         fields.insert("action".to_owned(), "hold".into());
         fields.insert("message".to_owned(), doubt.to_string().into());
+    }
+    if let (By::Physics(physical), Some(errors)) = (by, &prediction.errors) {
+        let channels = physical.present.told();
+        let of = |rows: &[[f64; 3]]| -> Vec<_> {
+            rows.iter().map(|&counts| told(counts, channels)).collect()
+        };
+        fields.extend(reply::fields(json!({
+            "contrast": of(&prediction.contrast),
+            "contrast_error": of(errors),
+        })));
     }
     add_plane(&mut fields, known.plane.as_ref());
     fields

@@ -95,6 +95,7 @@ mod tests {
                 distance: 0.6,
             }),
             evaluations: 300,
+            physics: None,
         }
     }
 

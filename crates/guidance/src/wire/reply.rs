@@ -132,6 +132,10 @@ impl From<Reason> for WireError {
             Reason::ModelMisfit { .. } | Reason::OtherCamera(_) => {
                 Self::new(Code::InvalidValue, message)
             }
+            Reason::OutsideTables { field, .. } => Self::new(Code::OutOfRange, message).at(field),
+            Reason::PhysicsMisfit { .. } | Reason::Unexplained { .. } | Reason::Untold(_) => {
+                Self::new(Code::InvalidValue, message)
+            }
             Reason::NoiseFloor(_) => Self::new(Code::OutOfRange, message).at("std_corrected"),
             Reason::Saturated { .. } => Self::new(Code::OutOfRange, message).at("saturated"),
             Reason::NotFinite | Reason::Clamped { .. } | Reason::SmallGain { .. } => {

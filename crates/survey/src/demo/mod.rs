@@ -100,7 +100,7 @@ pub struct Visit {
 /// model has never been.
 fn daemon_of(model: Model, model_name: String, profile: Profile) -> Service {
     let loaded = Loaded {
-        model,
+        basis: model.into(),
         model_name,
         model_digest: String::new(),
         profile: Some(Arc::new(profile)),

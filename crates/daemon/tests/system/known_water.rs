@@ -1,0 +1,104 @@
+//! A water so simple that its pictures are known, its file, and pictures of it.
+
+use std::path::Path;
+
+use uw_calib::Encoding;
+use uw_guidance::physics::file::{SensorNumbers, WATER_FORMAT, WaterFile, WaterNumbers};
+use uw_guidance::physics::water::{Field, SourceTables, ViewTables, WaterTables};
+
+use crate::support::Numbers;
+
+pub(crate) const SIZE_PX: [u32; 2] = [320, 192];
+const HALF_VIEW: f64 = 0.5;
+const DAYLIGHT: f64 = 0.5;
+const C_PER_M: f64 = 0.4;
+const PATCHES: usize = 60;
+/// Variance of a sensor's noise: a·y + b.
+pub(crate) const NOISE: [f64; 2] = [1e-4, 1e-6];
+
+/// Daylight at a depth of 1 to 6 m and lamps that add a fifth to it, an even veil that grows with the distance, no scattered rays.
+pub(crate) fn water_file(distances_m: &[f64], [noise_a, noise_b]: [f64; 2]) -> WaterFile {
+    let even = |value: f64| -> Field { std::array::from_fn(|_| vec![value; PATCHES]) };
+    let source = |share: f64, distance_m: f64| SourceTables {
+        veil: even(share * veil(distance_m)),
+        light: even(share * DAYLIGHT),
+        straight: even((-C_PER_M * distance_m).exp()),
+        scattered: even(0.0),
+        transfer: std::array::from_fn(|_| vec![0.0; 3]),
+    };
+    let view = |&distance_m: &f64| ViewTables {
+        distance_m,
+        lamps: source(0.2, distance_m),
+        daylight: vec![source(1.0, distance_m); 2],
+    };
+    WaterFile {
+        format: WATER_FORMAT.to_owned(),
+        made_by: "tests".to_owned(),
+        water: WaterNumbers {
+            a_per_m: [0.1; 3],
+            b_per_m: [0.3; 3],
+            backscatter_fraction: 0.02,
+        },
+        sensor: SensorNumbers {
+            width_px: SIZE_PX[0] as usize,
+            height_px: SIZE_PX[1] as usize,
+            encoding: Encoding::Srgb,
+            exposure_m2_sr_per_w: 1.0,
+            noise_a,
+            noise_b,
+        },
+        tables: WaterTables {
+            half_view: [
+                HALF_VIEW,
+                HALF_VIEW * f64::from(SIZE_PX[1]) / f64::from(SIZE_PX[0]),
+            ],
+            frequencies_per_m: vec![1.0, 10.0, 100.0],
+            depths_m: vec![1.0, 6.0],
+            views: distances_m.iter().map(view).collect(),
+        },
+        sights: Vec::new(),
+    }
+}
+
+fn veil(distance_m: f64) -> f64 {
+    0.03 * distance_m
+}
+
+/// Reflectance of a target with waves of many lengths, m.
+pub(crate) fn waves(x: f64, y: f64) -> f64 {
+    let wave = |length_m: f64, phase: f64| {
+        let turn = std::f64::consts::TAU / length_m;
+        (turn * x + phase).sin() * (turn * y - phase).cos()
+    };
+    0.3 + 0.02 * (wave(0.61, 0.3) + wave(0.23, 1.0) + wave(0.09, 2.0) + wave(0.041, 0.7))
+        + 0.015 * (wave(1.7, 0.1) + wave(0.021, 0.5))
+}
+
+/// Writes the picture of a target from a distance with lamps at a level.
+pub(crate) fn write_picture(
+    path: &Path,
+    (distance_m, light_pct): (f64, f64),
+    reflectance: &dyn Fn(f64, f64) -> f64,
+    [noise_a, noise_b]: [f64; 2],
+) {
+    let mut numbers = Numbers::new(5);
+    let light = 1.0 + 0.2 * 0.01 * light_pct;
+    let left = (-C_PER_M * distance_m).exp();
+    let pixel_m = 2.0 * HALF_VIEW * distance_m / f64::from(SIZE_PX[0]);
+    let picture = image::RgbImage::from_fn(SIZE_PX[0], SIZE_PX[1], |column, row| {
+        let at = |i: u32, middle: u32, part: u32| {
+            (f64::from(i) + f64::from(part) / 3.0 + 1.0 / 6.0 - 0.5 * f64::from(middle)) * pixel_m
+        };
+        let parts =
+            (0..9).map(|j| reflectance(at(column, SIZE_PX[0], j % 3), at(row, SIZE_PX[1], j / 3)));
+        let mean = parts.sum::<f64>() / 9.0;
+        let signal = light * (veil(distance_m) + DAYLIGHT * left * mean);
+        let deviation = (noise_a * signal + noise_b).sqrt();
+        image::Rgb([0, 1, 2].map(|_| {
+            // The sum of twelve uniform numbers is close to a normal one.
+            let normal: f64 = (0..12).map(|_| numbers.between(-0.5, 0.5)).sum();
+            Encoding::Srgb.counts(signal + deviation * normal).round() as u8
+        }))
+    });
+    picture.save(path).unwrap();
+}
