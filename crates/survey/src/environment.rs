@@ -187,7 +187,10 @@ fn tilted((forward, up): (DVec3, DVec3), tilt_deg: f64) -> (DVec3, DVec3) {
 pub fn sensor(vehicle: &Vehicle, exposure: f64) -> Sensor {
     Sensor {
         exposure: Exposure::Fixed(exposure),
-        encoding: Encoding::Srgb,
+        encoding: match vehicle.encoding {
+            uw_calib::Encoding::Srgb => Encoding::Srgb,
+            uw_calib::Encoding::Linear => Encoding::Linear,
+        },
         bits: 8,
         noise: Some(Noise {
             a: vehicle.noise_a,
@@ -240,10 +243,17 @@ fn lamps(vehicle: &Vehicle, camera: &Camera, spectrum: Option<&Curve>) -> Vec<La
             spectrum: spectrum.cloned(),
             level_pct: 100.0,
             half_angle_deg: vehicle.lamp_half_angle_deg,
-            falloff: Falloff::Cosine,
+            falloff: falloff(vehicle),
             radius_m: 0.02,
         })
         .to_vec()
+}
+
+fn falloff(vehicle: &Vehicle) -> Falloff {
+    let profile = vehicle.lamp_profile.as_ref();
+    profile.map_or(Falloff::Cosine, |rows| {
+        Falloff::Profile(rows.iter().map(|row| (row[0], row[1])).collect())
+    })
 }
 
 /// A target across the optical axis. An upright one ends at the water surface, as a hull does.
@@ -317,5 +327,32 @@ mod tests {
             [&sun.travel_direction.to_array()[..], &sun.irradiance].concat()
         };
         close(&sun(&shipped), &sun(&made), "sun");
+    }
+
+    /// What is measured of a vehicle reaches the scenes: the beam in the place of the cosine, and the encoding.
+    #[test]
+    fn a_measured_vehicle_s_beam_and_encoding_are_those_of_its_scenes() {
+        let assets = crate::assets::assets_dir().expect("assets");
+        let vehicle = Vehicle {
+            encoding: uw_calib::Encoding::Linear,
+            lamp_profile: Some(vec![[0.0, 1.0], [20.0, 0.6], [45.0, 0.0]]),
+            ..Vehicle::default()
+        };
+        let water = WaterBody {
+            jerlov: "IB".parse().expect("a water"),
+            backscatter_fraction: 0.0183,
+        };
+        let target = Target::read(Pattern::HullRed, &assets).expect("a target");
+        let view = View::Target {
+            depth_m: 3.0,
+            distance_m: 1.0,
+        };
+        let made = scene(&vehicle, &water, &target, view).expect("a scene");
+        for lamp in &made.lamps {
+            // Between the rows straight lines.
+            assert!((lamp.falloff.relative(10.0) - 0.8).abs() < 1e-12);
+        }
+        assert_eq!(made.lamps.len(), 2);
+        assert_eq!(made.sensor.map(|s| s.encoding), Some(Encoding::Linear));
     }
 }

@@ -2,6 +2,7 @@
 //! scenery that they look at.
 
 pub mod assets;
+pub mod camera_fit;
 pub mod cli;
 pub mod dataset;
 pub mod demo;

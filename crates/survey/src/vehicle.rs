@@ -1,11 +1,13 @@
 //! The vehicle that looks: its camera, lamps and sensor, and the daylight above it.
 
 mod file;
+mod vignetting;
 
 pub use file::{Measurement, VehicleError, VehicleFile};
+pub use vignetting::Vignetting;
 
 use serde::{Deserialize, Serialize};
-use uw_calib::Rig;
+use uw_calib::{Encoding, Rig};
 use uw_media::MediaError;
 use uw_media::spectral::{Curve, Response, illuminant};
 
@@ -44,6 +46,16 @@ pub struct Vehicle {
     pub sun_irradiance: f64,
     /// Radiance of the sky, W/(m² sr), all channels.
     pub sky_radiance: f64,
+    /// How counts of its pictures stand for light; sRGB is not stated in files.
+    #[serde(skip_serializing_if = "is_srgb")]
+    pub encoding: Encoding,
+    /// What the lens leaves of the light away from the middle; `None`: all of it. Rendered pictures have none, and pictures of the
+    /// camera are rid of it before they are used.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub vignetting: Option<Vignetting>,
+    /// Angle from a lamp's axis in degrees, rising, and intensity over that on it, >= 0; dark beyond the last. `None`: the cosine.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lamp_profile: Option<Vec<[f64; 2]>>,
     /// Response of the camera by its name; `None` for three boxes. This and the spectra need `bands` by wavelength.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub response: Option<String>,
@@ -53,6 +65,11 @@ pub struct Vehicle {
     /// "clear-sky", or `None`: sun and sky the same at every wavelength of a channel.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub daylight_spectrum: Option<String>,
+}
+
+/// Whether the encoding is the one that is not stated.
+fn is_srgb(encoding: &Encoding) -> bool {
+    *encoding == Encoding::Srgb
 }
 
 /// What a vehicle sees and shines by wavelength.
@@ -80,6 +97,9 @@ impl Default for Vehicle {
             sun_zenith_deg: 30.0,
             sun_irradiance: 1.0,
             sky_radiance: 0.1,
+            encoding: Encoding::Srgb,
+            vignetting: None,
+            lamp_profile: None,
             response: None,
             lamp_spectrum: None,
             daylight_spectrum: None,
@@ -129,6 +149,36 @@ impl Vehicle {
             .map(|(field, _)| *field)
     }
 
+    fn check_profile(&self) -> Result<(), String> {
+        let Some(rows) = &self.lamp_profile else {
+            return Ok(());
+        };
+        let wrong = |what: String| {
+            Err(format!(
+                "vehicle.lamp_profile must be two or more pairs of an angle in [0, 180] degrees, rising from 0, and a relative intensity \
+                 >= 0, not all 0; got {what}"
+            ))
+        };
+        if rows.len() < 2 {
+            return wrong(format!("{} pairs", rows.len()));
+        }
+        if rows[0][0] != 0.0 {
+            return wrong(format!("{} degrees first", rows[0][0]));
+        }
+        let right =
+            |row: &[f64; 2]| (0.0..=180.0).contains(&row[0]) && row[1] >= 0.0 && row[1].is_finite();
+        if let Some(row) = rows.iter().find(|row| !right(row)) {
+            return wrong(format!("{row:?}"));
+        }
+        if let Some(pair) = rows.windows(2).find(|pair| pair[1][0] <= pair[0][0]) {
+            return wrong(format!("{:?} after {:?}", pair[1], pair[0]));
+        }
+        match rows.iter().any(|row| row[1] > 0.0) {
+            true => Ok(()),
+            false => wrong("darkness".to_owned()),
+        }
+    }
+
     /// Checks every value; the error names the field, the value and what would be right.
     pub fn check(&self) -> Result<(), String> {
         let positive = [
@@ -159,6 +209,7 @@ impl Vehicle {
                 ));
             }
         }
+        self.check_profile()?;
         if let Some(Err(error)) = self.response.as_deref().map(Response::named) {
             return Err(format!("vehicle.response: {error}"));
         }

@@ -7,6 +7,7 @@
 mod adapters;
 mod assets;
 mod calibrate;
+mod camera_fit;
 mod dataset;
 mod demo;
 mod device;
@@ -41,8 +42,8 @@ use error::CliError;
 #[derive(Debug, Parser)]
 #[command(name = "uw", version, after_help = ENVIRONMENT)]
 struct Arguments {
-    /// JSON instead of text: results of `adapters`, `error-time`, `render`, `stats` and `water` on standard output, and errors
-    /// as one object on standard error.
+    /// JSON instead of text: results of `adapters`, `camera-fit`, `error-time`, `render`, `stats` and `water` on standard output,
+    /// and errors as one object on standard error.
     #[arg(long, global = true)]
     json: bool,
     #[command(subcommand)]
@@ -76,6 +77,8 @@ enum Command {
     Calibrate(calibrate::CalibrateArguments),
     /// Fit water and lamps to the pictures of a calibration, and make the water file for predictions by physics.
     Fit(fit::FitArguments),
+    /// Find a vehicle's noise from frames of its camera, and its lamps from a data sheet.
+    CameraFit(camera_fit::CameraFitArguments),
     /// Predict contrast: with a trained model for the rows of a table, or by physics from a picture.
     Predict(predict::PredictArguments),
     /// Make the water file of a known water, for predictions by physics.
@@ -101,6 +104,7 @@ impl Command {
             Self::Sensor(arguments) => arguments.run(),
             Self::Calibrate(arguments) => arguments.run(),
             Self::Fit(arguments) => arguments.run(),
+            Self::CameraFit(arguments) => arguments.run(json),
             Self::Predict(arguments) => arguments.run(),
             Self::WaterTables(arguments) => arguments.run(),
             Self::Dataset(arguments) => arguments.run(),

@@ -43,6 +43,14 @@ impl NoiseArguments {
     }
 }
 
+/// The word for an encoding.
+pub(super) fn name_of(encoding: Encoding) -> &'static str {
+    match encoding {
+        Encoding::Srgb => "srgb",
+        Encoding::Linear => "linear",
+    }
+}
+
 /// The names of the encodings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(super) enum CurveName {

@@ -1,9 +1,8 @@
 //! `uw water-tables`: the water file of a known water, for predictions by physics.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{ArgGroup, Args};
-use uw_calib::Encoding;
 use uw_guidance::physics::WaterFile;
 use uw_guidance::physics::file::{SensorNumbers, WATER_FORMAT, WaterNumbers};
 use uw_media::Iops;
@@ -15,7 +14,7 @@ use super::values::triple;
 use crate::environment::{PARTICLE_INDEX, Target, View, WaterBody, WaterKind, scene};
 use crate::estimate::water_tables::{TablePlan, even_texture, water_tables};
 use crate::scenery::textures::Pattern;
-use crate::vehicle::Vehicle;
+use crate::vehicle::{Vehicle, VehicleFile};
 
 /// Jerlov type whose place the given coefficients take.
 const STAND_IN: &str = "II";
@@ -57,6 +56,9 @@ pub(super) struct WaterTablesArguments {
     /// Seed of all random numbers.
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// The vehicle, its spectra left out: a shipped one's name or a file (uw-vehicle/1).
+    #[arg(long, value_name = "NAME|FILE", default_value = "default")]
+    vehicle: String,
     /// Water file to write.
     #[arg(short, long)]
     output: PathBuf,
@@ -67,7 +69,7 @@ impl WaterTablesArguments {
     pub(super) fn run(&self) -> Result<(), CliError> {
         output::check_writable(&self.output)?;
         self.check()?;
-        let vehicle = Vehicle::default();
+        let vehicle = self.vehicle()?;
         let (body, iops) = self.water()?;
         let phase = FournierForand::new(PARTICLE_INDEX, self.backscatter_fraction);
         let phase = Phase::FournierForand(phase.map_err(CliError::input)?);
@@ -107,7 +109,7 @@ impl WaterTablesArguments {
             sensor: SensorNumbers {
                 width_px: vehicle.width as usize,
                 height_px: vehicle.height as usize,
-                encoding: Encoding::Srgb,
+                encoding: vehicle.encoding,
                 exposure_m2_sr_per_w: vehicle.exposure,
                 noise_a: vehicle.noise_a,
                 noise_b: vehicle.noise_b,
@@ -117,6 +119,18 @@ impl WaterTablesArguments {
             fit: None,
         };
         output::to_file(&self.output, |out| write!(out, "{}", file.to_json()))
+    }
+
+    fn vehicle(&self) -> Result<Vehicle, CliError> {
+        let file = VehicleFile::find(&self.vehicle, Path::new(""))
+            .map_err(|error| CliError::input(format_args!("--vehicle: {error}")))?;
+        match file.vehicle.needs_wavelengths() {
+            Some(field) => Err(CliError::input(format_args!(
+                "--vehicle: {}: {field} counts by wavelength alone, and water tables have three bands; leave it out",
+                self.vehicle
+            ))),
+            None => Ok(file.vehicle),
+        }
     }
 
     fn check(&self) -> Result<(), CliError> {

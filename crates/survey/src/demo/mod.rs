@@ -141,6 +141,12 @@ pub fn run(
             "vehicle.{field} counts by wavelength alone, and the demonstration renders in three bands; leave it out"
         )));
     }
+    if options.model.is_none() && vehicle.encoding != uw_calib::Encoding::Srgb {
+        return Err(DemoError::Input(
+            "vehicle.encoding is \"linear\", and the shipped model is of pictures in sRGB; give a model made for this vehicle (--model)"
+                .to_owned(),
+        ));
+    }
     folder::claim(folder)?;
     let pyramid = TexturePyramid::new(&target.texture, f64::from(options.pattern.tile_m()));
     let stage = stages::DemoRenders {

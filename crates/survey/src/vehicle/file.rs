@@ -5,8 +5,9 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
+use uw_calib::Encoding;
 
-use super::Vehicle;
+use super::{Vehicle, Vignetting};
 use crate::assets::assets_dir;
 
 /// The value of the field `format`.
@@ -193,6 +194,9 @@ fn measured(value: Value) -> Result<BTreeMap<String, Measurement>, String> {
 /// The names of a vehicle's fields.
 fn fields() -> Vec<String> {
     let all = Vehicle {
+        encoding: Encoding::Linear,
+        vignetting: Vignetting::new([0.0; 3]).ok(),
+        lamp_profile: Some(vec![[0.0, 1.0]]),
         response: Some(String::new()),
         lamp_spectrum: Some(String::new()),
         daylight_spectrum: Some(String::new()),
@@ -239,6 +243,9 @@ mod tests {
         let mut file = VehicleFile::default();
         file.vehicle.noise_a = 3.25e-4;
         file.vehicle.response = Some("canon5d2".into());
+        file.vehicle.encoding = Encoding::Linear;
+        file.vehicle.vignetting = Vignetting::new([-0.3, 0.05, -0.01]).ok();
+        file.vehicle.lamp_profile = Some(vec![[0.0, 1.0], [30.5, 0.25]]);
         let known = |error, from: &str| Measurement {
             error,
             from: from.into(),
@@ -271,6 +278,24 @@ mod tests {
             ),
             ("hfov_deg = nan", "hfov_deg must be in (0, 179], got NaN"),
             ("response = \"canon\"", "vehicle.response"),
+            (
+                "encoding = \"gamma\"",
+                "encoding = \"gamma\": unknown variant `gamma`, expected `srgb` or `linear`",
+            ),
+            (
+                "vignetting = [-2.0, 0.0, 0.0]",
+                "leaves 0.048 of the light at 0.69 of the way",
+            ),
+            ("vignetting = 0.3", "vignetting = 0.3: "),
+            (
+                "lamp_profile = [[0.0, 1.0], [20.0, 0.5], [10.0, 0.1]]",
+                "got [10.0, 0.1] after [20.0, 0.5]",
+            ),
+            (
+                "lamp_profile = [[5.0, 1.0], [20.0, 0.5]]",
+                "got 5 degrees first",
+            ),
+            ("lamp_profile = [[0.0, 0.0], [20.0, 0.0]]", "got darkness"),
             ("measured = 3", "measured must be a table"),
             (
                 "measured.noise = { from = \"x\" }",

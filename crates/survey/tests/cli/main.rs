@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod calibrate;
+mod camera_fit;
 mod error_time;
 mod fit;
 mod interruption;

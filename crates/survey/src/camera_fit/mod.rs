@@ -1,0 +1,18 @@
+//! A vehicle's values from what its user has: frames of a still view, and the data sheet of a lamp.
+//!
+//! [`noise`] finds the sensor's noise: [`frames`] brings the frames to linear light, [`bins`] sorts pixels by signal, [`line`]
+//! draws the straight line of variance against signal. [`response`] finds the curve between light and counts from pictures at known
+//! light, [`vignetting`] what the lens leaves of the light away from the middle, [`beam`] a lamp's intensity by angle from pictures of
+//! a board, [`lamp`] turns lumens and a beam angle into a scene's lamp.
+
+pub mod beam;
+mod bins;
+mod frames;
+pub mod lamp;
+mod line;
+pub mod noise;
+pub mod response;
+mod solve;
+pub mod vignetting;
+
+pub use frames::FramesError;

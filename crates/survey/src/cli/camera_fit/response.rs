@@ -1,0 +1,99 @@
+//! `uw camera-fit response`: which encoding a camera's counts have.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use clap::Args;
+use serde_json::json;
+
+use super::{Destination, frames, names};
+use crate::camera_fit::response::{MOST_OFF, ResponseFit, fit};
+use crate::cli::error::CliError;
+use crate::cli::noise::name_of;
+use crate::cli::output;
+use crate::vehicle::Measurement;
+
+#[derive(Debug, Args)]
+pub(super) struct ResponseArguments {
+    /// PNG or TIFF pictures of one still view at several exposure times, or of grey cards that fill the view one after another in
+    /// the same light at one exposure.
+    #[arg(required = true, value_name = "PICTURE")]
+    pictures: Vec<PathBuf>,
+    /// Relative light of each picture in the order of the pictures: exposure times, or reflectances of the cards.
+    #[arg(
+        long,
+        required = true,
+        value_name = "X,X,..",
+        value_delimiter = ',',
+        allow_hyphen_values = true
+    )]
+    light: Vec<f64>,
+    #[command(flatten)]
+    to: Destination,
+}
+
+impl ResponseArguments {
+    pub(super) fn run(&self, json: bool) -> Result<(), CliError> {
+        let mut file = self.to.start()?;
+        let frames = frames(&self.pictures)?;
+        let wrong = |error: &dyn std::fmt::Display| {
+            CliError::input(format_args!("{}: {error}", names(&self.pictures)))
+        };
+        let found = fit(&frames, &self.light).map_err(|error| wrong(&error))?;
+        let nearer = found.nearer();
+        if nearer.rms > MOST_OFF {
+            return Err(wrong(&format_args!(
+                "the camera's curve is neither sRGB nor linear: {}. Light may be off by {:.0} % (root mean square); set the camera to \
+                 sRGB without a tone curve or contrast style, or develop its raw pictures",
+                told(&found),
+                100.0 * MOST_OFF
+            )));
+        }
+        let from = format!(
+            "uw camera-fit response: {} pictures, light off by {:.1} % (most {:+.1} % at {} counts)",
+            frames.len(),
+            100.0 * nearer.rms,
+            100.0 * nearer.most,
+            nearer.at_counts
+        );
+        file.vehicle.encoding = found.encoding;
+        let known = Measurement { error: None, from };
+        self.to
+            .write(file, BTreeMap::from([("encoding".to_owned(), known)]))?;
+        output::to_stdout(|out| match json {
+            true => writeln!(out, "{}", object(&found)),
+            false => writeln!(
+                out,
+                "encoding  {}\nthe curve: {}\ncontradiction of the pictures {:.1} % of light, scatter {:.2} counts, {} blocks of pixels",
+                name_of(found.encoding),
+                told(&found),
+                100.0 * found.contradiction,
+                found.scatter_counts,
+                found.blocks
+            ),
+        })
+    }
+}
+
+fn told(found: &ResponseFit) -> String {
+    let one = found.off.map(|off| {
+        format!(
+            "off {} by {:.1} % of light (most {:+.1} % at {} counts)",
+            name_of(off.encoding),
+            100.0 * off.rms,
+            100.0 * off.most,
+            off.at_counts
+        )
+    });
+    one.join(", ")
+}
+
+fn object(found: &ResponseFit) -> serde_json::Value {
+    let off = found.off.map(|off| {
+        json!({"encoding": name_of(off.encoding), "rms": off.rms, "most": off.most, "at_counts": off.at_counts})
+    });
+    json!({
+        "encoding": name_of(found.encoding), "off": off, "curve": found.curve, "contradiction": found.contradiction,
+        "scatter_counts": found.scatter_counts, "blocks": found.blocks,
+    })
+}

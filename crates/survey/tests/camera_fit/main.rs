@@ -1,0 +1,7 @@
+//! A vehicle's values found from pictures with known truth.
+
+mod beam;
+mod draw;
+mod noise;
+mod response;
+mod vignetting;
