@@ -138,7 +138,7 @@ struct Seen {
 }
 
 /// Fits the curve to `frames` of one still view (R, G, B) at relative `light`: exposure times, or reflectances of cards that fill the
-/// view one after another in the same light.
+/// view one after another in light that falls off across them and stays as it is.
 ///
 /// # Errors
 /// Pictures that do not go together or contradict each other, and too few counts seen. A curve that is far from both encodings is

@@ -15,8 +15,8 @@ use crate::vehicle::Measurement;
 
 #[derive(Debug, Args)]
 pub(super) struct ResponseArguments {
-    /// PNG or TIFF pictures of one still view at several exposure times, or of grey cards that fill the view one after another in
-    /// the same light at one exposure.
+    /// PNG or TIFF pictures of one still view at several exposure times, or of grey cards that fill the view one after another at
+    /// one exposure, in light that stays as it is and falls off across them.
     #[arg(required = true, value_name = "PICTURE")]
     pictures: Vec<PathBuf>,
     /// Relative light of each picture in the order of the pictures: exposure times, or reflectances of the cards.
