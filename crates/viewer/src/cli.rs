@@ -11,6 +11,7 @@ use uw_guidance::Model;
 use uw_render::backend::{Backend, Device};
 use uw_render::gpu::{Gpu, GpuError};
 use uw_render::image::{Counts, Frame as Stored, write_frame};
+use uw_survey::vehicle::{Vehicle, VehicleFile};
 
 use crate::app::{Options, Tab, Viewer};
 use crate::guidance::operation::Operation;
@@ -56,6 +57,9 @@ pub struct Args {
     /// Network for the guidance panel, instead of the one that ships
     #[arg(long, value_name = "FILE.json")]
     pub model: Option<PathBuf>,
+    /// Vehicle of the guidance panel's images: a shipped one's name or a file (uw-vehicle/1)
+    #[arg(long, value_name = "NAME|FILE", default_value = "default")]
+    pub vehicle: String,
     /// Recorded operation for the guidance panel, as uwguide writes it (`operations.record`)
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
@@ -233,6 +237,7 @@ fn first_viewer(
     let guidance = &mut viewer.guidance;
     guidance.profile = advice.profile.map(Arc::new);
     guidance.operation = advice.operation;
+    guidance.vehicle = advice.vehicle;
     if let Some((model, path)) = advice.model {
         guidance.model = Ok((Arc::new(model), path.display().to_string()));
     }
@@ -247,6 +252,7 @@ struct AdviceFiles {
     profile: Option<Profile>,
     model: Option<(Model, PathBuf)>,
     operation: Option<Operation>,
+    vehicle: Vehicle,
 }
 
 impl AdviceFiles {
@@ -259,7 +265,24 @@ impl AdviceFiles {
             profile: profile.map_err(|e| e.to_string())?,
             model: model.map_err(|e| e.to_string())?,
             operation: operation.map_err(|e| e.to_string())?,
+            vehicle: vehicle(&args.vehicle, args.model.is_some())?,
         })
+    }
+}
+
+/// The vehicle of the guidance panel, whose scenes have the spectra of the scene that is open.
+fn vehicle(name_or_file: &str, own_model: bool) -> Result<Vehicle, String> {
+    let file = VehicleFile::find(name_or_file, Path::new(""));
+    let vehicle = file.map_err(|e| format!("--vehicle: {e}"))?.vehicle;
+    match vehicle.needs_wavelengths() {
+        Some(field) => Err(format!(
+            "--vehicle: {name_or_file}: {field} counts by wavelength alone, and the scene that is open has the spectra here; leave it out"
+        )),
+        None if vehicle.encoding != uw_calib::Encoding::Srgb && !own_model => Err(format!(
+            "--vehicle: {name_or_file}: encoding is linear, and the network that ships is of pictures in sRGB; give one made for this \
+             vehicle (--model)"
+        )),
+        None => Ok(vehicle),
     }
 }
 
@@ -398,5 +421,37 @@ mod tests {
         for text in ["1280", "0x0", "1280x", "-5x720", "99999x720"] {
             assert!(parse_size(text).is_err(), "{text}");
         }
+    }
+
+    #[test]
+    fn a_vehicle_is_read_and_what_is_wrong_is_told() {
+        assert_eq!(vehicle("default", false), Ok(Vehicle::default()));
+        let folder = std::env::temp_dir().join(format!("uw-viewer-vehicle-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a folder");
+        let file = folder.join("v.toml");
+        let read = |line: &str, own_model: bool| {
+            std::fs::write(&file, format!("format = \"uw-vehicle/1\"\n{line}")).expect("written");
+            vehicle(&file.display().to_string(), own_model)
+        };
+        let mine = read("lamp_half_angle_deg = 35.0", false).expect("a vehicle");
+        assert_eq!(mine.lamp_half_angle_deg, 35.0);
+        for (line, words) in [
+            (
+                "lamp_spectrum = \"halogen\"",
+                "v.toml: lamp_spectrum counts by wavelength",
+            ),
+            ("encoding = \"linear\"", "v.toml: encoding is linear"),
+            ("width = -3", "v.toml: width = -3"),
+        ] {
+            let told = read(line, false).expect_err(line);
+            assert!(
+                told.starts_with("--vehicle: ") && told.contains(words),
+                "{told}"
+            );
+        }
+        assert!(read("encoding = \"linear\"", true).is_ok());
+        std::fs::remove_dir_all(&folder).expect("removed");
+        let told = vehicle("yacht", false).expect_err("no such vehicle");
+        assert!(told.contains("vehicle \"yacht\""), "{told}");
     }
 }

@@ -59,6 +59,8 @@ pub struct Guidance {
     pub position: VehiclePosition,
     /// Its lamp level, percent.
     pub light_pct: f64,
+    /// Its camera, sensor and lamps; it has no spectra of its own.
+    pub vehicle: Vehicle,
     /// The newest look from where it is.
     pub look: Option<Arc<Look>>,
     /// Who is asked.
@@ -76,7 +78,6 @@ pub struct Guidance {
     assets: Option<PathBuf>,
     ctx: egui::Context,
     task: Option<Task>,
-    vehicle: Vehicle,
     water_known: Option<Settings>,
 }
 
