@@ -114,7 +114,7 @@ pub enum ResponseError {
     },
     /// The counts that were seen are too few.
     #[error(
-        "only {seen} of {NODES} levels of counts are seen in two pictures neither black nor at full scale; at least {LEAST_NODES} are needed: a view with dark and bright parts, more exposures between the darkest and the brightest"
+        "only {seen} of {NODES} levels of counts, side by side, are seen in two pictures neither black nor at full scale; at least {LEAST_NODES} are needed: a view with dark and bright parts, more exposures between the darkest and the brightest"
     )]
     TooLittle {
         /// Levels of counts with enough blocks.
@@ -152,7 +152,8 @@ pub fn fit(frames: &[Frame], light: &[f64]) -> Result<ResponseFit, ResponseError
     for place in &places {
         add(place, &start, &mut matrix, &mut right, &mut data);
     }
-    let nodes: Vec<usize> = (0..NODES).filter(|&k| data[k] >= LEAST_AT_NODE).collect();
+    let seen: Vec<usize> = (0..NODES).filter(|&k| data[k] >= LEAST_AT_NODE).collect();
+    let nodes = longest_run(&seen).to_vec();
     let too_little = ResponseError::TooLittle { seen: nodes.len() };
     if nodes.len() < LEAST_NODES {
         return Err(too_little);
@@ -228,6 +229,12 @@ fn check(frames: &[Frame], light: &[f64]) -> Result<(), ResponseError> {
         }),
         None => Ok(()),
     }
+}
+
+/// The longest run of neighbours: across a gap nothing says how much more light one side has.
+fn longest_run(seen: &[usize]) -> &[usize] {
+    let runs = seen.chunk_by(|a, b| b - a == 1);
+    runs.max_by_key(|run| run.len()).unwrap_or_default()
 }
 
 fn node(k: usize) -> f64 {

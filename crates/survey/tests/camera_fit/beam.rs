@@ -67,11 +67,6 @@ fn hidden_beams_are_found() {
         // The mean within 4 degrees of the axis is below the axis by power/2 times the mean square of the angle.
         let dip = 0.5 * power * 0.5 * 4_f64.to_radians().powi(2);
         let off = found.intensity_w_per_sr / axis - 1.0;
-        println!(
-            "power {power:.2}: axis off {off:.4} (dip {dip:.4}), {} rows, half {:?}",
-            found.profile.len(),
-            found.half_deg
-        );
         assert!((off + dip).abs() < 4e-3, "{off} {dip}");
         for [angle, relative] in &found.profile[1..] {
             let hidden = angle.to_radians().cos().powf(power);
@@ -104,10 +99,10 @@ fn what_is_no_beam_is_refused() {
         lamp_right_m: -0.3,
         ..board
     };
-    let told = fit(&[seen.clone()], &other_side, &vehicle).expect_err("the other side");
+    let told = fit(std::slice::from_ref(&seen), &other_side, &vehicle).expect_err("the other side");
     assert!(matches!(told, BeamError::Spread { .. }), "{told}");
     let told = fit(
-        &[seen.clone()],
+        std::slice::from_ref(&seen),
         &Board {
             lamp_right_m: 5.0,
             ..board

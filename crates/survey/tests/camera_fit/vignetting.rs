@@ -62,7 +62,6 @@ fn hidden_lenses_are_found() {
             );
         }
     }
-    println!("rms {}, largest error {widest}", (squares / 30.0).sqrt());
     let rms = (squares / 30.0).sqrt();
     assert!((0.5..1.6).contains(&rms), "{rms}");
     assert!(widest < 0.01, "{widest}");
@@ -74,7 +73,7 @@ fn even_pictures_are_even() {
     let mut draw = Draw(4);
     let hidden = lens(&mut draw);
     let board = frame(hidden, 1, |_, _| 0.5);
-    let found = fit(&[board.clone()], Encoding::Srgb).expect("a fit");
+    let found = fit(std::slice::from_ref(&board), Encoding::Srgb).expect("a fit");
     let even = found.vignetting.even(&board, Encoding::Srgb);
     let left = fit(&[even], Encoding::Srgb).expect("a fit").vignetting;
     assert!(hidden.share(1.0) < 0.9, "{hidden:?}");

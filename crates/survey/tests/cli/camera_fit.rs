@@ -174,11 +174,12 @@ fn jpeg_is_told() {
     );
 }
 
-/// A series of exposures of the ramp in `encoding`, named by its factors of light.
+/// A series of exposures of a ramp that leaves no count out, in `encoding`, named by its factors of light.
 fn series(folder: &Folder, encoding: Encoding, light: &[f64]) {
     let mut picture = Picture::black(240, 160);
     for (i, pixel) in picture.data.iter_mut().enumerate() {
-        *pixel = [10_f32.powf(-2.5 + 2.6 * (i % 240) as f32 / 240.0); 3];
+        let (x, y) = ((i % 240) as f32 / 240.0, (i / 240) as f32 / 160.0);
+        *pixel = [10_f32.powf(-2.65 + 2.6 * x + 0.3 * y); 3];
     }
     for (seed, exposure) in light.iter().enumerate() {
         let sensor = Sensor {
