@@ -67,6 +67,7 @@ fn water(width_px: usize, height_px: usize) -> Arc<Water> {
             views: views.collect(),
         },
         sights: Vec::new(),
+        fit: None,
     }))
 }
 

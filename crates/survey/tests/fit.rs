@@ -27,7 +27,6 @@ fn vehicle() -> Vehicle {
 
 fn options(truth: &Truth) -> Options {
     Options {
-        paths: 32_768,
         down: truth.is_down().expect("a target"),
         ..Options::default()
     }
@@ -155,7 +154,7 @@ fn pictures_that_tell_nothing_are_refused() {
         told.contains("640 x 360") && told.contains("got 320 x 180"),
         "{told}"
     );
-    assert!(told.contains("m.csv:2: "), "{told}");
+    assert!(told.contains("m.csv:3: "), "{told}");
     let told = manifest(
         "lit.png,contrast,3,0.5,100\nlit.png,contrast,3,1,100\nlit.png,contrast,3,2,100\n",
     );

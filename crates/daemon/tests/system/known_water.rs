@@ -57,6 +57,7 @@ pub(crate) fn water_file(distances_m: &[f64], [noise_a, noise_b]: [f64; 2]) -> W
             views: distances_m.iter().map(view).collect(),
         },
         sights: Vec::new(),
+        fit: None,
     }
 }
 

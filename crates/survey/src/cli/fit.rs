@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
 use clap::Args;
+use uw_calib::Encoding;
 use uw_guidance::physics::WaterFile;
 
 use super::error::{CliError, note};
@@ -29,9 +30,9 @@ pub(super) struct FitArguments {
     /// Folder for a report: plots of what was measured and fitted.
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
-    /// How the camera's counts stand for light.
-    #[arg(long, value_enum, default_value_t = CurveName::Srgb)]
-    encoding: CurveName,
+    /// How the camera's counts stand for light, where the vehicle's file is not to be asked.
+    #[arg(long, value_enum)]
+    encoding: Option<CurveName>,
     /// There is no daylight (night, or deep): pictures with the lamps on need none without.
     #[arg(long)]
     dark: bool,
@@ -67,9 +68,9 @@ impl FitArguments {
     /// Fits the water and writes its file, and the report.
     pub(super) fn run(&self) -> Result<(), CliError> {
         output::check_writable(&self.output)?;
-        let options = self.options()?;
         let here = Path::new("");
         let vehicle = VehicleFile::find(&self.vehicle, here).map_err(CliError::input)?;
+        let options = self.options(vehicle.vehicle.encoding)?;
         let cancel = cancel_flag()?;
         let display = ProgressDisplay::start(false, true);
         let progress = |done: usize, all: usize| {
@@ -96,7 +97,7 @@ impl FitArguments {
         write(&file, &self.output)
     }
 
-    fn options(&self) -> Result<Options, CliError> {
+    fn options(&self, encoding: Encoding) -> Result<Options, CliError> {
         let errors = [
             ("--backscatter-error", self.backscatter_error),
             ("--gain-error", self.gain_error),
@@ -116,7 +117,7 @@ impl FitArguments {
             )));
         }
         Ok(Options {
-            encoding: self.encoding.encoding(),
+            encoding: self.encoding.map_or(encoding, CurveName::encoding),
             dark: self.dark,
             down: self.bottom,
             backscatter_fraction: self.backscatter_fraction,

@@ -219,7 +219,7 @@ pub struct FittedPicture {
     pub level: f64,
     /// Mean linear signal over the blocks, seen and fitted.
     pub mean: [[f64; 2]; 3],
-    /// Root mean square deviation of the blocks from that mean, seen and fitted.
+    /// Root mean square deviation of the blocks from that mean, seen (without the sensor's noise) and fitted.
     pub deviation: [[f64; 2]; 3],
 }
 

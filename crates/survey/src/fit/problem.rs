@@ -438,14 +438,18 @@ impl<'a> Problem<'a> {
         let of = |(index, shown): (usize, &Shown)| {
             let moments = [0, 1, 2].map(|k| {
                 let pairs = self.plans[k].compared[index].iter().enumerate();
-                let first = next[k];
+                let (first, mut noise) = (next[k], 0.0);
                 next[k] += self.plans[k].compared[index].len();
                 let pairs = pairs.map(|(place, (_, of_shown))| {
                     let seen = shown.blocks[*of_shown].signal[k];
+                    noise += shown.blocks[*of_shown].variance[k];
                     let residual = of_channels[k][first + place].value;
                     [seen, seen + self.error(k, index, place) * residual]
                 });
-                moments(&pairs.collect::<Vec<_>>())
+                let pairs: Vec<[f64; 2]> = pairs.collect();
+                let [mean, [seen, fitted]] = moments(&pairs);
+                let noise = noise / pairs.len().max(1) as f64;
+                [mean, [(seen * seen - noise).max(0.0).sqrt(), fitted]]
             });
             FittedPicture {
                 distance_m: shown.distance_m,

@@ -132,6 +132,8 @@ fn decay<B: DrawingBackend>(
         .configure_mesh()
         .x_desc("distance, m")
         .y_desc("linear signal")
+        .x_label_formatter(&|x| format!("{x:.1}"))
+        .y_label_formatter(&label)
         .label_style(("sans-serif", 13))
         .draw()
         .map_err(text)?;
@@ -148,6 +150,16 @@ fn decay<B: DrawingBackend>(
             .map_err(text)?;
     }
     Ok(())
+}
+
+/// A number to two digits, as an axis shows it.
+fn label(value: &f64) -> String {
+    let digits = (1.0 - value.abs().max(1e-9).log10().floor()).clamp(0.0, 6.0) as usize;
+    let text = format!("{value:.digits$}");
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
+    }
 }
 
 /// Ends of a logarithmic axis around some values.
@@ -181,6 +193,8 @@ fn ellipses<B: DrawingBackend>(area: &DrawingArea<B, Shift>, fit: &Fit) -> Resul
         .configure_mesh()
         .x_desc("a, 1/m")
         .y_desc("b, 1/m")
+        .x_label_formatter(&label)
+        .y_label_formatter(&label)
         .label_style(("sans-serif", 13))
         .draw()
         .map_err(text)?;

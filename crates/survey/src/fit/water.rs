@@ -248,12 +248,11 @@ fn brighten(tables: &mut WaterTables, gain: [f64; 3]) {
     }
 }
 
-/// The target as each place's picture with the least of the lamps shows it.
+/// The target as each picture shows it: daylight alone may leave a channel dark, and lamps may bring one to full scale.
 fn sights(fit: &Fit, options: &Options, file: &WaterFile) -> Result<Vec<Sight>, WaterError> {
     let response: CountResponse = file.sensor.response();
     let mut sights = Vec::new();
-    for place in &fit.places {
-        let row = &place[0];
+    for row in fit.places.iter().flatten() {
         let picture = Counts::read(&row.image)?;
         let linear = LinearPicture::of_counts(&picture, options.encoding);
         let at = Candidate {

@@ -116,7 +116,7 @@ pub(super) struct Coefficients {
 }
 
 /// Least scattering: what is left of a water that does not scatter, 1/m.
-const LEAST_SCATTERING: f64 = 1e-9;
+const LEAST_SCATTERING: f64 = 1e-12;
 
 impl Coefficients {
     pub(super) fn new(a: f64, b: f64) -> Self {

@@ -48,7 +48,7 @@ pub(super) fn to_target(
     } = start;
     for scatterings in 1..=MOST_SCATTERINGS {
         direction = turn(direction, phase.sample_x(numbers.next()), numbers.next());
-        let flight = -numbers.next().ln() / rate;
+        let flight = numbers.length() / rate;
         let to_target = setting.view.range_m(origin, direction);
         let to_target = to_target.unwrap_or(f64::INFINITY);
         let way = flight.min(to_target);

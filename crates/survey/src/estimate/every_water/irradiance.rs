@@ -11,7 +11,7 @@ use super::bridge::{Bridge, Place, quarter_turns};
 use super::evaluate::{Coefficients, Derived, Field, Group, Path, project};
 use super::orders::Orders;
 use crate::estimate::basis::Basis;
-use crate::estimate::numbers::Numbers;
+use crate::estimate::numbers;
 use crate::estimate::target_view::TargetView;
 
 /// Sets these paths' random numbers apart.
@@ -26,8 +26,7 @@ pub(super) fn scattered(setting: &Setting, phase: &PhaseTable, group: u32, point
     let mut paths = Group::new(setting.basis.len());
     let mut phi = vec![0.0; setting.basis.len()];
     let mut bridge = Bridge::default();
-    for index in 0..points {
-        let mut numbers = Numbers::of_path(setting.seed, PURPOSE, group, index);
+    for mut numbers in numbers::of_paths(setting.seed, group, PURPOSE, points) {
         let Some(sight) = setting.sight(&mut numbers, &mut phi) else {
             continue;
         };

@@ -69,36 +69,15 @@ impl Path {
 mod tests {
     use super::*;
     use uw_render::prepare::PreparedLamp;
-    use uw_render::scene::{Texture, TextureFilter};
 
-    use crate::environment::{Target, View, WaterBody, scene};
+    use super::super::test_scene::even_target;
     use crate::estimate::guess::{Guess, LampGuess};
     use crate::estimate::target_view::TargetView;
-    use crate::scenery::textures::Pattern;
-    use crate::vehicle::Vehicle;
 
     /// The expansion is the guess itself at any loss that natural waters have, from the middle of the image to anywhere in it.
     #[test]
     fn light_at_the_end_of_a_path_is_the_guess_at_every_loss() {
-        let texture = Texture {
-            width: 1,
-            height: 1,
-            texels: vec![[0.5; 3]].into(),
-            filter: TextureFilter::Nearest,
-        };
-        let target = Target {
-            pattern: Pattern::Seabed,
-            texture,
-        };
-        let body = WaterBody {
-            jerlov: "II".parse().unwrap(),
-            backscatter_fraction: 0.0183,
-        };
-        let place = View::Target {
-            depth_m: 5.0,
-            distance_m: 0.8,
-        };
-        let scene = scene(&Vehicle::default(), &body, &target, place).unwrap();
+        let scene = even_target("II", 0.0183, 0.8);
         let view = TargetView::new(&scene).unwrap();
         let lamps: Vec<_> = scene.lamps.iter().map(PreparedLamp::build).collect();
         let setting = Setting::new(&view, &lamps, 1);

@@ -23,6 +23,8 @@ mod orders;
 mod phases;
 mod returned;
 mod sight;
+#[cfg(test)]
+mod test_scene;
 mod veil;
 
 use std::ops::Range;

@@ -10,7 +10,7 @@ use super::Setting;
 use super::evaluate::Group;
 use super::flights::{self, Flight};
 use super::light::Light;
-use crate::estimate::numbers::Numbers;
+use crate::estimate::numbers;
 
 /// Sets these walks' random numbers apart.
 const PURPOSE: u32 = 3;
@@ -19,15 +19,14 @@ const PURPOSE: u32 = 3;
 pub(super) fn walks(setting: &Setting, phase: &PhaseTable, group: u32, points: u32) -> Group {
     let mut paths = Group::new(1);
     let mut unused = vec![0.0; setting.basis.len()];
-    for index in 0..points {
-        let mut numbers = Numbers::of_path(setting.seed, PURPOSE, group, index);
+    for mut numbers in numbers::of_paths(setting.seed, group, PURPOSE, points) {
         let Some(sight) = setting.sight(&mut numbers, &mut unused) else {
             continue;
         };
         paths.point(&[1.0]);
         let direction = cosine_hemisphere(setting.view.normal, numbers.next(), numbers.next());
         let rate = flights::rate(numbers.next());
-        let length_m = -numbers.next().ln() / rate;
+        let length_m = numbers.length() / rate;
         let start = Flight {
             origin: sight.point + length_m * direction,
             direction,

@@ -9,7 +9,7 @@ use super::Setting;
 use super::evaluate::{Group, Path};
 use super::flights::{self, Flight};
 use super::light::Light;
-use crate::estimate::numbers::Numbers;
+use crate::estimate::numbers::{self, Numbers};
 use crate::estimate::target_view::Sight;
 
 /// Sets these walks' random numbers apart.
@@ -27,8 +27,7 @@ pub(super) fn walks(
 ) -> [Group; 2] {
     let [mut lit, mut even] = [0; 2].map(|_| Group::new(SHARE_TERMS));
     let mut unused = vec![0.0; setting.basis.len()];
-    for index in 0..points {
-        let mut numbers = Numbers::of_path(setting.seed, PURPOSE, group, index);
+    for mut numbers in numbers::of_paths(setting.seed, group, PURPOSE, points) {
         let Some(sight) = setting.sight(&mut numbers, &mut unused) else {
             continue;
         };
@@ -76,15 +75,13 @@ mod tests {
     use uw_media::Iops;
     use uw_media::phase::{FournierForand, Phase};
     use uw_render::prepare::PreparedLamp;
-    use uw_render::scene::{Texture, TextureFilter, Variation, Water};
+    use uw_render::scene::{Variation, Water};
 
-    use crate::environment::{Target, View, WaterBody, scene};
+    use super::super::test_scene::even_target;
     use crate::estimate::every_water::{EveryWater, ScatteredSight, Values};
     use crate::estimate::guess::{Guess, LampGuess};
     use crate::estimate::target_view::TargetView;
     use crate::estimate::walks::{Sums, Walker};
-    use crate::scenery::textures::Pattern;
-    use crate::vehicle::Vehicle;
 
     /// Cycles per metre.
     const FREQUENCIES: [f64; 4] = [0.5, 2.0, 8.0, 32.0];
@@ -119,26 +116,7 @@ mod tests {
             ("5C", 0.05, 4.0),
         ];
         for (jerlov, fraction, distance_m) in waters {
-            let texture = Texture {
-                width: 1,
-                height: 1,
-                texels: vec![[0.5; 3]].into(),
-                filter: TextureFilter::Nearest,
-            };
-            let target = Target {
-                pattern: Pattern::Seabed,
-                texture,
-            };
-            let body = WaterBody {
-                jerlov: jerlov.parse().unwrap(),
-                backscatter_fraction: fraction,
-            };
-            let depth_m = 5.0;
-            let place = View::Target {
-                depth_m,
-                distance_m,
-            };
-            let scene = scene(&Vehicle::default(), &body, &target, place).unwrap();
+            let scene = even_target(jerlov, fraction, distance_m);
             let view = TargetView::new(&scene).unwrap();
             let phase = Phase::FournierForand(FournierForand::new(1.10, fraction).unwrap());
             let table = PhaseTable::new(&phase);

@@ -12,7 +12,7 @@ use super::Setting;
 use super::bridge::{Bridge, Place, quarter_turns};
 use super::evaluate::{Group, Path};
 use super::orders::{Orders, RATES_PER_M};
-use crate::estimate::numbers::Numbers;
+use crate::estimate::numbers::{self, Numbers};
 use crate::estimate::target_view::Sight;
 
 /// Sets the random numbers of walks apart; those of the bridge at joint m follow.
@@ -137,8 +137,7 @@ pub(super) fn veil(setting: &Setting, phase: &PhaseTable, group: u32, points: u3
     let mut paths = Group::new(setting.basis.len());
     let mut phi = vec![0.0; setting.basis.len()];
     let (mut bridge, mut way) = (Bridge::default(), Way::default());
-    for index in 0..points {
-        let mut numbers = Numbers::of_path(setting.seed, PURPOSE, group, index);
+    for (index, mut numbers) in (0..).zip(numbers::of_paths(setting.seed, group, PURPOSE, points)) {
         let Some(sight) = setting.sight(&mut numbers, &mut phi) else {
             continue;
         };
@@ -151,7 +150,7 @@ pub(super) fn veil(setting: &Setting, phase: &PhaseTable, group: u32, points: u3
         let mut walk = vec![setting.view.camera.position_m];
         walk.push(walk[0] + length_m * direction);
         for joint in 1..=MOST_JOINTS {
-            let mut own = Numbers::of_path(setting.seed, PURPOSE + joint as u32, group, index);
+            let mut own = numbers::of_path(setting.seed, group, PURPOSE + joint as u32, index);
             way.vertices.clear();
             way.vertices.extend(&walk);
             let path = joined(setting, phase, (&mut bridge, &mut way), &first, &mut own);
@@ -162,7 +161,7 @@ pub(super) fn veil(setting: &Setting, phase: &PhaseTable, group: u32, points: u3
                 break;
             }
             direction = turn(direction, phase.sample_x(numbers.next()), numbers.next());
-            let next = walk[joint] - numbers.next().ln() / rate * direction;
+            let next = walk[joint] + numbers.length() / rate * direction;
             if !setting.is_before_target(next) {
                 break;
             }
@@ -218,4 +217,53 @@ fn joined(
         log_weight: (light / way.density(first, phase)).ln(),
         light: [0.0; 2],
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::test_scene::even_target;
+    use super::*;
+    use uw_media::phase::{FournierForand, Phase};
+    use uw_render::prepare::PreparedLamp;
+
+    use crate::estimate::target_view::TargetView;
+
+    /// No bridge leads through the target, near as its joint may be to it and to whatever side light scatters.
+    #[test]
+    fn no_bridge_leads_through_the_target() {
+        let scene = even_target("II", 0.0183, 0.8);
+        let view = TargetView::new(&scene).unwrap();
+        let lamps: Vec<_> = scene.lamps.iter().map(PreparedLamp::build).collect();
+        let setting = Setting::new(&view, &lamps, 1);
+        let phase = Phase::FournierForand(FournierForand::new(1.10, 0.4).unwrap());
+        let phase = PhaseTable::new(&phase);
+        let sight = view.sight(640.0, 360.0).unwrap();
+        let length_m = 0.95 * sight.range_m;
+        let camera = view.camera.position_m;
+        let joint = camera + length_m * sight.direction;
+        let first = FirstFlight {
+            setting: &setting,
+            sight,
+        }
+        .densities(length_m);
+        let (mut bridge, mut way) = (Bridge::default(), Way::default());
+        let mut bent = 0;
+        for mut numbers in numbers::of_paths(1, 0, PURPOSE, 4096) {
+            way.vertices = vec![camera, joint];
+            let path = joined(
+                &setting,
+                &phase,
+                (&mut bridge, &mut way),
+                &first,
+                &mut numbers,
+            );
+            if path.is_some_and(|path| path.scatterings > 1.0) {
+                bent += 1;
+                let all = &way.vertices;
+                assert!(all.iter().all(|&v| setting.is_before_target(v)), "{all:?}");
+            }
+        }
+        // Some are left: bridges that scatter, stay before the target and end in a beam.
+        assert!(bent > 100, "{bent}");
+    }
 }
