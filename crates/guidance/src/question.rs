@@ -32,6 +32,10 @@ pub(crate) struct Question<'a> {
 }
 
 /// What predicts contrast, made ready.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "one is made for each question, and lives on the stack"
+)]
 enum Engine<'a> {
     Network { query: Query<'a>, model: &'a Model },
     Physics(Physical<'a>),

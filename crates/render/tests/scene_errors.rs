@@ -104,7 +104,7 @@ const CASES: &[(&str, &str)] = &[
     ("vertical_without_up.toml", r#":7: camera.forward must be a direction that is not vertical, where camera.up is left out, got [0.0, 0.0, -1.0]"#),
     ("wide_field.toml", r#":8: camera.hfov_deg must be in [0.000001, 180) degrees, got 180.0"#),
     ("wrong_format.toml", r#":1: format must be `uw-scene/1`, got "uw-scene/9""#),
-    ("wrong_type.toml", r#":3: water must be a table with the fields `jerlov`, `bands`, `spectrum`, `profile`, `jerlov_profile`, `plume`, `snow`, `a`, `b`, `phase`, `refractive_index`, got "clear""#),
+    ("wrong_type.toml", r#":3: water must be a table with the fields `jerlov`, `bands`, `spectrum`, `profile`, `jerlov_profile`, `plume`, `snow`, `fitted`, `a`, `b`, `phase`, `refractive_index`, got "clear""#),
     ("zero_forward.toml", r#":7: camera.forward must be a direction of non-zero length, got [0.0, 0.0, 0.0]"#),
     ("zero_size_image.toml", r#":9: camera.width must be a whole number in [1, 16384] pixels, got 0"#),
 ];

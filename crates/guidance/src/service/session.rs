@@ -183,7 +183,9 @@ impl Session {
 
     /// The reply to a line that was too long to be read.
     pub fn line_too_long(&self) -> Answered {
-        let message = format!("a line must be at most {MAX_LINE_BYTES} bytes long");
+        let message = format!(
+            "a line must be at most {MAX_LINE_BYTES} bytes long; larger pictures can be named by image.path (images.directory)"
+        );
         Answered {
             sequence: self.service.snapshot(|_| ()).0.sequence,
             op: "invalid",

@@ -6,6 +6,7 @@ mod camera;
 mod document;
 mod error;
 mod file;
+mod fitted;
 mod gltf_accessor;
 mod gltf_check;
 mod gltf_extension;

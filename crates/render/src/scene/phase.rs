@@ -11,9 +11,9 @@ use uw_media::{Iops, MediaError, WaterType, meant};
 use super::range::Range;
 use super::reader::Table;
 use super::value::Value;
-use super::{Layer, SceneError, Spectral, Variation, Water, variation};
+use super::{Layer, SceneError, Spectral, Variation, Water, fitted, variation};
 
-pub(super) const WATER_FIELDS: [&str; 11] = [
+pub(super) const WATER_FIELDS: [&str; 12] = [
     "jerlov",
     "bands",
     "spectrum",
@@ -21,6 +21,7 @@ pub(super) const WATER_FIELDS: [&str; 11] = [
     "jerlov_profile",
     "plume",
     "snow",
+    "fitted",
     "a",
     "b",
     "phase",
@@ -93,15 +94,18 @@ pub(super) fn read_water(
         return Ok(None);
     };
     let (n, backscatter_fraction) = DEFAULT_PARTICLES;
-    let phase = match table.optional("phase") {
-        Some(value) => read_phase(&value)?,
-        None => Phase::FournierForand(
+    let fitted = fitted::read(&table)?;
+    let phase = match (&fitted, table.optional("phase")) {
+        (Some(fitted), _) => fitted.phase.clone(),
+        (None, Some(value)) => read_phase(&value)?,
+        (None, None) => Phase::FournierForand(
             FournierForand::new(n, backscatter_fraction)
                 .map_err(|error| table.missing("phase", &error.to_string()))?,
         ),
     };
     let index_range = Range::closed(1.0, 2.0, "");
-    let (iops, variation) = read_coefficients(root, &table, spectral)?;
+    let of_file = fitted.map(|fitted| fitted.iops);
+    let (iops, variation) = read_coefficients(root, &table, (spectral, of_file))?;
     Ok(Some(Water {
         iops,
         variation,
@@ -118,7 +122,7 @@ pub(super) fn read_water(
 fn read_coefficients(
     root: &Table<'_>,
     table: &Table<'_>,
-    spectral: Option<&Spectral>,
+    (spectral, of_file): (Option<&Spectral>, Option<Iops>),
 ) -> Result<(Iops, Variation), SceneError> {
     let boxes = Response::boxes();
     let response = spectral.map_or(&boxes, |spectral| &spectral.response);
@@ -126,10 +130,11 @@ fn read_coefficients(
     if let (Some(value), None) = (variation::profile_field(table), root.optional("surface")) {
         return Err(value.invalid("left out without [surface], from which depths are counted"));
     }
-    let homogeneous = match (&profile, spectral) {
-        (Some(layers), _) => layers[0].iops,
-        (None, Some(spectral)) => spectral.wideband(),
-        (None, None) => read_iops(table)?,
+    let homogeneous = match (&profile, spectral, of_file) {
+        (Some(layers), ..) => layers[0].iops,
+        (None, _, Some(of_file)) => of_file,
+        (None, Some(spectral), None) => spectral.wideband(),
+        (None, None, None) => read_iops(table)?,
     };
     let mut variation = Variation {
         layers: profile.unwrap_or_default(),
