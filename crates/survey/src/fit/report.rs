@@ -180,14 +180,14 @@ fn ellipses<B: DrawingBackend>(area: &DrawingArea<B, Shift>, fit: &Fit) -> Resul
     let text = |e: DrawingAreaErrorKind<B::ErrorType>| e.to_string();
     let curves = [0, 1, 2].map(|k| ellipse(fit, k));
     let all = || curves.iter().flatten();
-    let (a_low, a_high) = span(all().map(|point| point.0));
-    let (b_low, b_high) = span(all().map(|point| point.1));
+    let most = |of: fn(&(f64, f64)) -> f64| 1.05 * all().map(of).fold(0.0, f64::max);
+    let (a_most, b_most) = (most(|point| point.0), most(|point| point.1));
     let mut chart = ChartBuilder::on(area)
         .caption("Absorption and scattering, 90 %", ("sans-serif", 20))
         .margin(12)
         .x_label_area_size(42)
         .y_label_area_size(70)
-        .build_cartesian_2d((a_low..a_high).log_scale(), (b_low..b_high).log_scale())
+        .build_cartesian_2d(0.0..a_most, 0.0..b_most)
         .map_err(text)?;
     chart
         .configure_mesh()

@@ -23,6 +23,8 @@ use crate::vehicle::Vehicle;
 const MOST_RATIO: f64 = 1.22;
 /// Depth that is assumed where no picture has one, m.
 const SOME_DEPTH_M: f64 = 3.0;
+/// How far from a single depth the tables reach, m.
+const AROUND_M: f64 = 1.0;
 /// Depths closer than this are one, m.
 const SAME_M: f64 = 1e-3;
 /// Reflectances that a target's may be.
@@ -170,13 +172,16 @@ fn distances_m(fit: &Fit) -> Vec<f64> {
     all
 }
 
-/// Depths of the pictures.
+/// Depths of the pictures, and where that is one, others about it: a vehicle does not keep its depth to the centimetre.
 fn depths_m(fit: &Fit) -> Vec<f64> {
     let mut all: Vec<f64> = fit.places.iter().filter_map(|p| p[0].depth_m).collect();
     all.sort_by(f64::total_cmp);
     all.dedup_by(|a, b| (*a - *b).abs() < SAME_M);
     if all.is_empty() {
         all.push(SOME_DEPTH_M);
+    }
+    if let &[only] = &all[..] {
+        all = vec![(only - AROUND_M).max(0.5 * only), only, only + AROUND_M];
     }
     all
 }
@@ -191,7 +196,7 @@ fn daylight_gain(
     let (mut products, mut squares) = ([0.0; 3], [0.0; 3]);
     let dark = fit.places.iter().map(|place| &place[0]);
     for row in dark.filter(|row| row.light_pct <= 0.0 && !options.dark) {
-        let depth_m = row.depth_m.unwrap_or(tables.depths_m[0]);
+        let depth_m = row.depth_m.unwrap_or(SOME_DEPTH_M);
         let place = |list: &[f64], at: f64| {
             let near = |i: &usize| (list[*i] - at).abs();
             (0..list.len()).min_by(|i, j| near(i).total_cmp(&near(j)))
@@ -259,7 +264,7 @@ fn sights(fit: &Fit, options: &Options, file: &WaterFile) -> Result<Vec<Sight>, 
             distance_m: row.distance_m,
             light_pct: row.light_pct,
         };
-        let depth_m = row.depth_m.unwrap_or(file.tables.depths_m[0]);
+        let depth_m = row.depth_m.unwrap_or(SOME_DEPTH_M);
         sights.push(Sight::new(&file.place(&response, depth_m), &linear, &at));
     }
     Ok(sights)
