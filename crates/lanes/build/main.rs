@@ -24,8 +24,8 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 /// Kernels that are turned into Rust.
 const KERNELS: [&str; 2] = ["lamps", "ambient"];
 /// How the kernels ask whether the water varies with depth or place. Vector units have each kernel twice: the one for even
-/// water is made without all that varying water needs. Called but not taken it made scenes with a sun 5 % slower, because
-/// the compiler inlined less.
+/// water is made without all that varying water needs. Called but not taken it made scenes with a sun slower, because the
+/// compiler inlined less.
 const VARYING_SWITCH: &str = "s.switches.HAS_LAYERS";
 /// Instruction sets: the module with their functions, and the attribute of all functions that use it.
 const INSTRUCTION_SETS: [(&str, &str); 4] = [

@@ -136,6 +136,16 @@ impl Vehicle {
         })
     }
 
+    /// The same without what counts by wavelength alone.
+    pub fn in_three_bands(&self) -> Self {
+        Self {
+            response: None,
+            lamp_spectrum: None,
+            daylight_spectrum: None,
+            ..self.clone()
+        }
+    }
+
     /// The first field that counts by wavelength alone, if one is given.
     pub fn needs_wavelengths(&self) -> Option<&'static str> {
         let given = [

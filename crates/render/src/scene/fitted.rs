@@ -7,13 +7,12 @@ use uw_media::Iops;
 use uw_media::phase::{FournierForand, Phase};
 
 use super::SceneError;
+use super::phase::DEFAULT_PARTICLES;
 use super::reader::Table;
 use super::value::Value;
 
 /// The format that is read.
 const FORMAT: &str = "uw-water/1";
-/// Refractive index of the particles against water that water files mean.
-const PARTICLE_INDEX: f64 = 1.10;
 /// Fields of `[water]` that the file says itself.
 const SAID_BY_FILE: [&str; 8] = [
     "jerlov",
@@ -72,7 +71,7 @@ fn read_file(value: &Value<'_>) -> Result<Fitted, SceneError> {
             "water.backscatter_fraction must be a number, got {got}"
         ))
     })?;
-    let phase = FournierForand::new(PARTICLE_INDEX, fraction);
+    let phase = FournierForand::new(DEFAULT_PARTICLES.0, fraction);
     Ok(Fitted {
         iops: Iops {
             a: channels("a_per_m")?,

@@ -43,7 +43,7 @@ const TYPES_EXPECTED: &str = "a Jerlov water type such as \"3C\", or what lies b
      share = 0.4 }";
 /// Relative refractive index and backscatter fraction of the default phase function: the Fournier-Forand
 /// function closest to Petzold's average particle.
-const DEFAULT_PARTICLES: (f64, f64) = (1.10, 0.0183);
+pub(super) const DEFAULT_PARTICLES: (f64, f64) = (1.10, 0.0183);
 /// Refractive index of sea water against air.
 const DEFAULT_REFRACTIVE_INDEX: f64 = 1.34;
 

@@ -71,6 +71,11 @@ impl FitArguments {
         let here = Path::new("");
         let vehicle = VehicleFile::find(&self.vehicle, here).map_err(CliError::input)?;
         let options = self.options(vehicle.vehicle.encoding)?;
+        if vehicle.vehicle.vignetting.is_some() {
+            note(
+                "uw: warning: the vehicle's vignetting is not taken off: make the pictures even first (uw camera-fit even)",
+            );
+        }
         let cancel = cancel_flag()?;
         let display = ProgressDisplay::start(false, true);
         let progress = |done: usize, all: usize| {

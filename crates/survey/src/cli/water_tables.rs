@@ -4,20 +4,16 @@ use std::path::{Path, PathBuf};
 
 use clap::{ArgGroup, Args};
 use uw_guidance::physics::WaterFile;
-use uw_guidance::physics::file::{SensorNumbers, WATER_FORMAT, WaterNumbers};
+use uw_guidance::physics::file::WATER_FORMAT;
 use uw_media::Iops;
-use uw_media::phase::{FournierForand, Phase};
+use uw_media::phase::FournierForand;
 
 use super::error::{CliError, note};
 use super::output;
 use super::values::triple;
-use crate::environment::{PARTICLE_INDEX, Target, View, WaterBody, WaterKind, scene};
-use crate::estimate::water_tables::{TablePlan, even_texture, water_tables};
-use crate::scenery::textures::Pattern;
+use crate::environment::{PARTICLE_INDEX, WaterKind};
+use crate::estimate::water_tables::{KnownWater, TablePlan, sensor_numbers, water_tables};
 use crate::vehicle::{Vehicle, VehicleFile};
-
-/// Jerlov type whose place the given coefficients take.
-const STAND_IN: &str = "II";
 
 /// Arguments of `uw water-tables`.
 #[derive(Debug, Args)]
@@ -70,50 +66,28 @@ impl WaterTablesArguments {
         output::check_writable(&self.output)?;
         self.check()?;
         let vehicle = self.vehicle()?;
-        let (body, iops) = self.water()?;
-        let phase = FournierForand::new(PARTICLE_INDEX, self.backscatter_fraction);
-        let phase = Phase::FournierForand(phase.map_err(CliError::input)?);
-        let target = Target {
-            pattern: match self.bottom {
-                true => Pattern::Seabed,
-                false => Pattern::HullRed,
-            },
-            texture: even_texture(self.reflectance as f32),
+        let water = KnownWater {
+            iops: self.iops()?,
+            backscatter_fraction: self.backscatter_fraction,
+            bottom: self.bottom,
+            reflectance: self.reflectance as f32,
         };
-        let view = |depth_m: f64, distance_m: f64| {
-            let view = View::Target {
-                depth_m,
-                distance_m,
-            };
-            let mut scene = scene(&vehicle, &body, &target, view)?;
-            if let Some(water) = &mut scene.water {
-                (water.iops, water.phase) = (iops, phase.clone());
-            }
-            Ok(scene)
-        };
+        FournierForand::new(PARTICLE_INDEX, self.backscatter_fraction).map_err(CliError::input)?;
         note(format_args!(
             "uw: {} distances x {} sources of light; about {:.0} s on two processors",
             self.views,
             1 + self.depths_m.len(),
             0.003 * f64::from(self.views * self.kilo_paths) * (1 + self.depths_m.len()) as f64
         ));
-        let tables = water_tables(&self.plan(), view).map_err(CliError::failed)?;
+        let tables = water_tables(&self.plan(), |depth_m, distance_m| {
+            water.scene(&vehicle, depth_m, distance_m)
+        });
+        let tables = tables.map_err(CliError::failed)?;
         let file = WaterFile {
             format: WATER_FORMAT.to_owned(),
             made_by: format!("uw water-tables {}", env!("CARGO_PKG_VERSION")),
-            water: WaterNumbers {
-                a_per_m: iops.a,
-                b_per_m: iops.b,
-                backscatter_fraction: self.backscatter_fraction,
-            },
-            sensor: SensorNumbers {
-                width_px: vehicle.width as usize,
-                height_px: vehicle.height as usize,
-                encoding: vehicle.encoding,
-                exposure_m2_sr_per_w: vehicle.exposure,
-                noise_a: vehicle.noise_a,
-                noise_b: vehicle.noise_b,
-            },
+            water: water.numbers(),
+            sensor: sensor_numbers(&vehicle, vehicle.encoding),
             tables,
             sights: Vec::new(),
             fit: None,
@@ -159,11 +133,10 @@ impl WaterTablesArguments {
         Ok(())
     }
 
-    fn water(&self) -> Result<(WaterBody, Iops), CliError> {
-        let stand_in = || STAND_IN.parse().map_err(CliError::input);
-        let (jerlov, iops) = match (self.jerlov, self.a, self.b) {
-            (Some(kind), ..) => (kind, kind.iops().map_err(CliError::input)?),
-            (None, Some(a), Some(b)) => (stand_in()?, Iops { a, b }),
+    fn iops(&self) -> Result<Iops, CliError> {
+        let iops = match (self.jerlov, self.a, self.b) {
+            (Some(kind), ..) => kind.iops().map_err(CliError::input)?,
+            (None, Some(a), Some(b)) => Iops { a, b },
             _ => return Err(CliError::input("give --jerlov, or --a and --b")),
         };
         if let Some(wrong) = iops
@@ -176,11 +149,7 @@ impl WaterTablesArguments {
                 "--a and --b must be finite and >= 0 (1/m), got {wrong}"
             )));
         }
-        let body = WaterBody {
-            jerlov,
-            backscatter_fraction: self.backscatter_fraction,
-        };
-        Ok((body, iops))
+        Ok(iops)
     }
 
     fn plan(&self) -> TablePlan {

@@ -4,9 +4,12 @@
 //! scattered rays from walks ([`super::spread`]): all of an image but its target, which is even and grey here.
 
 use rayon::prelude::*;
+use uw_calib::Encoding;
 use uw_calib::stats::{PATCH_COLUMNS, PATCH_ROWS};
 use uw_guidance::physics::WaterTables;
+use uw_guidance::physics::file::{SensorNumbers, WaterNumbers};
 use uw_guidance::physics::water::{Field, SourceTables, ViewTables};
+use uw_media::{Iops, WaterType};
 use uw_render::integrator::RenderError;
 use uw_render::prepare::Prepared;
 use uw_render::scene::{Scene, Texture, TextureFilter};
@@ -17,7 +20,9 @@ use super::radiance::Source;
 use super::spread::ScatteredWaves;
 use super::target_model::{TargetModel, daylight_alone, lamps_alone};
 use super::target_view::{BeyondTarget, Sight};
-use crate::environment::EnvironmentError;
+use crate::environment::{EnvironmentError, Target, View, WaterBody, WaterKind, scene};
+use crate::scenery::textures::Pattern;
+use crate::vehicle::Vehicle;
 
 /// Texels of the even target.
 const TEXELS: u32 = 16;
@@ -66,6 +71,75 @@ pub fn even_texture(reflectance: f32) -> Texture {
         height: TEXELS,
         texels: vec![[reflectance; 3]; (TEXELS * TEXELS) as usize].into(),
         filter: TextureFilter::Bilinear,
+    }
+}
+
+/// A water of given coefficients before an even target of a vehicle.
+#[derive(Clone, Debug)]
+pub struct KnownWater {
+    /// Absorption and scattering per channel.
+    pub iops: Iops,
+    /// Share of the light that is scattered back by particles of the usual index.
+    pub backscatter_fraction: f64,
+    /// The vehicle looks down at the bottom rather than ahead at a wall.
+    pub bottom: bool,
+    /// Reflectance of the target.
+    pub reflectance: f32,
+}
+
+impl KnownWater {
+    /// What `vehicle` sees of the target, in three bands.
+    ///
+    /// # Errors
+    /// There is no such phase function.
+    pub fn scene(
+        &self,
+        vehicle: &Vehicle,
+        depth_m: f64,
+        distance_m: f64,
+    ) -> Result<Scene, EnvironmentError> {
+        let target = Target {
+            pattern: match self.bottom {
+                true => Pattern::Seabed,
+                false => Pattern::HullRed,
+            },
+            texture: even_texture(self.reflectance),
+        };
+        // Its coefficients are put in the place of the type's.
+        let body = WaterBody {
+            jerlov: WaterKind::Type(WaterType::II),
+            backscatter_fraction: self.backscatter_fraction,
+        };
+        let view = View::Target {
+            depth_m,
+            distance_m,
+        };
+        let mut scene = scene(vehicle, &body, &target, view)?;
+        if let Some(water) = &mut scene.water {
+            water.iops = self.iops;
+        }
+        Ok(scene)
+    }
+
+    /// The water as water files have it.
+    pub fn numbers(&self) -> WaterNumbers {
+        WaterNumbers {
+            a_per_m: self.iops.a,
+            b_per_m: self.iops.b,
+            backscatter_fraction: self.backscatter_fraction,
+        }
+    }
+}
+
+/// The camera of `vehicle` as water files have it, whose counts have an `encoding`.
+pub fn sensor_numbers(vehicle: &Vehicle, encoding: Encoding) -> SensorNumbers {
+    SensorNumbers {
+        width_px: vehicle.width as usize,
+        height_px: vehicle.height as usize,
+        encoding,
+        exposure_m2_sr_per_w: vehicle.exposure,
+        noise_a: vehicle.noise_a,
+        noise_b: vehicle.noise_b,
     }
 }
 

@@ -15,7 +15,7 @@ use super::{FitError, Options};
 use crate::vehicle::Vehicle;
 
 /// Distances and depths closer than this are one, m.
-const SAME_M: f64 = 1e-3;
+pub(super) const SAME_M: f64 = 1e-3;
 /// Fewest distances of pictures with more and with less of the lamps.
 pub const FEWEST_DISTANCES: usize = 3;
 /// Least ratio of the largest to the smallest distance.

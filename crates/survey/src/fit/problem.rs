@@ -18,7 +18,7 @@ use super::channel::{Channel, Plan, Prediction, Shift};
 use super::layout::{LN_BACKSCATTER, Layout};
 use super::least_squares::Residual;
 use super::mosaic::Cosines;
-use super::pictures::{Light, Pictures, Shown};
+use super::pictures::{Light, Pictures, SAME_M, Shown};
 use super::priors::{Prior, water_prior};
 use super::views::{Coefficients, Views};
 use crate::estimate::every_water::GROUPS;
@@ -33,8 +33,6 @@ const PICTURE_ERROR: f64 = 0.01;
 pub(super) const RARE_PATHS: f64 = 2.0;
 /// What is known of a target before: mean reflectance and its spread.
 const REFLECTANCE: [f64; 2] = [0.25, 0.2];
-/// Depths closer than this are one, m.
-const SAME_M: f64 = 1e-3;
 /// Relative change by which derivatives are taken.
 const CHANGE: f64 = 1e-3;
 

@@ -3,16 +3,16 @@
 use std::f64::consts::LN_2;
 
 use rayon::prelude::*;
+use uw_media::Iops;
 use uw_render::prepare::PreparedLamp;
 
 use super::FitError;
 use super::blocks::Grid;
-use crate::environment::{PARTICLE_INDEX, Target, View as Looking, WaterBody, WaterKind, scene};
+use crate::environment::PARTICLE_INDEX;
 use crate::estimate::every_water::{Derived, EveryPhase, Phases, Values};
 use crate::estimate::target_model::lamps_alone;
 use crate::estimate::target_view::TargetView;
-use crate::estimate::water_tables::even_texture;
-use crate::scenery::textures::Pattern;
+use crate::estimate::water_tables::KnownWater;
 use crate::vehicle::Vehicle;
 
 /// Backscatter fractions that the first paths are drawn for; in between a polynomial.
@@ -202,25 +202,17 @@ pub(super) fn half_view(vehicle: &Vehicle) -> [f64; 2] {
 
 /// The view of an even target from a distance, and the lamps.
 fn view(vehicle: &Vehicle, distance_m: f64) -> Result<(TargetView, Vec<PreparedLamp>), FitError> {
-    let target = Target {
-        pattern: Pattern::HullRed,
-        texture: even_texture(REFLECTANCE),
-    };
-    let body = WaterBody {
-        jerlov: WaterKind::Type(uw_media::WaterType::II),
+    // Paths serve every water: which one the scene has does not count.
+    let water = KnownWater {
+        iops: Iops {
+            a: [0.1; 3],
+            b: [0.1; 3],
+        },
         backscatter_fraction: BACKSCATTER[2],
+        bottom: false,
+        reflectance: REFLECTANCE,
     };
-    let looking = Looking::Target {
-        depth_m: DEPTH_M,
-        distance_m,
-    };
-    let vehicle = Vehicle {
-        response: None,
-        lamp_spectrum: None,
-        daylight_spectrum: None,
-        ..vehicle.clone()
-    };
-    let scene = lamps_alone(&scene(&vehicle, &body, &target, looking)?);
+    let scene = lamps_alone(&water.scene(&vehicle.in_three_bands(), DEPTH_M, distance_m)?);
     let lamps = scene.lamps.iter().map(PreparedLamp::build).collect();
     let view = TargetView::new(&scene).map_err(|_| FitError::Beyond { distance_m })?;
     Ok((view, lamps))

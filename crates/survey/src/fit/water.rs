@@ -4,19 +4,17 @@ use uw_calib::StatsError;
 use uw_calib::picture::Counts;
 use uw_calib::response::CountResponse;
 use uw_guidance::Candidate;
-use uw_guidance::physics::file::{FitNumbers, SensorNumbers, WATER_FORMAT, WaterNumbers};
+use uw_guidance::physics::file::{FitNumbers, WATER_FORMAT};
 use uw_guidance::physics::water::{Field, SourceTables};
 use uw_guidance::physics::{LinearPicture, Sight, WaterFile, WaterTables};
-use uw_media::phase::{FournierForand, Phase};
-use uw_media::{Iops, MediaError, WaterType};
+use uw_media::Iops;
 use uw_render::scene::Scene;
 
+use super::pictures::SAME_M;
 use super::{Fit, Options};
-use crate::environment::{
-    EnvironmentError, PARTICLE_INDEX, Target, View, WaterBody, WaterKind, scene,
+use crate::estimate::water_tables::{
+    KnownWater, TablePlan, TablesError, sensor_numbers, water_tables,
 };
-use crate::estimate::water_tables::{TablePlan, TablesError, even_texture, water_tables};
-use crate::scenery::textures::Pattern;
 use crate::vehicle::Vehicle;
 
 /// Largest ratio of a distance of the tables to the one before: in between they are nearly straight lines.
@@ -25,17 +23,12 @@ const MOST_RATIO: f64 = 1.22;
 const SOME_DEPTH_M: f64 = 3.0;
 /// How far from a single depth the tables reach, m.
 const AROUND_M: f64 = 1.0;
-/// Depths closer than this are one, m.
-const SAME_M: f64 = 1e-3;
 /// Reflectances that a target's may be.
 const REFLECTANCES: std::ops::RangeInclusive<f64> = 0.02..=0.8;
 
 /// There is no water file.
 #[derive(Debug, thiserror::Error)]
 pub enum WaterError {
-    /// The phase function cannot be had.
-    #[error(transparent)]
-    Phase(#[from] MediaError),
     /// The tables cannot be made.
     #[error(transparent)]
     Tables(#[from] TablesError),
@@ -55,7 +48,8 @@ pub fn water_file(
     paths_per_group: u32,
     made_by: &str,
 ) -> Result<WaterFile, WaterError> {
-    let body = Body::new(fit, vehicle, options)?;
+    // Water files have three bands.
+    let vehicle = &vehicle.in_three_bands();
     let mean = fit.reflectance.iter().sum::<f64>() / 3.0;
     let plan = TablePlan {
         distances_m: distances_m(fit),
@@ -64,8 +58,17 @@ pub fn water_file(
         paths_per_group,
         seed: options.seed,
     };
+    let water = KnownWater {
+        iops: Iops {
+            a: fit.a_per_m.map(|a| a.value),
+            b: fit.b_per_m.map(|b| b.value),
+        },
+        backscatter_fraction: fit.backscatter_fraction.value,
+        bottom: options.down,
+        reflectance: plan.reflectance,
+    };
     let mut tables = water_tables(&plan, |depth_m, distance_m| {
-        body.scene(depth_m, distance_m, plan.reflectance)
+        Ok(lit(water.scene(vehicle, depth_m, distance_m)?, fit))
     })?;
     let daylight_gain = daylight_gain(fit, vehicle, options, &tables)?;
     if let Some(gain) = daylight_gain {
@@ -74,19 +77,8 @@ pub fn water_file(
     let mut file = WaterFile {
         format: WATER_FORMAT.to_owned(),
         made_by: made_by.to_owned(),
-        water: WaterNumbers {
-            a_per_m: body.iops.a,
-            b_per_m: body.iops.b,
-            backscatter_fraction: fit.backscatter_fraction.value,
-        },
-        sensor: SensorNumbers {
-            width_px: vehicle.width as usize,
-            height_px: vehicle.height as usize,
-            encoding: options.encoding,
-            exposure_m2_sr_per_w: vehicle.exposure,
-            noise_a: vehicle.noise_a,
-            noise_b: vehicle.noise_b,
-        },
+        water: water.numbers(),
+        sensor: sensor_numbers(vehicle, options.encoding),
         tables,
         sights: Vec::new(),
         fit: Some(numbers(fit, daylight_gain)),
@@ -95,63 +87,14 @@ pub fn water_file(
     Ok(file)
 }
 
-/// What the fit knows of the water, as scenes have it.
-struct Body<'a> {
-    vehicle: &'a Vehicle,
-    iops: Iops,
-    phase: Phase,
-    gain: [f64; 3],
-    down: bool,
-}
-
-impl<'a> Body<'a> {
-    fn new(fit: &Fit, vehicle: &'a Vehicle, options: &Options) -> Result<Self, MediaError> {
-        let phase = FournierForand::new(PARTICLE_INDEX, fit.backscatter_fraction.value)?;
-        Ok(Self {
-            vehicle,
-            iops: Iops {
-                a: fit.a_per_m.map(|a| a.value),
-                b: fit.b_per_m.map(|b| b.value),
-            },
-            phase: Phase::FournierForand(phase),
-            gain: fit.lamp_gain.map(|gain| gain.value),
-            down: options.down,
-        })
-    }
-
-    fn scene(
-        &self,
-        depth_m: f64,
-        distance_m: f64,
-        reflectance: f32,
-    ) -> Result<Scene, EnvironmentError> {
-        let target = Target {
-            pattern: match self.down {
-                true => Pattern::Seabed,
-                false => Pattern::HullRed,
-            },
-            texture: even_texture(reflectance),
-        };
-        // Its coefficients are put in the place of the type's.
-        let body = WaterBody {
-            jerlov: WaterKind::Type(WaterType::II),
-            backscatter_fraction: 0.02,
-        };
-        let view = View::Target {
-            depth_m,
-            distance_m,
-        };
-        let mut scene = scene(self.vehicle, &body, &target, view)?;
-        if let Some(water) = &mut scene.water {
-            (water.iops, water.phase) = (self.iops, self.phase.clone());
+/// The scene of a view, with the lamps as bright as the fit has them.
+fn lit(mut scene: Scene, fit: &Fit) -> Scene {
+    for lamp in &mut scene.lamps {
+        for (intensity, gain) in lamp.intensity.iter_mut().zip(&fit.lamp_gain) {
+            *intensity *= gain.value;
         }
-        for lamp in &mut scene.lamps {
-            for (intensity, gain) in lamp.intensity.iter_mut().zip(self.gain) {
-                *intensity *= gain;
-            }
-        }
-        Ok(scene)
     }
+    scene
 }
 
 /// Distances of the pictures, and others between them.
