@@ -1,26 +1,37 @@
 //! Normal equations of small least-squares fits.
 
-use nalgebra::{Cholesky, DMatrix, DVector};
-
-/// Least pivot, over the largest diagonal element, of a matrix that is not singular to rounding.
-const LEAST_PIVOT: f64 = 1e-14;
-
-/// Solution and inverse of a symmetric positive definite `matrix`; `None` where it is singular to rounding.
+/// Solution and inverse of a symmetric positive definite `matrix`, by Gauss-Jordan elimination with row pivots; `None` where it
+/// is singular to rounding.
 pub(super) fn solve(matrix: &[Vec<f64>], right: &[f64]) -> Option<(Vec<f64>, Vec<Vec<f64>>)> {
     let n = right.len();
-    let whole = DMatrix::from_fn(n, n, |i, j| matrix[i][j]);
-    let largest = whole.diagonal().amax();
-    let factors = Cholesky::new(whole)?;
-    let pivots = factors.l_dirty().diagonal();
-    // Not `<=`: what is no number is singular too.
-    if !pivots
-        .iter()
-        .all(|pivot| pivot * pivot > LEAST_PIVOT * largest)
-    {
-        return None;
+    let mut rows: Vec<Vec<f64>> = (0..n)
+        .map(|i| {
+            let unit = (0..n).map(|j| f64::from(u8::from(i == j)));
+            matrix[i].iter().copied().chain(unit).collect()
+        })
+        .collect();
+    let largest = (0..n).map(|i| matrix[i][i].abs()).fold(0.0, f64::max);
+    for column in 0..n {
+        let size = |row: &usize| rows[*row][column].abs();
+        let pivot = (column..n).max_by(|a, b| size(a).total_cmp(&size(b)))?;
+        // Not `<=`: what is no number is singular too.
+        if !(rows[pivot][column].abs() > 1e-14 * largest) {
+            return None;
+        }
+        rows.swap(column, pivot);
+        let scale = rows[column][column];
+        rows[column].iter_mut().for_each(|value| *value /= scale);
+        let own = rows[column].clone();
+        for (i, row) in rows.iter_mut().enumerate() {
+            let factor = row[column];
+            if i != column && factor != 0.0 {
+                for (value, from) in row.iter_mut().zip(&own) {
+                    *value -= factor * from;
+                }
+            }
+        }
     }
-    let solution = factors.solve(&DVector::from_column_slice(right));
-    let inverse = factors.inverse();
-    let rows = inverse.row_iter().map(|row| row.iter().copied().collect());
-    Some((solution.iter().copied().collect(), rows.collect()))
+    let inverse: Vec<Vec<f64>> = rows.into_iter().map(|row| row[n..].to_vec()).collect();
+    let dot = |row: &Vec<f64>| row.iter().zip(right).map(|(a, b)| a * b).sum();
+    Some((inverse.iter().map(dot).collect(), inverse))
 }
