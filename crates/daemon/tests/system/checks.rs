@@ -206,7 +206,7 @@ fn the_shipped_models_state_all_that_is_checked() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/models");
     for (name, width) in [
         ("default", 1280.0),
-        ("textures", 1280.0),
+        ("paper", 1280.0),
         ("small_camera", 240.0),
     ] {
         let model = Model::read(format!("{folder}/{name}.json").as_ref()).unwrap();
