@@ -5,10 +5,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use uw_calib::ProfileError;
 use uw_guidance::ModelError;
+use uw_guidance::physics::WaterFileError;
 use uw_media::MediaError;
 use uw_render::image::ImageError;
 use uw_render::integrator::RenderError;
 use uw_survey::environment::EnvironmentError;
+use uw_survey::fit::{FitError, ReportError, WaterError};
 use uw_survey::routine::RoutineError;
 
 use crate::niqe::{NiqeError, PristineError};
@@ -42,6 +44,18 @@ pub enum EvalError {
     /// The model file cannot be used.
     #[error(transparent)]
     Model(#[from] ModelError),
+    /// No water can be fitted to the calibration's pictures.
+    #[error("[twin]: {0}")]
+    Fit(#[source] Box<FitError>),
+    /// A fitted water's file cannot be made.
+    #[error(transparent)]
+    FittedWater(#[from] WaterError),
+    /// The report of a fit cannot be written.
+    #[error(transparent)]
+    FitReport(#[from] ReportError),
+    /// A water file cannot be used.
+    #[error(transparent)]
+    WaterFile(#[from] WaterFileError),
     /// An image cannot be read or written.
     #[error(transparent)]
     Image(#[from] ImageError),
@@ -102,6 +116,7 @@ impl EvalError {
                 | Self::Media(_)
                 | Self::Environment(_)
                 | Self::Model(_)
+                | Self::WaterFile(_)
         )
     }
 }

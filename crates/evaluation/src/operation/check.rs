@@ -2,6 +2,8 @@
 
 use uw_guidance::features::Candidate;
 
+use uw_survey::fit::{FEWEST_DISTANCES, LEAST_RATIO};
+
 use super::config::{FORMAT, OperationConfig};
 
 /// Most views that a configuration may ask for.
@@ -21,6 +23,7 @@ impl OperationConfig {
         self.check_track()?;
         self.check_waters()?;
         self.check_calibration()?;
+        self.check_twin()?;
         self.check_patterns()?;
         let quality = self.quality;
         within("quality.noise_share", quality.noise_share, 0.01, 100.0)?;
@@ -162,6 +165,27 @@ impl OperationConfig {
         }
         Ok(())
     }
+
+    /// What the fit needs of the calibration, before anything is rendered.
+    fn check_twin(&self) -> Result<(), String> {
+        let Some(twin) = &self.twin else {
+            return Ok(());
+        };
+        let paths = |field: &str, value: u32, least: u32, most: u32| {
+            within(field, f64::from(value), f64::from(least), f64::from(most))
+        };
+        paths("twin.kilo_paths", twin.kilo_paths, 4, 1024)?;
+        paths("twin.table_kilo_paths", twin.table_kilo_paths, 8, 8192)?;
+        let distances = &self.calibration.distances_m;
+        let wide = distances[distances.len() - 1] / distances[0] >= LEAST_RATIO;
+        if distances.len() < FEWEST_DISTANCES || !wide {
+            return Err(format!(
+                "calibration.distances_m must be {FEWEST_DISTANCES} or more for the fit of [twin], the last at least {LEAST_RATIO} times \
+                 the first, got {distances:?}"
+            ));
+        }
+        Ok(())
+    }
 }
 
 fn within(field: &str, value: f64, least: f64, most: f64) -> Result<(), String> {
@@ -207,6 +231,18 @@ mod tests {
             ("distances_m = [1.0, 0.5]", "distances_m must be increasing"),
             ("depths_m = [1.0, 9.0]", "must cover depths_m [1.0, 9.0]"),
             ("stations = 1000000", "must be at most 100000 views"),
+            (
+                "[twin]\nkilo_paths = 2",
+                "twin.kilo_paths must be in [4, 1024], got 2",
+            ),
+            (
+                "[twin]\ntable_kilo_paths = 9000",
+                "twin.table_kilo_paths must be in [8, 8192], got 9000",
+            ),
+            (
+                "[twin]\n[calibration]\ndistances_m = [0.5, 3.0]",
+                "calibration.distances_m must be 3 or more for the fit of [twin], the last at least 1.8 times the first, got [0.5, 3.0]",
+            ),
         ];
         for (line, expected) in cases {
             let text = format!("format = \"uw-operation/1\"\n{line}\n");

@@ -30,7 +30,9 @@ pub fn claim(config: &OperationConfig, folder: &Path) -> Result<(), EvalError> {
 /// The configuration with everything at its default that no render depends on.
 fn of_renders(config: &OperationConfig) -> OperationConfig {
     let mut water = config.water.clone();
-    water.iter_mut().for_each(|w| w.held_distance_m = 1.0);
+    for water in &mut water {
+        (water.held_distance_m, water.water_file) = (1.0, None);
+    }
     OperationConfig {
         seed: config.seed,
         target: config.target.clone(),
@@ -50,6 +52,7 @@ fn of_renders(config: &OperationConfig) -> OperationConfig {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::operation::config::TwinConfig;
 
     #[test]
     fn a_folder_keeps_to_the_settings_of_its_renders() {
@@ -58,6 +61,8 @@ mod tests {
         claim(&config, folder.path()).expect("new");
         config.repetitions = 7;
         config.water[0].held_distance_m = 2.5;
+        config.water[0].water_file = Some("water.json".into());
+        config.twin = Some(TwinConfig::default());
         claim(&config, folder.path()).expect("the same renders");
         config.vehicle.exposure = 4.0;
         let error = claim(&config, folder.path()).expect_err("other renders");

@@ -61,6 +61,9 @@ pub struct OperationConfig {
     pub water: Vec<WaterConfig>,
     /// The calibration before the operation.
     pub calibration: CalibrationConfig,
+    /// The twin, which advises by physics from a water fitted to the calibration's pictures; without it only waters with a
+    /// `water_file` have a twin.
+    pub twin: Option<TwinConfig>,
     /// How long views are rendered.
     pub quality: QualityConfig,
     /// The vehicle.
@@ -91,6 +94,19 @@ pub struct WaterConfig {
     pub backscatter_fraction: f64,
     /// Distance of the image whose value the methods hold that hold a value, m, one of `distances_m`.
     pub held_distance_m: f64,
+    /// Water file (uw-water/1) that a twin beside the fitted one advises from; relative to the configuration's file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub water_file: Option<PathBuf>,
+}
+
+/// How the twin's water is fitted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct TwinConfig {
+    /// Paths per distance of the fit, in thousands.
+    pub kilo_paths: u32,
+    /// Paths per view and source of the water's tables, in thousands.
+    pub table_kilo_paths: u32,
 }
 
 /// The calibration routine.
@@ -153,15 +169,18 @@ impl Default for OperationConfig {
                     jerlov: "IB".into(),
                     backscatter_fraction: 0.01,
                     held_distance_m: 2.0,
+                    water_file: None,
                 },
                 WaterConfig {
                     name: "high".into(),
                     jerlov: "3C".into(),
                     backscatter_fraction: 0.0183,
                     held_distance_m: 1.0,
+                    water_file: None,
                 },
             ],
             calibration: CalibrationConfig::default(),
+            twin: None,
             quality: QualityConfig::default(),
             vehicle: small_camera(),
         }
@@ -186,6 +205,15 @@ impl Default for CalibrationConfig {
             distances_m: vec![0.5, 1.0, 1.5, 2.0, 2.5, 3.0],
             light_pct: 67.0,
             up_samples_per_half: 64,
+        }
+    }
+}
+
+impl Default for TwinConfig {
+    fn default() -> Self {
+        Self {
+            kilo_paths: 64,
+            table_kilo_paths: 128,
         }
     }
 }
@@ -237,7 +265,7 @@ impl WaterConfig {
 }
 
 impl OperationConfig {
-    /// Reads and checks a configuration file; a relative model path is relative to the file.
+    /// Reads and checks a configuration file; relative paths of model and water files are relative to the file.
     pub fn read(path: &Path) -> Result<Self, ConfigError> {
         let name = path.display().to_string();
         let text = std::fs::read_to_string(path).map_err(|source| ConfigError::Read {
@@ -250,8 +278,11 @@ impl OperationConfig {
         };
         let mut config: Self = toml::from_str(&text).map_err(|e| invalid(e.to_string()))?;
         config.check().map_err(invalid)?;
-        if let (Some(model), Some(folder)) = (&mut config.model, path.parent()) {
-            *model = folder.join(&*model);
+        if let Some(folder) = path.parent() {
+            let waters = config.water.iter_mut().map(|water| &mut water.water_file);
+            for file in waters.chain([&mut config.model]).flatten() {
+                *file = folder.join(&*file);
+            }
         }
         Ok(config)
     }

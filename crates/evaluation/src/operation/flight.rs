@@ -1,17 +1,21 @@
 //! One method flown along the track of one repetition.
 
+use std::sync::Arc;
+
 use uw_calib::Profile;
 use uw_guidance::Model;
 use uw_guidance::features::Candidate;
 use uw_guidance::objective::{Criterion, Objective};
+use uw_guidance::physics::Water as PhysicalWater;
 use uw_render::image::Frame;
 
 use super::config::OperationConfig;
-use super::method::{Method, Metric, guided, nearest_to, oracle};
+use super::method::{Method, Metric, guided, nearest_to, oracle, twinned};
 use super::seed_of;
 use super::site::{Site, ViewKey};
 use super::track::{Place, along_m, places, true_homography};
 use super::truth::{Truth, relative_regret};
+use super::twin::{TwinWaters, WaterFrom};
 use crate::error::EvalError;
 use crate::niqe::Pristine;
 use crate::vision::{Detector, Features, GreyImage, Matcher, PairMeasure};
@@ -33,6 +37,8 @@ pub struct Water<'a> {
     pub profile: &'a Profile,
     /// The network.
     pub model: &'a Model,
+    /// Waters of the twin.
+    pub twins: &'a TwinWaters,
     /// Presets of the objective, by name.
     pub presets: &'a [(String, Objective)],
     /// NIQE's pristine model.
@@ -177,6 +183,11 @@ impl<'a> Repetition<'a> {
                 let tools = (water.profile, water.model, objective);
                 guided(&frame, depth_m, current, tools)
             }
+            Method::Twin(from, _, objective) => {
+                let frame = water.frame(place, current, [self.index as u64, DECISION])?;
+                let tools = (water.profile, water.twin(*from)?, objective);
+                twinned(&frame, depth_m, current, tools)
+            }
             Method::Oracle(_, objective) => {
                 let criterion = water.criterion(objective, depth_m)?;
                 Ok(oracle(&self.truths[i], &criterion, objective, current))
@@ -211,6 +222,13 @@ impl<'a> Repetition<'a> {
 }
 
 impl Water<'_> {
+    fn twin(&self, from: WaterFrom) -> Result<&Arc<PhysicalWater>, EvalError> {
+        let found = self.twins.iter().find(|(own, _)| *own == from);
+        found
+            .map(|(_, water)| water)
+            .ok_or_else(|| EvalError::Input(format!("the twin has no water {from:?}")))
+    }
+
     fn criterion<'b>(
         &'b self,
         objective: &'b Objective,

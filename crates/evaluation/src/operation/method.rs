@@ -1,13 +1,19 @@
 //! How the methods choose distance and lamp level at a place.
 
+use std::sync::Arc;
+
+use uw_calib::picture::Counts as Picture;
 use uw_calib::{ImageStats, Profile};
+use uw_guidance::advice::{By, Physical, advise_by};
 use uw_guidance::features::Candidate;
 use uw_guidance::objective::{Criterion, Objective};
-use uw_guidance::{Model, Observation, advise};
+use uw_guidance::physics::{Present, Water};
+use uw_guidance::{Advice, Checks, Model, Observation, Reason, advise};
 use uw_render::image::{Counts, Frame};
 
 use super::config::PUBLISHED_PATTERNS;
 use super::truth::Truth;
+use super::twin::WaterFrom;
 use crate::error::EvalError;
 use crate::niqe::{NiqeError, Pristine, niqe};
 use crate::vision::GreyImage;
@@ -18,6 +24,8 @@ use crate::vision::sobel::mean_gradient_y;
 pub enum Method {
     /// The guidance with a preset of its objective, by name.
     Guidance(String, Objective),
+    /// The twin: physics from a water file, with a preset of the objective, by name.
+    Twin(WaterFrom, String, Objective),
     /// Tries every candidate on the true images with the objective of a preset.
     Oracle(String, Objective),
     /// Holds a value of an image metric.
@@ -40,6 +48,8 @@ impl Method {
     pub fn name(&self) -> String {
         match self {
             Self::Guidance(preset, _) => format!("proposed ({preset})"),
+            Self::Twin(WaterFrom::Fit, preset, _) => format!("twin ({preset})"),
+            Self::Twin(WaterFrom::File, preset, _) => format!("twin, water file ({preset})"),
             Self::Oracle(preset, _) => format!("oracle ({preset})"),
             Self::Hold(Metric::Niqe) => "NIQE".into(),
             Self::Hold(Metric::MeanGradient) => "gradient".into(),
@@ -50,17 +60,32 @@ impl Method {
         }
     }
 
-    /// All methods of an evaluation with these presets and set pairs.
-    pub fn all(presets: &[(String, Objective)], patterns: &[Candidate]) -> Vec<Self> {
+    /// Whether it advises, by network or physics.
+    pub fn is_guidance(&self) -> bool {
+        matches!(self, Self::Guidance(..) | Self::Twin(..))
+    }
+
+    /// All methods of an evaluation with these presets, waters of the twin and set pairs.
+    pub fn all(
+        presets: &[(String, Objective)],
+        twins: &[WaterFrom],
+        patterns: &[Candidate],
+    ) -> Vec<Self> {
         let guided = presets
             .iter()
             .map(|(name, objective)| Self::Guidance(name.clone(), *objective));
+        let twins = twins.iter().flat_map(|from| {
+            let of = |(name, objective): &(String, Objective)| {
+                Self::Twin(*from, name.clone(), *objective)
+            };
+            presets.iter().map(of)
+        });
         let oracles = presets
             .iter()
             .map(|(name, objective)| Self::Oracle(name.clone(), *objective));
         let held = [Metric::Niqe, Metric::MeanGradient].map(Self::Hold);
         let patterns = patterns.iter().map(|pair| Self::Pattern(*pair));
-        (guided.chain(held).chain(patterns))
+        (guided.chain(twins).chain(held).chain(patterns))
             .chain(oracles)
             .collect()
     }
@@ -91,24 +116,59 @@ pub fn guided(
     current: Candidate,
     (profile, model, objective): (&Profile, &Model, &Objective),
 ) -> Result<Candidate, EvalError> {
+    let observation = observed(frame, depth_m, current)?;
+    followed(advise(&observation, profile, model, objective), depth_m)
+}
+
+/// What the twin advises at `depth_m` for what `frame` shows from `current`: what the daemon does with `--water`, without its
+/// checks, as [`guided`] is without them.
+pub fn twinned(
+    frame: &Frame,
+    depth_m: f64,
+    current: Candidate,
+    (profile, water, objective): (&Profile, &Arc<Water>, &Objective),
+) -> Result<Candidate, EvalError> {
+    let observation = observed(frame, depth_m, current)?;
+    let picture = Picture {
+        width: frame.width as usize,
+        height: frame.height as usize,
+        pixels: frame.in_8_bit_counts(),
+    };
+    let place = (&current, depth_m);
+    let present = Present::new(Arc::clone(water), &picture, place, observation.std);
+    // How far an earlier picture's prediction is off matters to the checks alone.
+    let by = By::Physics(Physical {
+        present: &present,
+        residual: None,
+    });
+    let advice = advise_by(&observation, profile, by, objective, &Checks::none());
+    followed(advice, depth_m)
+}
+
+fn observed(frame: &Frame, depth_m: f64, current: Candidate) -> Result<Observation, EvalError> {
     let stats = statistics(frame)?;
-    let observation = Observation {
+    Ok(Observation {
         depth_m,
         distance_m: current.distance_m,
         light_pct: current.light_pct,
         mean: stats.mean,
         std: stats.contrast,
         quality: None,
-    };
-    let advice = advise(&observation, profile, model, objective);
-    if !advice.valid() {
-        let reason = advice.reason.map_or_else(String::new, |r| r.to_string());
-        return Err(EvalError::NoAdvice { depth_m, reason });
-    }
-    Ok(Candidate {
-        distance_m: advice.distance_m,
-        light_pct: advice.light_pct,
     })
+}
+
+/// Where a vehicle goes that follows the advice. Before a picture that tells nothing it holds.
+fn followed(advice: Advice, depth_m: f64) -> Result<Candidate, EvalError> {
+    match advice.reason {
+        Some(reason) if !reason.is_valid() && !matches!(reason, Reason::Untold(_)) => {
+            let reason = reason.to_string();
+            Err(EvalError::NoAdvice { depth_m, reason })
+        }
+        _ => Ok(Candidate {
+            distance_m: advice.distance_m,
+            light_pct: advice.light_pct,
+        }),
+    }
 }
 
 fn statistics(frame: &Frame) -> Result<ImageStats, EvalError> {
@@ -152,7 +212,7 @@ mod tests {
             distance_m,
             light_pct,
         };
-        let methods = Method::all(&[], &[pair(1.0, 50.0), pair(1.0, 100.0)]);
+        let methods = Method::all(&[], &[], &[pair(1.0, 50.0), pair(1.0, 100.0)]);
         let names: Vec<_> = methods.iter().map(Method::name).collect();
         assert_eq!(
             names,

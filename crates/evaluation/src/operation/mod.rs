@@ -1,7 +1,7 @@
 //! The inspection: several methods fly the same lawnmower track in several waters.
 //!
-//! [`config`] → [`site`] renders every [`view`] that a method may choose, once, and keeps it on disk → [`flight`] flies a
-//! [`method`] along the [`track`] of a repetition → [`measure`] → [`summary`] → [`report`].
+//! [`config`] → [`site`] renders every [`view`] that a method may choose, once, and keeps it on disk → [`twin`] fits a water to
+//! the calibration's → [`flight`] flies a [`method`] along the [`track`] of a repetition → [`measure`] → [`summary`] → [`report`].
 
 mod check;
 pub mod claim;
@@ -16,6 +16,7 @@ pub mod site;
 pub mod summary;
 pub mod track;
 pub mod truth;
+pub mod twin;
 pub mod view;
 
 use std::path::Path;
@@ -75,13 +76,21 @@ pub fn run(
     let pattern = config.pattern().map_err(EvalError::Input)?;
     let target = Target::read(pattern, assets)?;
     let pristine = Pristine::shipped()?;
+    // Before anything is rendered: a file may be wrong.
+    let given = config.water.iter().map(|water| twin::given(water, config));
+    let mut given = given.collect::<Result<Vec<_>, _>>()?;
     let mut cost = Cost::default();
     let mut waters = Vec::new();
     for (index, water) in config.water.iter().enumerate() {
         let part = |share: f64| (index as f64 + share) / config.water.len() as f64;
         let views = folder.join("views").join(&water.name);
         let mut site = Site::new(config, water, &target, &views, threads)?;
-        let profile = prepare(&mut site, config, observer, &|share| part(0.8 * share))?;
+        let profile = prepare(&mut site, config, observer, &|share| part(0.75 * share))?;
+        (observer.progress)(part(0.75), &format!("{}: the twin's water", water.name));
+        let kept = folder.join("twin").join(&water.name);
+        let mut twins = twin::fitted(&mut site, config, &kept, threads, observer.cancel)
+            .map_err(|error| error.or_stopped(observer.cancel))?;
+        twins.append(&mut given[index]);
         cost.add_site(&site);
         (observer.progress)(part(0.8), &format!("{}: flying", water.name));
         let tools = Water {
@@ -89,15 +98,13 @@ pub fn run(
             site: &site,
             profile: &profile,
             model: &model,
+            twins: &twins,
             presets: &presets,
             pristine: &pristine,
         };
-        let results = fly_all(
-            &tools,
-            &Method::all(&presets, &config.patterns),
-            threads,
-            observer,
-        )?;
+        let from: Vec<_> = twins.iter().map(|(from, _)| *from).collect();
+        let methods = Method::all(&presets, &from, &config.patterns);
+        let results = fly_all(&tools, &methods, threads, observer)?;
         let report = report::Pictures::of(&tools, &results)?;
         waters.push(WaterResult {
             water: water.clone(),

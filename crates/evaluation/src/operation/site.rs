@@ -144,6 +144,11 @@ impl<'a> Site<'a> {
         render_view(&self.scene(key)?, &self.sensor, &job)
     }
 
+    /// Whether the target is a bottom that the vehicle looks down at.
+    pub fn is_bottom(&self) -> bool {
+        self.target.is_bottom()
+    }
+
     /// Position across the legs on the target of the leg at a depth, m: the depth itself on an upright target, the lane
     /// over a bottom.
     pub fn across_m(&self, depth_m: f64) -> f64 {

@@ -157,13 +157,13 @@ fn margins(water: &WaterResult) -> String {
     let others = water
         .methods
         .iter()
-        .filter(|r| !matches!(r.method, Method::Guidance(..) | Method::Oracle(..)));
+        .filter(|r| !(r.method.is_guidance() || matches!(r.method, Method::Oracle(..))));
     let Some(best) = others.max_by(|a, b| ratio(a).total_cmp(&ratio(b))) else {
         return String::new();
     };
     let mut out = String::new();
     let guided = water.methods.iter();
-    for result in guided.filter(|r| matches!(r.method, Method::Guidance(..))) {
+    for result in guided.filter(|r| r.method.is_guidance()) {
         let pairs = result.measures.iter().zip(&best.measures);
         let differences: Vec<f64> = pairs
             .map(|(a, b)| a.inlier_ratio - b.inlier_ratio)

@@ -1,0 +1,126 @@
+//! The twin flown small: water fitted to the operation's own calibration, advice by physics, the water file kept.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+
+use uw_evaluation::EvalError;
+use uw_evaluation::operation::config::{OperationConfig, TwinConfig};
+use uw_evaluation::operation::summary::MethodResult;
+use uw_evaluation::operation::{self, Observer};
+use uw_guidance::Candidate;
+use uw_guidance::physics::WaterFile;
+use uw_survey::vehicle::Vehicle;
+
+/// Distances of views and calibration: enough for a fit.
+const DISTANCES_M: [f64; 4] = [0.5, 1.0, 1.5, 2.0];
+
+fn config() -> OperationConfig {
+    let mut config = OperationConfig {
+        // The network of the default model was not trained on it, nor at this size.
+        target: "concrete_pier".into(),
+        depths_m: vec![2.5, 3.0],
+        distances_m: DISTANCES_M.to_vec(),
+        light_pct: vec![0.0, 100.0],
+        start_distance_m: 1.5,
+        stations: 2,
+        views_per_leg: 2,
+        repetitions: 2,
+        presets: vec!["release".into(), "paper".into(), "tracking".into()],
+        niqe_block_px: 16,
+        twin: Some(TwinConfig {
+            kilo_paths: 8,
+            table_kilo_paths: 16,
+        }),
+        vehicle: Vehicle {
+            width: 120,
+            height: 66,
+            ..Vehicle::default()
+        },
+        ..OperationConfig::default()
+    };
+    config.water.remove(0);
+    config.calibration.distances_m = DISTANCES_M.to_vec();
+    config.calibration.depths_m = vec![1.0, 3.0];
+    config.calibration.up_samples_per_half = 2;
+    config.quality.most_samples = 2;
+    config
+}
+
+fn fly(config: &OperationConfig, folder: &Path) -> Result<operation::Operation, EvalError> {
+    config.check().map_err(EvalError::Input)?;
+    let cancel = AtomicBool::new(false);
+    let observer = Observer {
+        progress: &|_, _| {},
+        cancel: &cancel,
+    };
+    let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets");
+    operation::claim(config, folder)?;
+    operation::run(config, folder, &assets, None, &observer)
+}
+
+fn method<'a>(found: &'a operation::Operation, name: &str) -> &'a MethodResult {
+    let methods = found.waters[0].methods.iter();
+    let named = methods.clone().find(|r| r.method.name() == name);
+    let names: Vec<_> = methods.map(|r| r.method.name()).collect();
+    named.unwrap_or_else(|| panic!("{name} of {names:?}"))
+}
+
+fn choices(result: &MethodResult) -> Vec<Candidate> {
+    let steps = result.flights.iter().flatten();
+    steps.map(|step| step.chosen).collect()
+}
+
+#[test]
+fn the_twin_is_fitted_flown_and_taken_up_again() {
+    let folder = tempfile::tempdir().expect("folder");
+    let mut config = config();
+    let found = fly(&config, folder.path()).expect("flown");
+    let water: PathBuf = folder.path().join("twin/high/water.json");
+    let file = WaterFile::read(&water).expect("kept");
+    // One picture with the lamps off and one with them on from each distance.
+    assert_eq!(file.sights.len(), 2 * DISTANCES_M.len());
+    let fit = file.fit.expect("fitted");
+
+    let regret = |name: &str| method(&found, name).over_repetitions(|m| m.regret[0]).0;
+    let twin = regret("twin (tracking)");
+    for result in &found.waters[0].methods {
+        let r: Vec<f64> = (0..3).map(|k| result.over_repetitions(|m| m.regret[k]).0).collect();
+        eprintln!("{}: regret {:.4?}", result.method.name(), r);
+    }
+    eprintln!("{:?} {fit:?}", file.water);
+    assert!(twin < 0.05, "{twin}");
+    assert!(twin < regret("1 m pattern") && twin < regret("2 m pattern"));
+
+    // The same settings find the water on disk, and a given file is flown beside it: here the same one.
+    let kept = std::fs::read_to_string(&water).expect("kept") + "\n";
+    std::fs::write(&water, &kept).expect("written");
+    config.water[0].water_file = Some(water.clone());
+    let again = fly(&config, folder.path()).expect("flown again");
+    assert_eq!(std::fs::read_to_string(&water).expect("kept"), kept);
+    let [fitted, given] = ["twin (tracking)", "twin, water file (tracking)"]
+        .map(|name| choices(method(&again, name)));
+    assert_eq!(fitted, choices(method(&found, "twin (tracking)")));
+    assert_eq!(fitted, given);
+
+    // Other settings fit anew.
+    config.twin = Some(TwinConfig {
+        table_kilo_paths: 8,
+        ..config.twin.expect("given")
+    });
+    config.water[0].water_file = None;
+    fly(&config, folder.path()).expect("flown with other settings");
+    assert!(std::fs::read_to_string(&water).expect("made") != kept);
+
+    // A water file of another camera is refused before anything is rendered.
+    config.water[0].water_file = Some(water);
+    config.vehicle.width = 140;
+    let other = tempfile::tempdir().expect("folder");
+    let error = fly(&config, other.path())
+        .err()
+        .expect("another camera")
+        .to_string();
+    for words in ["water.water_file", "140 x 66", "got 120 x 66"] {
+        assert!(error.contains(words), "{error}");
+    }
+    assert!(!other.path().join("views/high").exists());
+}
