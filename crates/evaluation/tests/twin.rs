@@ -25,7 +25,7 @@ fn config() -> OperationConfig {
         stations: 2,
         views_per_leg: 2,
         repetitions: 2,
-        presets: vec!["release".into(), "paper".into(), "tracking".into()],
+        presets: vec!["release".into(), "paper".into()],
         niqe_block_px: 16,
         twin: Some(TwinConfig {
             kilo_paths: 8,
@@ -79,17 +79,22 @@ fn the_twin_is_fitted_flown_and_taken_up_again() {
     let file = WaterFile::read(&water).expect("kept");
     // One picture with the lamps off and one with them on from each distance.
     assert_eq!(file.sights.len(), 2 * DISTANCES_M.len());
-    let fit = file.fit.expect("fitted");
+    // The red light's absorption is what such pictures tell best: 0.388/m in Jerlov 3C.
+    let error = file.fit.expect("fitted").a_relative_error[0];
+    let off = (file.water.a_per_m[0] / 0.388).ln();
+    assert!(off.abs() < 3.0 * error, "{off} ± {error}");
 
-    let regret = |name: &str| method(&found, name).over_repetitions(|m| m.regret[0]).0;
-    let twin = regret("twin (tracking)");
-    for result in &found.waters[0].methods {
-        let r: Vec<f64> = (0..3).map(|k| result.over_repetitions(|m| m.regret[k]).0).collect();
-        eprintln!("{}: regret {:.4?}", result.method.name(), r);
-    }
-    eprintln!("{:?} {fit:?}", file.water);
-    assert!(twin < 0.05, "{twin}");
-    assert!(twin < regret("1 m pattern") && twin < regret("2 m pattern"));
+    let regrets = |name: &str| {
+        let result = method(&found, name);
+        [0, 1].map(|k| result.over_repetitions(|m| m.regret[k]).0)
+    };
+    let [release, paper] = [regrets("twin (release)")[0], regrets("twin (paper)")[1]];
+    eprintln!("regret {release:.4}, {paper:.4}; {:?}", file.water);
+    // Measured: 0.001 and 0.008, of set pairs 0.04 and more. The views' contrast is known to a percent or two.
+    assert!(release < 0.01, "{release}");
+    assert!(paper < 0.02, "{paper}");
+    let pattern = regrets("1 m pattern");
+    assert!(release < pattern[0] && paper < pattern[1], "{pattern:?}");
 
     // The same settings find the water on disk, and a given file is flown beside it: here the same one.
     let kept = std::fs::read_to_string(&water).expect("kept") + "\n";
@@ -97,19 +102,10 @@ fn the_twin_is_fitted_flown_and_taken_up_again() {
     config.water[0].water_file = Some(water.clone());
     let again = fly(&config, folder.path()).expect("flown again");
     assert_eq!(std::fs::read_to_string(&water).expect("kept"), kept);
-    let [fitted, given] = ["twin (tracking)", "twin, water file (tracking)"]
-        .map(|name| choices(method(&again, name)));
-    assert_eq!(fitted, choices(method(&found, "twin (tracking)")));
+    let [fitted, given] =
+        ["twin (paper)", "twin, water file (paper)"].map(|name| choices(method(&again, name)));
+    assert_eq!(fitted, choices(method(&found, "twin (paper)")));
     assert_eq!(fitted, given);
-
-    // Other settings fit anew.
-    config.twin = Some(TwinConfig {
-        table_kilo_paths: 8,
-        ..config.twin.expect("given")
-    });
-    config.water[0].water_file = None;
-    fly(&config, folder.path()).expect("flown with other settings");
-    assert!(std::fs::read_to_string(&water).expect("made") != kept);
 
     // A water file of another camera is refused before anything is rendered.
     config.water[0].water_file = Some(water);

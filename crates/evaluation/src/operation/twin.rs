@@ -184,3 +184,29 @@ fn on_threads<R: Send>(
         .map_err(|e| EvalError::Input(format!("cannot start threads: {e}")))?;
     Ok(pool.install(run))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_fit_is_made_with_tells_it_from_others() {
+        let config = OperationConfig::default();
+        let twin = TwinConfig::default();
+        let text = inputs(&config, &twin).expect("text");
+        let of = |change: &dyn Fn(&mut OperationConfig)| {
+            let mut other = config.clone();
+            change(&mut other);
+            inputs(&other, &twin).expect("text")
+        };
+        assert_eq!(of(&|c| c.repetitions = 9), text);
+        assert!(of(&|c| c.seed = 2) != text);
+        assert!(of(&|c| c.calibration.light_pct = 50.0) != text);
+        assert!(of(&|c| c.calibration.distances_m = vec![0.5, 1.0, 2.0]) != text);
+        let fewer = TwinConfig {
+            kilo_paths: 8,
+            ..twin
+        };
+        assert!(inputs(&config, &fewer).expect("text") != text);
+    }
+}
