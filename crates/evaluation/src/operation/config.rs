@@ -330,6 +330,41 @@ mod tests {
     }
 
     #[test]
+    fn the_twin_s_configurations_fly_one_operation_before_two_targets() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs");
+        let [operation, seen, mut unseen] = ["operation.toml", "twin.toml", "twin_unseen.toml"]
+            .map(|name| OperationConfig::read(&folder.join(name)).expect("valid"));
+        assert_eq!(seen.twin, Some(TwinConfig::default()));
+        assert!(seen.target != unseen.target);
+        unseen.target.clone_from(&seen.target);
+        assert_eq!(seen, unseen);
+        assert_eq!(
+            (&seen.water, &seen.vehicle),
+            (&operation.water, &operation.vehicle)
+        );
+    }
+
+    #[test]
+    fn files_are_looked_for_beside_the_configuration() {
+        let folder = tempfile::tempdir().expect("folder");
+        let path = folder.path().join("operation.toml");
+        let water = OperationConfig::default().water.remove(0);
+        let config = OperationConfig {
+            model: Some("model.json".into()),
+            water: vec![WaterConfig {
+                water_file: Some("water.json".into()),
+                ..water
+            }],
+            ..OperationConfig::default()
+        };
+        std::fs::write(&path, toml::to_string(&config).expect("text")).expect("written");
+        let read = OperationConfig::read(&path).expect("valid");
+        assert_eq!(read.model, Some(folder.path().join("model.json")));
+        let file = read.water[0].water_file.clone();
+        assert_eq!(file, Some(folder.path().join("water.json")));
+    }
+
+    #[test]
     fn set_pairs_are_checked() {
         let flown = |distance_m, light_pct| {
             let mut config = OperationConfig::default();
