@@ -156,7 +156,11 @@ impl Profile {
     }
 }
 
-pub(crate) fn relative_to_shallowest(
+/// K_z of pictures that look up: their mean counts over those of the shallowest, by rising depth; of equal depths the mean.
+///
+/// # Errors
+/// There is none, or a channel of the shallowest is black.
+pub fn relative_to_shallowest(
     depth: &[DepthMeasurement],
 ) -> Result<Vec<DepthSample>, CalibrateError> {
     let means = average(depth.iter().map(|m| (m.depth_m, m.mean)));

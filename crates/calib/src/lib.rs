@@ -36,7 +36,9 @@ pub mod rig;
 pub mod routine;
 pub mod stats;
 
-pub use calibrate::{CalibrateError, ContrastMeasurement, DepthMeasurement};
+pub use calibrate::{
+    CalibrateError, ContrastMeasurement, DepthMeasurement, relative_to_shallowest,
+};
 pub use detail::Detail;
 pub use encoding::Encoding;
 pub use manifest::{Manifest, ManifestError, Row, RowKind};

@@ -66,6 +66,7 @@ struct Tally {
     identified: [f64; 2],
     within_tenth: [f64; 2],
     covered: [f64; 2],
+    covered_of_all: [f64; 2],
     of_all: f64,
 }
 
@@ -93,11 +94,13 @@ impl Tally {
                     truths[k],
                     100.0 * error
                 );
+                let covered = f64::from(u8::from(z.abs() <= NINETY));
                 self.of_all += 1.0;
+                self.covered_of_all[i] += covered;
                 if told {
                     self.identified[i] += 1.0;
                     self.within_tenth[i] += f64::from(u8::from(error.abs() <= 0.1));
-                    self.covered[i] += f64::from(u8::from(z.abs() <= NINETY));
+                    self.covered[i] += covered;
                 }
             }
         }
@@ -114,12 +117,10 @@ impl Tally {
 
     fn tell(&self) {
         for (i, name) in ["a", "b"].iter().enumerate() {
+            let all = 0.5 * self.of_all;
             println!(
-                "{name}: {} of {} identified; of these {:.0} % within 10 %, 90 % intervals cover {:.0} %",
-                self.identified[i],
-                0.5 * self.of_all,
-                100.0 * self.within_tenth[i] / self.identified[i],
-                100.0 * self.covered[i] / self.identified[i]
+                "{name}: {} of {all} identified; of these {} within 10 %, 90 % intervals hold {}, of all {}",
+                self.identified[i], self.within_tenth[i], self.covered[i], self.covered_of_all[i]
             );
         }
     }

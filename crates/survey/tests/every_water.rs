@@ -315,8 +315,9 @@ fn water_without_scattering_has_straight_light_alone() {
 
 /// Every number of a set.
 fn all_values(values: &Values) -> Vec<Derived> {
-    let fields = [&values.veil, &values.unscattered, &values.scattered];
+    let fields = [&values.veil, &values.scattered];
     let corners = fields.map(|field| [field.mean(), field.at(0.7, -0.4)]);
+    let unscattered = [values.unscattered.mean(), values.unscattered.at(0.7, -0.4)];
     let others = [
         values.returned,
         values.gain(0.3),
@@ -324,7 +325,11 @@ fn all_values(values: &Values) -> Vec<Derived> {
         values.transmittance(1.3),
         values.irradiance(0.2, 0.1) * values.gain(0.3),
     ];
-    let all = corners.into_iter().flatten().chain(others);
+    let all = corners
+        .into_iter()
+        .flatten()
+        .chain(unscattered)
+        .chain(others);
     all.chain(values.sight.transfer.iter().copied()).collect()
 }
 

@@ -10,7 +10,7 @@ use uw_calib::picture::Counts;
 use uw_guidance::Candidate;
 use uw_guidance::physics::{LinearPicture, Predictor};
 use uw_survey::environment::MEAN;
-use uw_survey::fit::{Fit, FitError, Options, fit, report, water_file};
+use uw_survey::fit::{Fit, FitError, Options, depths, fit, report, water_file};
 use uw_survey::vehicle::Vehicle;
 
 /// Bound of |z| for the 20 comparisons of two scenes at 1 % altogether (Šidák), errors taken as normal.
@@ -39,6 +39,7 @@ fn never(_: usize, _: usize) -> bool {
 fn fitted(scene: u32, folder: &Path) -> (Truth, Fit) {
     let truth = Truth::draw(2, scene, MEAN).expect("a truth");
     let manifest = truth.take(folder, &vehicle(), 5).expect("pictures");
+    (truth.look_up(&manifest, &vehicle(), 5)).expect("pictures that look up");
     let found = fit(&manifest, &vehicle(), &options(&truth), &never).expect("a fit");
     (truth, found)
 }
@@ -115,9 +116,19 @@ fn a_fitted_water_predicts() {
         }
     }
     let reported = folder.path().join("report");
-    report(&found, &reported).expect("a report");
-    let table = std::fs::read_to_string(reported.join("fit.csv")).expect("a table");
-    assert_eq!(table.lines().count(), 1 + 3 * found.pictures.len());
+    let depths = depths(&found, &vehicle(), &options).expect("renders");
+    assert_eq!(depths.len(), hidden_truth::UP_DEPTHS_M.len());
+    for [seen, fitted] in depths.iter().flat_map(|at| at.k_z) {
+        // K_z is e^(-K_d z) or less over 4 m: an attenuation 10 % off would move it by up to 0.04.
+        assert!((seen - fitted).abs() < 0.04, "{depths:?}");
+    }
+    report(&found, &depths, &reported).expect("a report");
+    let rows = |name: &str| {
+        let table = std::fs::read_to_string(reported.join(name)).expect("a table");
+        table.lines().count() - 1
+    };
+    assert_eq!(rows("fit.csv"), 3 * found.pictures.len());
+    assert_eq!(rows("depths.csv"), 3 * depths.len());
     assert!(Counts::read(&reported.join("fit.png")).is_ok());
 }
 

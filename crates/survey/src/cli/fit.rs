@@ -62,7 +62,7 @@ pub(super) struct FitArguments {
 const NEEDS: &str = "\
 What is needed, with one exposure, gain and white balance for all pictures: the same spot of a flat target in the middle, square on, from
 three distances or more, the farthest at least 1.8 times as far as the nearest; from each a picture with the lamps on (light_pct > 0) and
-one with the lamps off. Pictures that look up are passed over. docs/fit.md says which pictures tell what.";
+one with the lamps off. Pictures that look up are compared in the report. docs/fit.md says which pictures tell what.";
 
 impl FitArguments {
     /// Fits the water and writes its file, and the report.
@@ -92,7 +92,9 @@ impl FitArguments {
         })?;
         tell(&found);
         if let Some(folder) = &self.report {
-            fit::report(&found, folder).map_err(CliError::failed)?;
+            let depths =
+                fit::depths(&found, &vehicle.vehicle, &options).map_err(CliError::failed)?;
+            fit::report(&found, &depths, folder).map_err(CliError::failed)?;
         }
         note("uw: making the tables of this water");
         let of_group = 1024 * self.table_kilo_paths / 8;

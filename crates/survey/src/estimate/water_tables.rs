@@ -98,6 +98,18 @@ impl KnownWater {
         depth_m: f64,
         distance_m: f64,
     ) -> Result<Scene, EnvironmentError> {
+        let view = View::Target {
+            depth_m,
+            distance_m,
+        };
+        self.scene_of(vehicle, view)
+    }
+
+    /// The same for any view.
+    ///
+    /// # Errors
+    /// As [`KnownWater::scene`].
+    pub fn scene_of(&self, vehicle: &Vehicle, view: View) -> Result<Scene, EnvironmentError> {
         let target = Target {
             pattern: match self.bottom {
                 true => Pattern::Seabed,
@@ -109,10 +121,6 @@ impl KnownWater {
         let body = WaterBody {
             jerlov: WaterKind::Type(WaterType::II),
             backscatter_fraction: self.backscatter_fraction,
-        };
-        let view = View::Target {
-            depth_m,
-            distance_m,
         };
         let mut scene = scene(vehicle, &body, &target, view)?;
         if let Some(water) = &mut scene.water {

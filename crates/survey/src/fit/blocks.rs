@@ -74,6 +74,11 @@ impl Grid {
         (u, v)
     }
 
+    /// Half the side of an inner block across and down, in the same unit.
+    pub(super) fn half(self) -> (f64, f64) {
+        (1.0 / self.inner[0] as f64, 1.0 / self.inner[1] as f64)
+    }
+
     /// Whether the nearest picture shows block `i`.
     pub(super) fn is_inner(self, i: usize) -> bool {
         let (u, v) = self.middle(i);

@@ -15,6 +15,7 @@ mod pictures;
 mod priors;
 mod problem;
 mod report;
+mod upward;
 mod views;
 mod water;
 
@@ -23,7 +24,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use nalgebra::DMatrix;
 use uw_calib::encoding::Encoding;
-use uw_calib::{ManifestError, StatsError};
+use uw_calib::{DepthMeasurement, ManifestError, StatsError};
 use uw_media::WaterType;
 
 use crate::environment::{EnvironmentError, WATER_INDEX, WaterKind};
@@ -36,20 +37,21 @@ use pictures::{Light, Pictures};
 use priors::Prior;
 use problem::{Problem, RARE_PATHS};
 pub use report::{ReportError, report};
+pub use upward::{FittedDepth, depths};
 use views::{BACKSCATTER, Views};
 pub use water::{WaterError, water_file};
 
 /// Waters from which the search begins.
 const STARTS: [WaterType; 4] = [WaterType::I, WaterType::III, WaterType::C3, WaterType::C7];
 /// Sets of paths at most: over the whole range of backscatter fractions, and about the one that is found.
-const STAGES: usize = 3;
+const STAGES: usize = 4;
 /// By how much fewer paths the first set has, and how many it has at least.
 const FEWER: usize = 4;
 const LEAST_PATHS: usize = 4096;
 /// Iterations from each of them before the best is gone on with.
 const FIRST_ITERATIONS: usize = 8;
-/// Relative error of a coefficient beyond which it counts as not identified.
-const MOST_ERROR: f64 = 0.1;
+/// Relative error of a coefficient beyond which it counts as not identified: its 90 % interval is wider than a tenth on either side.
+const MOST_ERROR: f64 = 0.1 / 1.645;
 /// Share of what was not known before that is left of a number that counts as not identified.
 const MOST_LEFT: f64 = 0.7;
 /// Standard errors that a channel's light must have in the brightest blocks to be used at all.
@@ -210,6 +212,8 @@ pub struct Fit {
     pub warnings: Vec<String>,
     /// The pictures by place.
     places: Vec<Vec<pictures::Row>>,
+    /// Mean counts of the pictures that look up.
+    up: Vec<DepthMeasurement>,
 }
 
 /// A picture's part of the target, as it was seen and as the fit has it.
@@ -433,6 +437,7 @@ fn told(problem: &Problem, found: &Solution, dark: [bool; 3]) -> Fit {
         reflectance: problem.reflectances(&found.parameters),
         warnings: warnings(problem, found, misfit, dark),
         places: problem.pictures.places.clone(),
+        up: problem.pictures.up.clone(),
     }
 }
 

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use uw_calib::manifest::{Manifest, RowKind};
 use uw_calib::picture::Counts;
 use uw_calib::response::LinearNoise;
+use uw_calib::{DepthMeasurement, Encoding, PatchGrid};
 
 use super::blocks::{Block, Grid, Sensor};
 use super::{FitError, Options};
@@ -62,6 +63,8 @@ pub(super) struct Pictures {
     pub(super) places: Vec<Vec<Row>>,
     /// Places whose lamps have no picture to be compared with, so that daylight cannot be taken off.
     pub(super) single: usize,
+    /// Mean counts of the pictures that look up.
+    pub(super) up: Vec<DepthMeasurement>,
 }
 
 /// A picture of the target that the manifest lists.
@@ -105,6 +108,7 @@ impl Pictures {
             shown: Vec::new(),
             places: Vec::new(),
             single: 0,
+            up: looking_up(&manifest, options)?,
         };
         let sensor = Sensor {
             encoding: options.encoding,
@@ -173,6 +177,20 @@ impl Pictures {
         self.shown.append(&mut shown);
         Ok(())
     }
+}
+
+/// Mean counts of the pictures that look up, as a camera with sRGB's curve would have them.
+fn looking_up(manifest: &Manifest, options: &Options) -> Result<Vec<DepthMeasurement>, FitError> {
+    let up = manifest.rows.iter().filter_map(|row| match row.kind {
+        RowKind::Depth { depth_m } => Some((depth_m, &row.image)),
+        RowKind::Contrast { .. } => None,
+    });
+    let measured = up.map(|(depth_m, image)| {
+        let as_srgb = |counts: f64| Encoding::Srgb.counts(options.encoding.light(counts));
+        let mean = PatchGrid::from_file_as(image, as_srgb)?.stats.mean;
+        Ok(DepthMeasurement { depth_m, mean })
+    });
+    measured.collect()
 }
 
 fn of_target(row: &uw_calib::manifest::Row) -> Option<Row> {

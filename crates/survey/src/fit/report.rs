@@ -8,10 +8,10 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use uw_render::image::{ImageError, write_atomically, write_frame};
 
-use super::{Fit, FittedPicture};
+use super::{Fit, FittedDepth, FittedPicture};
 use crate::plot::{bitmap, use_font};
 
-const SIZE: (u32, u32) = (1280, 960);
+const SIZE: (u32, u32) = (1680, 960);
 const COLOURS: [RGBColor; 3] = [
     RGBColor(200, 40, 40),
     RGBColor(30, 140, 50),
@@ -19,6 +19,8 @@ const COLOURS: [RGBColor; 3] = [
 ];
 /// Ends of a logarithmic axis are at least this factor apart.
 const LEAST_SPAN: f64 = 2.0;
+/// Residuals beyond are drawn at the edge, percent.
+const MOST_RESIDUAL_PCT: f64 = 30.0;
 /// Standard deviations along an ellipse's axis that hold 90 % of a normal distribution of two numbers: (-2 ln 0.1)^½.
 const NINETY: f64 = 2.146;
 /// Points of an ellipse.
@@ -37,30 +39,37 @@ pub struct ReportError {
 /// Which number of a picture a panel shows.
 type Of = fn(&FittedPicture) -> [[f64; 2]; 3];
 
-/// Writes `fit.png` and `fit.csv` into `folder`, which is made where it is missing.
+/// Writes `fit.png`, `fit.csv` and, where `depths` has any, `depths.csv` into `folder`, which is made where it is missing.
 ///
 /// # Errors
 /// They cannot be written.
-pub fn report(fit: &Fit, folder: &Path) -> Result<(), ReportError> {
+pub fn report(fit: &Fit, depths: &[FittedDepth], folder: &Path) -> Result<(), ReportError> {
     let failed = |path: &Path, reason: String| ReportError {
         path: path.display().to_string(),
         reason,
     };
     std::fs::create_dir_all(folder).map_err(|e| failed(folder, e.to_string()))?;
-    let (png, csv) = (folder.join("fit.png"), folder.join("fit.csv"));
+    let png = folder.join("fit.png");
     use_font().map_err(|reason| failed(&png, reason))?;
-    let picture = bitmap(SIZE, |area| draw(area, fit)).map_err(|e| failed(&png, e))?;
+    let picture = bitmap(SIZE, |area| draw(area, fit, depths)).map_err(|e| failed(&png, e))?;
     write_frame(&png, &picture).map_err(|e| failed(&png, e.to_string()))?;
-    let rows = table(fit);
-    write_atomically(&csv, |out| {
-        out.write_all(rows.as_bytes())
-            .map_err(|source| ImageError::System {
-                path: csv.clone(),
-                action: "written",
-                source,
-            })
-    })
-    .map_err(|e| failed(&csv, e.to_string()))
+    let write = |name: &str, rows: String| {
+        let csv = folder.join(name);
+        write_atomically(&csv, |out| {
+            out.write_all(rows.as_bytes())
+                .map_err(|source| ImageError::System {
+                    path: csv.clone(),
+                    action: "written",
+                    source,
+                })
+        })
+        .map_err(|e| failed(&csv, e.to_string()))
+    };
+    write("fit.csv", table(fit))?;
+    match depths {
+        [] => Ok(()),
+        _ => write("depths.csv", table_of_depths(depths)),
+    }
 }
 
 /// Measured and fitted numbers of each picture.
@@ -78,9 +87,24 @@ fn table(fit: &Fit) -> String {
     rows
 }
 
-fn draw<B: DrawingBackend>(area: &DrawingArea<B, Shift>, fit: &Fit) -> Result<(), String> {
+/// Measured and fitted K_z.
+fn table_of_depths(depths: &[FittedDepth]) -> String {
+    let mut rows = "depth_m,channel,k_z,k_z_fitted\n".to_owned();
+    for at in depths {
+        for (channel, [seen, fitted]) in ["r", "g", "b"].into_iter().zip(at.k_z) {
+            rows += &format!("{},{channel},{seen:.6},{fitted:.6}\n", at.depth_m);
+        }
+    }
+    rows
+}
+
+fn draw<B: DrawingBackend>(
+    area: &DrawingArea<B, Shift>,
+    fit: &Fit,
+    depths: &[FittedDepth],
+) -> Result<(), String> {
     area.fill(&WHITE).map_err(|e| e.to_string())?;
-    let panels = area.split_evenly((2, 2));
+    let panels = area.split_evenly((2, 3));
     let lit = |picture: &&FittedPicture| picture.level > 0.0;
     let dark = |picture: &&FittedPicture| picture.level <= 0.0;
     let lamps: Vec<_> = fit.pictures.iter().filter(lit).collect();
@@ -94,8 +118,10 @@ fn draw<B: DrawingBackend>(area: &DrawingArea<B, Shift>, fit: &Fit) -> Result<()
         &lamps,
         detail,
     )?;
-    decay(&panels[2], "Lamps off: detail (K_c off)", &daylight, detail)?;
-    ellipses(&panels[3], fit)?;
+    decay(&panels[3], "Lamps off: detail (K_c off)", &daylight, detail)?;
+    residuals(&panels[2], &lamps)?;
+    illumination(&panels[4], depths)?;
+    ellipses(&panels[5], fit)?;
     area.present().map_err(|e| e.to_string())
 }
 
@@ -121,11 +147,7 @@ fn decay<B: DrawingBackend>(
         .flat_map(|p| (0..3).map(move |k| value(p, k, 0)));
     let (low, high) = span(all);
     let farthest = pictures.iter().map(|p| p.distance_m).fold(1.0, f64::max);
-    let mut chart = ChartBuilder::on(area)
-        .caption(title, ("sans-serif", 20))
-        .margin(12)
-        .x_label_area_size(42)
-        .y_label_area_size(70)
+    let mut chart = chart(area, title)
         .build_cartesian_2d(0.0..1.05 * farthest, (low..high).log_scale())
         .map_err(text)?;
     chart
@@ -150,6 +172,101 @@ fn decay<B: DrawingBackend>(
             .map_err(text)?;
     }
     Ok(())
+}
+
+/// By how much the pictures' lamp light is brighter than fitted (dots), and richer in detail (crosses).
+fn residuals<B: DrawingBackend>(
+    area: &DrawingArea<B, Shift>,
+    pictures: &[&FittedPicture],
+) -> Result<(), String> {
+    let text = |e: DrawingAreaErrorKind<B::ErrorType>| e.to_string();
+    let percent = |[seen, fitted]: [f64; 2]| 100.0 * (seen / fitted - 1.0);
+    let at = |of: Of, k: usize| {
+        let points = pictures
+            .iter()
+            .map(move |p| (p.distance_m, percent(of(p)[k])));
+        points.filter(|(_, value)| value.is_finite())
+    };
+    let (mean, detail): (Of, Of) = (|picture| picture.mean, |picture| picture.deviation);
+    let all = (0..3).flat_map(|k| at(mean, k).chain(at(detail, k)));
+    let most = all.fold(1.0, |most: f64, (_, value)| most.max(value.abs()));
+    let most = (1.1 * most).min(MOST_RESIDUAL_PCT);
+    let farthest = pictures.iter().map(|p| p.distance_m).fold(1.0, f64::max);
+    let mut chart = chart(area, "Residuals: mean (dots), detail (crosses)")
+        .build_cartesian_2d(0.0..1.05 * farthest, -most..most)
+        .map_err(text)?;
+    chart
+        .configure_mesh()
+        .x_desc("distance, m")
+        .y_desc("seen over fitted, %")
+        .x_label_formatter(&|x| format!("{x:.1}"))
+        .y_label_formatter(&|y| format!("{y:.1}"))
+        .label_style(("sans-serif", 13))
+        .draw()
+        .map_err(text)?;
+    for (k, colour) in COLOURS.into_iter().enumerate() {
+        let inside = |(d, value): (f64, f64)| (d, value.clamp(-most, most));
+        let means = at(mean, k).map(inside);
+        chart
+            .draw_series(means.map(|point| Circle::new(point, 4, colour.filled())))
+            .map_err(text)?;
+        let details = at(detail, k).map(inside);
+        chart
+            .draw_series(details.map(|point| Cross::new(point, 4, colour.stroke_width(2))))
+            .map_err(text)?;
+    }
+    Ok(())
+}
+
+/// K_z measured (points) and in the fitted water (lines), by depth.
+fn illumination<B: DrawingBackend>(
+    area: &DrawingArea<B, Shift>,
+    depths: &[FittedDepth],
+) -> Result<(), String> {
+    let text = |e: DrawingAreaErrorKind<B::ErrorType>| e.to_string();
+    let title = match depths {
+        [] => "K_z: no pictures that look up",
+        _ => "Looking up: K_z, not fitted to",
+    };
+    let deepest = depths.iter().map(|at| at.depth_m).fold(1.0, f64::max);
+    let values = depths.iter().flat_map(|at| at.k_z).flatten();
+    let most = values.fold(1.0, f64::max);
+    let mut chart = chart(area, title)
+        .build_cartesian_2d(0.0..1.05 * deepest, 0.0..1.05 * most)
+        .map_err(text)?;
+    chart
+        .configure_mesh()
+        .x_desc("depth, m")
+        .y_desc("mean counts over the shallowest")
+        .x_label_formatter(&|x| format!("{x:.1}"))
+        .y_label_formatter(&|y| format!("{y:.1}"))
+        .label_style(("sans-serif", 13))
+        .draw()
+        .map_err(text)?;
+    for (k, colour) in COLOURS.into_iter().enumerate() {
+        let at = |fitted: usize| depths.iter().map(move |at| (at.depth_m, at.k_z[k][fitted]));
+        chart
+            .draw_series(LineSeries::new(at(1), colour.stroke_width(2)))
+            .map_err(text)?;
+        chart
+            .draw_series(at(0).map(|point| Circle::new(point, 4, colour.filled())))
+            .map_err(text)?;
+    }
+    Ok(())
+}
+
+/// A panel before its axes.
+fn chart<'a, 'b, B: DrawingBackend>(
+    area: &'a DrawingArea<B, Shift>,
+    title: &str,
+) -> ChartBuilder<'a, 'b, B> {
+    let mut chart = ChartBuilder::on(area);
+    chart
+        .caption(title, ("sans-serif", 20))
+        .margin(12)
+        .x_label_area_size(42)
+        .y_label_area_size(70);
+    chart
 }
 
 /// A number to two digits, as an axis shows it.
@@ -182,11 +299,7 @@ fn ellipses<B: DrawingBackend>(area: &DrawingArea<B, Shift>, fit: &Fit) -> Resul
     let all = || curves.iter().flatten();
     let most = |of: fn(&(f64, f64)) -> f64| 1.05 * all().map(of).fold(0.0, f64::max);
     let (a_most, b_most) = (most(|point| point.0), most(|point| point.1));
-    let mut chart = ChartBuilder::on(area)
-        .caption("Absorption and scattering, 90 %", ("sans-serif", 20))
-        .margin(12)
-        .x_label_area_size(42)
-        .y_label_area_size(70)
+    let mut chart = chart(area, "Absorption and scattering, 90 %")
         .build_cartesian_2d(0.0..a_most, 0.0..b_most)
         .map_err(text)?;
     chart

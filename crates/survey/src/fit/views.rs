@@ -19,6 +19,8 @@ use crate::vehicle::Vehicle;
 pub(super) const BACKSCATTER: [f64; 5] = [0.004, 0.009, 0.02, 0.045, 0.09];
 /// How far apart those are that paths are drawn for once it is known about where to look.
 const NEARER: f64 = 1.5;
+/// Columns and rows of a block at which light that the edge of a lamp's beam may cut is taken.
+const PARTS: (usize, usize) = (4, 4);
 /// Waves on the target for which the spread of its sight is known.
 const WAVES: usize = 9;
 /// Depth of the vehicle, m: the light of lamps does not depend on it, and the target must be wide enough.
@@ -42,6 +44,8 @@ pub(super) struct Views {
 pub(super) struct Point {
     /// Image coordinates in [-1, 1].
     pub(super) image: (f64, f64),
+    /// How far the block reaches on either side, in the same.
+    half: (f64, f64),
     range_m: f64,
     cosine: f64,
 }
@@ -136,7 +140,10 @@ impl Views {
         let of = |f: &dyn Fn(&Point) -> Derived| points.iter().map(f).collect();
         Seen {
             veil: of(&|p| values.veil.at(p.image.0, p.image.1) * colour),
-            light: of(&|p| values.irradiance(p.image.0, p.image.1) * colour),
+            light: of(&|p| {
+                let straight = values.unscattered.mean_about(p.image, p.half, PARTS);
+                (straight + values.scattered.at(p.image.0, p.image.1)) * colour
+            }),
             straight: of(&|p| values.transmittance(p.range_m)),
             scattered: of(&|p| values.sight.share_at(p.cosine)),
             transfer: self.transfers(&values.sight.transfer),
@@ -221,12 +228,14 @@ fn view(vehicle: &Vehicle, distance_m: f64) -> Result<(TargetView, Vec<PreparedL
 /// Where the middles of the blocks are seen that a picture shows, of whose middle the nearest picture shows `share`.
 fn points(view: &TargetView, grid: Grid, share: f64) -> Vec<Point> {
     let (width, height) = view.size_px();
+    let half = (share * grid.half().0, share * grid.half().1);
     let point = |i: usize| {
         let (u, v) = grid.middle(i);
         let x = 0.5 * width * (1.0 + share * u);
         let y = 0.5 * height * (1.0 + share * v);
         view.sight(x, y).map(|sight| Point {
             image: sight.image,
+            half,
             range_m: sight.range_m,
             cosine: view.incidence(sight.direction),
         })

@@ -13,11 +13,15 @@ use uw_survey::assets::assets_dir;
 use uw_survey::environment::{MEAN, Target, View, WaterBody, WaterKind, scene_in, sensor};
 use uw_survey::estimate::pyramid::TexturePyramid;
 use uw_survey::estimate::target_image::TargetImage;
+use uw_survey::measure::Quality;
+use uw_survey::routine::{UP_SAMPLES, look_up_in};
 use uw_survey::scenery::textures::Pattern;
 use uw_survey::vehicle::Vehicle;
 
 /// Distances of the pictures, m.
 pub const DISTANCES_M: [f64; 6] = [0.5, 0.8, 1.2, 1.8, 2.5, 3.5];
+/// Depths of the pictures that look up, m.
+pub const UP_DEPTHS_M: [f64; 3] = [1.0, 2.0, 4.0];
 /// Lamp level of the pictures with the lamps on, percent.
 pub const LIGHT_PCT: f64 = 60.0;
 /// Paths per group of a picture: so many that its own noise is below what a fit tells.
@@ -112,6 +116,40 @@ impl Truth {
         let path = folder.join("manifest.csv");
         std::fs::write(&path, manifest)?;
         Ok(path)
+    }
+
+    /// Takes pictures that look up, whose rows go to the end of `manifest`.
+    #[allow(dead_code, reason = "the example has no use for it")]
+    pub fn look_up(
+        &self,
+        manifest: &Path,
+        vehicle: &Vehicle,
+        seed: u64,
+    ) -> Result<(), Box<dyn Error>> {
+        let target = Target::read(self.pattern, &assets_dir()?)?;
+        let quality = Quality {
+            samples_per_half: UP_SAMPLES,
+            seed,
+            threads: None,
+        };
+        let never = AtomicBool::new(false);
+        let of_view = |vehicle: &Vehicle, view: View| {
+            let mut scene = scene_in(vehicle, &self.body, self.bands, &target, view)?;
+            if let (Some(water), true) = (&mut scene.water, self.bands == MEAN) {
+                (water.iops.a, water.iops.b) = (self.a, self.b);
+            }
+            Ok::<_, Box<dyn Error>>(scene)
+        };
+        let (sensor, views) = look_up_in(vehicle, &UP_DEPTHS_M, quality, &never, of_view)?;
+        let mut rows = std::fs::read_to_string(manifest)?;
+        for (depth_m, view) in &views {
+            let frame = sensor.expose(&view.picture(0.0), seed);
+            let name = format!("up{depth_m}.png");
+            write_frame(&manifest.with_file_name(&name), &frame)?;
+            writeln!(rows, "{name},depth,{depth_m},,")?;
+        }
+        std::fs::write(manifest, rows)?;
+        Ok(())
     }
 
     /// Whether the vehicle looks down.

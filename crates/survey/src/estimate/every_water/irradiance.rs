@@ -1,25 +1,23 @@
 //! Paths from the target to the lamps: its irradiance over π.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use glam::DVec3;
 use uw_media::phase::PhaseTable;
 use uw_render::prepare::PreparedLamp;
 
-use super::Setting;
 use super::bridge::{Bridge, Place, quarter_turns};
-use super::evaluate::{Coefficients, Derived, Field, Group, Path, project};
+use super::evaluate::{Derived, Group, Path};
 use super::orders::Orders;
-use crate::estimate::basis::Basis;
+use super::{Setting, mean};
 use crate::estimate::numbers;
 use crate::estimate::target_view::TargetView;
 
 /// Sets these paths' random numbers apart.
 const PURPOSE: u32 = 1;
-/// Columns and rows of the image at whose middles unscattered light is taken.
+/// Columns and rows of the image at whose middles unscattered light is taken for its mean.
 const GRID: (usize, usize) = (40, 24);
-/// Degree of the polynomial of unscattered light, which has no noise.
-const UNSCATTERED_DEGREE: usize = 6;
 
 /// Paths of `group` that scatter.
 pub(super) fn scattered(setting: &Setting, phase: &PhaseTable, group: u32, points: u32) -> Group {
@@ -81,73 +79,68 @@ fn arriving(
     quarter_turns(roll).map(of_roll).iter().sum::<f64>() / 4.0
 }
 
-/// Light that reaches the target without scattering, in closed form.
+/// Light of the lamps that reaches the target without scattering, in closed form: irradiance over π, W/(m² sr).
 #[derive(Clone, Debug)]
-pub(super) struct Unscattered {
-    /// Per image point and lamp: strength and length of the way.
-    ways: Vec<(f64, f64)>,
-    /// Per image point the functions' values.
-    functions: Vec<f64>,
-    basis: Basis,
-    matrix: Vec<f64>,
-    lamps: usize,
+pub struct Unscattered {
+    scene: Arc<(TargetView, Vec<PreparedLamp>)>,
+    /// Of the straight ways, 1/m.
+    attenuation: Derived,
 }
 
 impl Unscattered {
+    /// Of the lamps of `setting` in clear water.
     pub(super) fn new(setting: &Setting) -> Self {
-        let basis = Basis::new(UNSCATTERED_DEGREE, setting.even_q);
-        let n = basis.len();
-        let (mut ways, mut functions, mut matrix) = (Vec::new(), Vec::new(), vec![0.0; n * n]);
-        let mut phi = vec![0.0; n];
-        let (width, height) = setting.view.size_px();
-        let points = (0..GRID.0).flat_map(|i| (0..GRID.1).map(move |j| (i, j)));
-        for (i, j) in points {
-            let x = (i as f64 + 0.5) / GRID.0 as f64 * width;
-            let y = (j as f64 + 0.5) / GRID.1 as f64 * height;
-            let Some(sight) = setting.view.sight(x, y) else {
-                continue;
-            };
-            basis.values(sight.image.0, sight.image.1, &mut phi);
-            functions.extend(&phi);
-            for k in 0..n * n {
-                matrix[k] += phi[k / n] * phi[k % n];
-            }
-            ways.extend(setting.lamps.iter().map(|lamp| {
-                let (beam, length_m) = straight(setting.view.normal, lamp, sight.point, 0.0);
-                (beam * setting.intensity(lamp) / PI, length_m)
-            }));
-        }
         Self {
-            ways,
-            functions,
-            basis,
-            matrix,
-            lamps: setting.lamps.len(),
+            scene: Arc::new((setting.view.clone(), setting.lamps.to_vec())),
+            attenuation: Derived::default(),
         }
     }
 
-    pub(super) fn at(&self, water: &Coefficients) -> Field {
-        let n = self.basis.len();
-        let mut means = vec![Derived::default(); n];
-        let of_points = self.ways.chunks_exact(self.lamps);
-        for (ways, phi) in of_points.zip(self.functions.chunks_exact(n)) {
-            let light = ways.iter().fold(Derived::default(), |sum, &(way, length)| {
-                let value = way * (-(water.a + water.b) * length).exp();
-                sum + Derived {
-                    value,
-                    by_a: -length * value,
-                    by_b: -length * value,
-                    by_ln_backscatter: 0.0,
-                }
-            });
-            let sums = means.iter_mut().zip(phi);
-            sums.for_each(|(sum, phi)| *sum = *sum + light * *phi);
+    /// The same light in `water`.
+    pub(super) fn in_water(&self, attenuation: Derived) -> Self {
+        Self {
+            scene: Arc::clone(&self.scene),
+            attenuation,
         }
-        let coefficients = project(&self.matrix, &means).unwrap_or(means);
-        Field {
-            basis: self.basis.clone(),
-            coefficients,
-        }
+    }
+
+    /// Its value at image coordinates (p, q) in [-1, 1]; 0 where the image does not show the target.
+    pub fn at(&self, p: f64, q: f64) -> Derived {
+        let (view, lamps) = &*self.scene;
+        let (width, height) = view.size_px();
+        let sight = view.sight(0.5 * width * (1.0 + p), 0.5 * height * (1.0 + q));
+        let Some(sight) = sight else {
+            return Derived::default();
+        };
+        lamps.iter().fold(Derived::default(), |sum, lamp| {
+            let (beam, length_m) = straight(view.normal, lamp, sight.point, 0.0);
+            let value = beam * mean(&lamp.intensity) / PI;
+            let left = value * (-self.attenuation.value * length_m).exp();
+            sum + self.attenuation.chain(left, -length_m * left)
+        })
+    }
+
+    /// Its mean over the image.
+    pub fn mean(&self) -> Derived {
+        self.mean_about((0.0, 0.0), (1.0, 1.0), GRID)
+    }
+
+    /// Its mean over the part of the image that reaches `half` as far from `middle` on either side, from the middles of as many columns
+    /// and rows as `parts` says.
+    pub fn mean_about(
+        &self,
+        middle: (f64, f64),
+        half: (f64, f64),
+        parts: (usize, usize),
+    ) -> Derived {
+        let place = |i: usize, n: usize| (2 * i + 1) as f64 / n as f64 - 1.0;
+        let points = (0..parts.0).flat_map(|i| (0..parts.1).map(move |j| (i, j)));
+        let sum = points.fold(Derived::default(), |sum, (i, j)| {
+            let p = middle.0 + half.0 * place(i, parts.0);
+            let q = middle.1 + half.1 * place(j, parts.1);
+            sum + self.at(p, q)
+        });
+        sum * (1.0 / (parts.0 * parts.1) as f64)
     }
 }
 

@@ -42,7 +42,7 @@ use super::numbers::Numbers;
 use super::target_view::{Sight, TargetView};
 use evaluate::{Coefficients, Exponent, Path, Paths};
 pub use evaluate::{Derived, Field};
-use irradiance::Unscattered;
+pub use irradiance::Unscattered;
 pub use phases::{EveryPhase, Phases};
 
 /// Independent groups of paths: their differences tell the standard error.
@@ -86,7 +86,6 @@ struct Setting<'a> {
     view: &'a TargetView,
     lamps: &'a [PreparedLamp],
     basis: Basis,
-    even_q: bool,
     seed: u64,
 }
 
@@ -102,7 +101,6 @@ impl<'a> Setting<'a> {
             view,
             lamps,
             basis: Basis::new(DEGREE, even_q),
-            even_q,
             seed,
         }
     }
@@ -157,12 +155,12 @@ pub struct EveryWater {
 
 /// The parts of an image in one water, for lamps at 100 % of their intensity's mean over the channels; radiances and
 /// irradiances of a channel are [`EveryWater::colour`] times these.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Values {
     /// Radiance that never met the target, W/(m² sr).
     pub veil: Field,
     /// Irradiance over π of the target, W/(m² sr), by light that did not scatter.
-    pub unscattered: Field,
+    pub unscattered: Unscattered,
     /// The same by light that did, other than on its way from the target to itself.
     pub scattered: Field,
     /// Scattered rays that reach the target, weighted with the lamps' light there.
@@ -322,19 +320,20 @@ impl EveryWater {
         };
         let in_lamps = self.sight.means(groups.clone(), lit(&water));
         let in_even = self.even_sight.means(groups.clone(), plain);
+        let attenuation = Derived {
+            value: water.a + water.b,
+            by_a: 1.0,
+            by_b: 1.0,
+            by_ln_backscatter: 0.0,
+        };
         Values {
             veil: field(&self.veil),
-            unscattered: self.unscattered.at(&water),
+            unscattered: self.unscattered.in_water(attenuation),
             scattered: field(&self.irradiance),
             sight: seen(&self.sight, in_lamps),
             even_sight: seen(&self.even_sight, in_even),
             returned: self.returned.means(groups, lit(&water))[0],
-            attenuation: Derived {
-                value: water.a + water.b,
-                by_a: 1.0,
-                by_b: 1.0,
-                by_ln_backscatter: 0.0,
-            },
+            attenuation,
         }
     }
 }

@@ -86,7 +86,7 @@ impl EveryPhase {
     }
 
     /// The image in water with absorption `a` >= 0 and scattering `b` > 0, 1/m, of which the share `backscatter` goes back;
-    /// taken as the nearest end of the sets' range where it lies outside.
+    /// beyond the ends of the sets' range in proportion to its logarithm.
     pub fn at(&self, a: f64, b: f64, backscatter: f64) -> Values {
         self.between(backscatter, |set| set.at(a, b))
     }
@@ -101,13 +101,12 @@ impl EveryPhase {
             self.ln_backscatter[0],
             self.ln_backscatter[self.sets.len() - 1],
         );
-        let asked = backscatter.ln();
-        let x = asked.clamp(first, last);
-        let inside = f64::from(u8::from(x == asked));
+        let x = backscatter.ln().clamp(first, last);
+        let beyond = backscatter.ln() - x;
         let parts: Vec<(f64, f64, Values)> = (0..self.sets.len())
             .map(|i| {
                 let (weight, slope) = lagrange(&self.ln_backscatter, i, x);
-                (weight, inside * slope, values(&self.sets[i]))
+                (weight + beyond * slope, slope, values(&self.sets[i]))
             })
             .collect();
         mixed(&parts)
