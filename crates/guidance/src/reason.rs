@@ -262,15 +262,23 @@ impl std::fmt::Display for Reason {
                     ResidualFrom::Picture => "an earlier picture of this connection",
                     ResidualFrom::Sights => "the sights of the water file",
                 };
-                let off = residual.counts.map(|counts| match counts {
-                    Some(counts) => format!("{counts:+.1}"),
-                    None => "?".to_owned(),
-                });
                 write!(
                     f,
-                    "the water file does not fit here: {from} predicts a contrast that is off by {} (standard error {}; R G B, 8-bit counts), a misfit of {:.1} in units of three standard errors where {limit} is allowed",
-                    off.join(" "),
+                    "the water file does not fit here: {from} predicts a contrast that is off by {} (standard error {}; R G B, 8-bit counts)",
+                    off(&residual.counts),
                     counts(&residual.error_counts),
+                )?;
+                if let Some(mean) = &residual.brightness {
+                    write!(
+                        f,
+                        " and a mean that is off by {} (standard error {})",
+                        off(&mean.counts),
+                        counts(&mean.error_counts)
+                    )?;
+                }
+                write!(
+                    f,
+                    ", a misfit of {:.1} in units of three standard errors where {limit} is allowed",
                     residual.misfit
                 )
             }
@@ -328,6 +336,11 @@ fn short(value: f64) -> String {
 fn percent(share: &[f64; 3]) -> String {
     let percents = share.map(|s| format!("{:.1}", 100.0 * s));
     format!("{} %", percents.join(" "))
+}
+
+fn off(counts: &[Option<f64>; 3]) -> String {
+    let off = counts.map(|counts| counts.map_or("?".to_owned(), |counts| format!("{counts:+.1}")));
+    off.join(" ")
 }
 
 fn counts(contrast: &[f64; 3]) -> String {

@@ -17,12 +17,21 @@ const PATCHES: usize = 60;
 pub(crate) const NOISE: [f64; 2] = [1e-4, 1e-6];
 
 /// Daylight at a depth of 1 to 6 m and lamps that add a fifth to it, an even veil that grows with the distance, no scattered rays.
-pub(crate) fn water_file(distances_m: &[f64], [noise_a, noise_b]: [f64; 2]) -> WaterFile {
+pub(crate) fn water_file(distances_m: &[f64], noise: [f64; 2]) -> WaterFile {
+    attenuating(1.0, distances_m, noise)
+}
+
+/// The same that attenuates `times` as much.
+pub(crate) fn attenuating(
+    times: f64,
+    distances_m: &[f64],
+    [noise_a, noise_b]: [f64; 2],
+) -> WaterFile {
     let even = |value: f64| -> Field { std::array::from_fn(|_| vec![value; PATCHES]) };
     let source = |share: f64, distance_m: f64| SourceTables {
         veil: even(share * veil(distance_m)),
         light: even(share * DAYLIGHT),
-        straight: even((-C_PER_M * distance_m).exp()),
+        straight: even((-times * C_PER_M * distance_m).exp()),
         scattered: even(0.0),
         transfer: std::array::from_fn(|_| vec![0.0; 3]),
     };

@@ -5,7 +5,7 @@ use std::process::Command;
 use serde_json::{Value, json};
 
 use crate::client::{Client, without};
-use crate::known_water::{NOISE, SIZE_PX, water_file, waves, write_picture};
+use crate::known_water::{NOISE, SIZE_PX, attenuating, water_file, waves, write_picture};
 use crate::program::{ANY_PORT, Program, text};
 
 const DISTANCES_M: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
@@ -349,5 +349,41 @@ fn files_in_the_wrong_place_are_refused_by_name() {
     for arguments in [&["--water", "water.json"][..], &["--config", "file.toml"]] {
         let (code, said) = run(arguments);
         assert_eq!(code, Some(0), "{arguments:?}: {said}");
+    }
+}
+
+/// Attenuation that is wrong by 35 % over 1.5 m: the contrast of the second picture does not tell, its mean does.
+#[test]
+fn a_water_that_attenuates_by_a_third_more_is_told_by_the_mean_of_the_second_picture() {
+    let places = [(0.6, 20.0), (2.1, 20.0)];
+    for (times, is_right) in [(1.0, true), (1.35, false), (0.65, false)] {
+        let file = attenuating(times, &DISTANCES_M, NOISE).to_json();
+        let mut program = Program::folder()
+            .write("water.json", &file)
+            .config(CONFIG)
+            .start(&[&ANY_PORT[..], &["--water", "water.json"]].concat());
+        let address = program.client().stream.peer_addr().unwrap();
+        for seed in 0..4 {
+            // Another part of the target each time, and a vehicle that drifts on its way.
+            let (x, y) = (1.7 * f64::from(seed), 0.9 * f64::from(seed));
+            let mut client = Client::to(address);
+            let mut second = Value::Null;
+            for (i, (place, drift)) in places.into_iter().zip([0.0, 0.05]).enumerate() {
+                let name = format!("{times}-{seed}-{i}.png");
+                let moved = |u: f64, v: f64| waves(u + x + drift, v + y - drift);
+                write_picture(&program.path(&name), place, &moved, NOISE);
+                second = ask(&mut client, "suggest_image", place, image(&name));
+            }
+            let residual = &second["residual_here"];
+            assert_eq!(residual["same_part"], true, "{times}: {second}");
+            let reason = second["reason"].as_str();
+            match is_right {
+                true => assert_eq!(second["valid"], true, "{times}: {second}"),
+                false => assert_eq!(reason, Some("model_misfit"), "{times}: {second}"),
+            }
+            // Which the contrast alone would not have told.
+            let [off, error] = ["contrast", "standard_error"].map(|name| numbers(&residual[name]));
+            assert!((0..3).all(|k| off[k].abs() < 3.0 * error[k]), "{second}");
+        }
     }
 }

@@ -96,6 +96,30 @@ pub(super) struct Shape {
     pub(super) quantiles: [f64; QUANTILES],
 }
 
+impl Shape {
+    /// Standard deviation of the patches' means over that of the picture.
+    pub(super) fn spread(&self) -> f64 {
+        spread(&self.means)
+    }
+
+    /// Standard deviation of the patches' deviations over their mean.
+    pub(super) fn unevenness(&self) -> f64 {
+        spread(&self.deviations)
+    }
+}
+
+/// Standard deviation over the mean; 0 of nothing.
+fn spread(values: &[f64]) -> f64 {
+    let n = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let square = |value: &f64| (value - mean).powi(2);
+    let deviation = (values.iter().map(square).sum::<f64>() / n).sqrt();
+    match mean > 0.0 {
+        true => deviation / mean,
+        false => 0.0,
+    }
+}
+
 /// What a picture tells of the target before it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -11,17 +11,21 @@
 //! picture, [`present`]). Nothing of the target is learned beforehand; pictures of it
 //! from other distances, kept in the water's [`file`], tell what the present one does not show.
 
+mod blocks;
+mod brightness;
 mod cleared;
 pub mod detail;
 pub mod file;
 mod grid;
 mod light;
+mod overlap;
 pub mod predict;
 pub mod present;
 mod sheet;
 pub mod target;
 pub mod water;
 
+pub use brightness::Brightness;
 pub use cleared::LinearPicture;
 pub use detail::TargetDetail;
 pub use file::{WaterFile, WaterFileError};

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use uw_calib::response::CountResponse;
 
+use super::blocks::Blocks;
 use super::cleared::{LinearPicture, QUANTILES};
 use super::detail::Look;
 use super::grid::{PATCHES, slope_variance};
@@ -95,6 +96,13 @@ pub(super) struct Known {
     target: Target,
 }
 
+impl Known {
+    /// Spread of the detail's deviation from patch to patch over its mean, per channel.
+    pub(super) fn unevenness(&self) -> [f64; 3] {
+        self.target.unevenness()
+    }
+}
+
 /// Predicts contrast from the present picture and from pictures of the same or another target.
 #[derive(Clone, Debug)]
 pub struct Predictor<'a> {
@@ -171,6 +179,28 @@ impl<'a> Predictor<'a> {
             let look = target.look_of_sights(k, candidate.distance_m, &left)?;
             Some(self.with_error(k, &seen, &look))
         })
+    }
+
+    /// The view from a distance at a lamp level.
+    pub(super) fn seen(&self, distance_m: f64, light_pct: f64) -> Seen<'_> {
+        self.place
+            .seen(&self.known.column.lit(distance_m), light_pct)
+    }
+
+    /// A picture taken at `here` in blocks.
+    pub(super) fn blocks(&self, picture: &LinearPicture, here: &Candidate) -> Blocks {
+        let seen = self.seen(here.distance_m, here.light_pct);
+        Blocks::new(picture, &seen, self.place.exposure)
+    }
+
+    /// Channels whose mean tells nothing of the target.
+    pub(super) fn without_mean(&self) -> [bool; 3] {
+        self.known.target.without_mean()
+    }
+
+    /// Patch-to-patch spread of the target's reflectance over its mean.
+    pub(super) fn spread(&self) -> [f64; 3] {
+        self.known.target.spread()
     }
 
     /// Predictions from a distance, for many lamp levels.

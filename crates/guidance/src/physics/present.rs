@@ -6,6 +6,8 @@ use uw_calib::picture::Counts;
 use uw_calib::response::CountResponse;
 use uw_calib::stats::contrast_misfit;
 
+use super::blocks::Blocks;
+use super::brightness::{self, Brightness, Look, Sensor};
 use super::cleared::LinearPicture;
 use super::file::WaterFile;
 use super::predict::{Contrast, Known, Predictor, Unknown};
@@ -17,6 +19,8 @@ use crate::features::Candidate;
 const MOST_ERRORS: f64 = 3.0;
 /// How much the contrast of one part of a target differs from that of another which is before the camera later, as a share.
 const OTHER_PART: f64 = 0.1;
+/// Patches of a picture whose detail is independent: neighbours have much of it in common.
+const INDEPENDENT_PATCHES: f64 = 15.0;
 /// Two pictures are from different places where the logarithm of their distances differs by more ...
 const ELSEWHERE_LOG: f64 = 0.05;
 /// ... or their lamp levels, percent.
@@ -61,6 +65,8 @@ pub struct Present {
     here: Candidate,
     measured: [f64; 3],
     known: Arc<Known>,
+    /// Signals of its blocks, with the light of its place.
+    blocks: Blocks,
     correction: [f64; 3],
     unknown: [Option<Unknown>; 3],
     /// Predicted for no change, 8-bit counts.
@@ -75,7 +81,10 @@ pub struct Residual {
     pub counts: [Option<f64>; 3],
     /// Its standard error, 8-bit counts: that of the prediction, and that another part of the target may be before the camera.
     pub error_counts: [f64; 3],
-    /// The largest of the channels in units of three standard errors: above 1 the water file does not fit this place.
+    /// The same of mean counts, where an earlier picture and the present one are compared.
+    pub brightness: Option<Brightness>,
+    /// The largest of the channels, of contrast and of mean counts, in units of three standard errors: above 1 the water file does
+    /// not fit this place.
     pub misfit: f64,
     /// What the prediction is from.
     pub from: ResidualFrom,
@@ -114,6 +123,7 @@ impl Present {
         let predictor = Predictor::remembering(place, &linear, (here, measured), sights);
         let (known, correction) = predictor.known();
         let unknown = predictor.unknown();
+        let blocks = predictor.blocks(&linear, here);
         let sheet = Sheet::new(&predictor, water.file.tables.distance_range_m());
         let mut present = Self {
             water,
@@ -121,6 +131,7 @@ impl Present {
             here: *here,
             measured,
             known,
+            blocks,
             correction,
             unknown,
             predicted: [0.0; 3],
@@ -196,8 +207,39 @@ impl Present {
     pub fn residual_at(&self, at: &Candidate, measured: [f64; 3]) -> Option<Residual> {
         let found = self.predictor().contrast(at);
         let told = self.told();
-        let predicted = |k: usize| told[k].then_some((found.counts[k], found.error_counts[k]));
+        let uneven = self.known.unevenness();
+        let part = share_of_part(self.here.distance_m, at.distance_m);
+        let predicted = |k: usize| {
+            let (counts, error) = (found.counts[k], found.error_counts[k]);
+            told[k].then_some((counts, error.hypot(part * uneven[k] * counts)))
+        };
         residual([0, 1, 2].map(predicted), measured, ResidualFrom::Picture)
+    }
+
+    /// The mean counts that this picture predicts for `present`, less those that it has: of the part of the target that both show, else of
+    /// the whole picture. `None` where no channel of both tells.
+    pub fn brightness_at(&self, present: &Self) -> Option<Brightness> {
+        let sensor = &self.water.file.sensor;
+        let sensor = Sensor {
+            encoding: sensor.encoding,
+            noise: [sensor.noise_a, sensor.noise_b],
+            half_view: self.water.file.tables.half_view[0],
+        };
+        let (earlier, now) = (self.predictor(), present.predictor());
+        brightness::brightness(&self.look(&earlier), &present.look(&now), &sensor)
+    }
+
+    /// This picture as its brightness is compared.
+    fn look<'p>(&self, predictor: &'p Predictor) -> Look<'p> {
+        let farther_m = self.here.distance_m * (1.0 + brightness::STEP);
+        Look {
+            blocks: self.blocks.clone(),
+            distance_m: self.here.distance_m,
+            seen: [self.here.distance_m, farther_m]
+                .map(|distance_m| predictor.seen(distance_m, self.here.light_pct)),
+            useless: predictor.without_mean(),
+            spread: predictor.spread(),
+        }
     }
 
     /// What the sights of the water file alone predict for this picture, less what it has; `None` where they tell no channel.
@@ -211,6 +253,14 @@ impl Present {
     pub fn unexplained(&self) -> Option<[f64; 3]> {
         (contrast_misfit(self.predicted, self.measured) > 1.0).then_some(self.predicted)
     }
+}
+
+/// How much of the unevenness of a target's detail from patch to patch is left in the mean over a part of it that is seen from one
+/// of two distances alone.
+fn share_of_part(one_m: f64, other_m: f64) -> f64 {
+    let share = (one_m / other_m).min(other_m / one_m).powi(2);
+    let patches = INDEPENDENT_PATCHES * share;
+    (1.0 - share * share).max(0.0).sqrt() / patches.max(1.0).sqrt()
 }
 
 /// The residual of predictions and their errors, per channel that is told.
@@ -228,7 +278,28 @@ fn residual(
     Some(Residual {
         counts,
         error_counts: errors,
+        brightness: None,
         misfit,
         from,
     })
+}
+
+impl Residual {
+    /// With the comparison of mean counts, whose misfit counts as well.
+    #[must_use]
+    pub fn and(self, brightness: Option<Brightness>) -> Self {
+        Self {
+            brightness,
+            misfit: brightness.map_or(self.misfit, |found| self.misfit.max(found.misfit())),
+            ..self
+        }
+    }
+}
+
+impl Brightness {
+    /// The largest of the channels in units of three standard errors.
+    pub fn misfit(&self) -> f64 {
+        let of = |k: usize| Some(self.counts[k]?.abs() / (MOST_ERRORS * self.error_counts[k]));
+        (0..3).filter_map(of).fold(0.0, f64::max)
+    }
 }

@@ -162,6 +162,23 @@ impl Target {
         [0, 1, 2].map(|k| self.here.channel(k).mean)
     }
 
+    /// Channels whose mean tells nothing of the target: clipped ones, and those of another light.
+    pub(super) fn without_mean(&self) -> [bool; 3] {
+        std::array::from_fn(|k| {
+            self.here.is_clipped(k) || !REFLECTANCES.contains(&self.here.channel(k).mean)
+        })
+    }
+
+    /// Standard deviation of the patches' mean reflectances over that of all.
+    pub(super) fn spread(&self) -> [f64; 3] {
+        std::array::from_fn(|k| self.here.channel(k).shape.spread())
+    }
+
+    /// Standard deviation of the patches' deviations over their mean.
+    pub(super) fn unevenness(&self) -> [f64; 3] {
+        std::array::from_fn(|k| self.here.channel(k).shape.unevenness())
+    }
+
     /// How the target looks from `distance_m`.
     pub(super) fn look(&self, k: usize, distance_m: f64, left: &dyn Fn(f64) -> f64) -> Look<'_> {
         let own = self.here.look(k, distance_m, left);

@@ -6,7 +6,7 @@ use crate::advice::{By, Physical};
 use crate::features::Candidate;
 use crate::feed::{Feed, MaxAge, Picture, Reading};
 use crate::observation::Observation;
-use crate::physics::{Present, Residual};
+use crate::physics::{Brightness, Present, Residual};
 use crate::service::Moment;
 use crate::service::resolve::Known;
 use crate::service::suggestion::Hold;
@@ -21,6 +21,8 @@ const EARLIER_S: f64 = 60.0;
 pub(super) struct Album {
     latest: Option<Taken>,
     before: Option<Taken>,
+    /// What the latter predicts for the mean counts of the former, less what that has.
+    brightness: Option<Brightness>,
 }
 
 /// A picture made ready.
@@ -42,6 +44,14 @@ pub(super) struct Seen {
     residual: Option<Residual>,
 }
 
+impl Taken {
+    /// Whether it was taken at another place than `other`, under the same daylight.
+    fn is_elsewhere_of(&self, other: &Self) -> bool {
+        let (here, depth_m) = (other.present.here(), other.present.depth_m());
+        self.present.is_elsewhere(&here, depth_m)
+    }
+}
+
 impl Seen {
     pub fn by(&self) -> By<'_> {
         By::Physics(Physical {
@@ -54,11 +64,14 @@ impl Seen {
 impl Album {
     /// Takes a picture; one from another place is kept beside it.
     pub fn take(&mut self, taken: Taken) {
-        let (here, depth_m) = (taken.present.here(), taken.present.depth_m());
-        let elsewhere = |old: &Taken| old.present.is_elsewhere(&here, depth_m);
-        if let Some(old) = self.latest.replace(taken).filter(elsewhere) {
+        if let Some(old) = self.latest.take().filter(|old| old.is_elsewhere_of(&taken)) {
             self.before = Some(old);
         }
+        let comparable =
+            |before: &&Taken| before.digest == taken.digest && before.is_elsewhere_of(&taken);
+        let before = self.before.as_ref().filter(comparable);
+        self.brightness = before.and_then(|before| before.present.brightness_at(&taken.present));
+        self.latest = Some(taken);
     }
 
     /// The feed with the statistics of the latest picture, unless it has newer ones.
@@ -133,7 +146,9 @@ impl Album {
             .into_iter()
             .flatten()
             .filter(tells)
-            .find_map(|taken| taken.present.residual_at(&place, measured));
+            .find_map(|taken| taken.present.residual_at(&place, measured))
+            // The pixels of a picture that another program measured are not known.
+            .map(|found| found.and(self.brightness.filter(|_| is_own)));
         of_pictures.or_else(|| match is_own {
             true => latest.present.residual_of_sights(),
             false => None,

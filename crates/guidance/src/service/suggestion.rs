@@ -290,14 +290,19 @@ fn physical(advice: &Advice, physics: &PhysicalAdvice) -> Fields {
         "predicted_here": told(advice.predicted_here),
         "predicted_here_error": told(physics.error_here),
         "residual_here": physics.residual.map(|residual| json!({
-            "contrast": residual.counts.map(|counts| {
-                counts.map(|counts| rounded(counts, COUNTS_DECIMALS))
-            }),
+            "contrast": residual.counts.map(some_counts),
             "standard_error": counts(residual.error_counts),
+            "mean": residual.brightness.map(|mean| mean.counts.map(some_counts)),
+            "mean_standard_error": residual.brightness.map(|mean| counts(mean.error_counts)),
+            "same_part": residual.brightness.map(|mean| mean.same_part),
             "misfit": rounded(residual.misfit, COUNTS_DECIMALS),
             "from": residual.from.name(),
         })),
     }))
+}
+
+fn some_counts(counts: Option<f64>) -> Option<f64> {
+    counts.map(|counts| rounded(counts, COUNTS_DECIMALS))
 }
 
 /// Counts, rounded; null for channels that are not told.
