@@ -30,6 +30,7 @@ mod levels;
 pub mod manifest;
 pub mod noise;
 pub mod picture;
+pub mod processing;
 pub mod profile;
 pub mod response;
 pub mod rig;
@@ -43,6 +44,7 @@ pub use detail::Detail;
 pub use encoding::Encoding;
 pub use manifest::{Manifest, ManifestError, Row, RowKind};
 pub use noise::{NoiseModel, NoiseSource, SensorNoise};
+pub use processing::Processing;
 pub use profile::{
     ContrastSample, Corrected, CorrectedSample, DepthSample, Profile, ProfileError, Source,
 };

@@ -13,6 +13,7 @@ use crate::encoding::Encoding;
 use crate::levels::{Lit, contrast_at};
 use crate::manifest::{Manifest, Row, RowKind};
 use crate::noise::NoiseModel;
+use crate::processing;
 use crate::profile::{ContrastSample, Corrected, CorrectedSample, DepthSample, Profile, Source};
 use crate::rig::Rig;
 use crate::stats::{Measured, PatchGrid, StatsError};
@@ -97,6 +98,8 @@ pub fn from_manifest(
     let (depth, target) = work.daylight()?;
     let (on, off, corrected) = work.contrast(&target)?;
     work.warnings.extend(work.doubts.told(path));
+    let processing = processing::warnings_of(&manifest, &options.noise);
+    work.warnings.extend(processing);
     let note = (!work.approximate.is_empty())
         .then(|| format!("{APPROXIMATE}{}", work.approximate.join("; ")));
     let source = Source {

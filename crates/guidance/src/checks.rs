@@ -57,6 +57,8 @@ pub struct Checks {
     pub saturation: Strictness,
     /// Largest share of a channel's pixels at full scale, in [0, 1].
     pub max_saturated: f64,
+    /// What is done about a picture that was compressed or denoised before it was stored.
+    pub processing: Strictness,
     /// Whether suggestions lie on whole centimetres and tenths of a percent, as far as the bounds allow.
     pub round: bool,
 }
@@ -76,6 +78,7 @@ impl Default for Checks {
             noise_floor: Strictness::Warn,
             saturation: Strictness::Warn,
             max_saturated: MAX_SATURATED,
+            processing: Strictness::Warn,
             round: true,
         }
     }
@@ -96,6 +99,7 @@ impl Checks {
             noise_floor: Strictness::Ignore,
             saturation: Strictness::Ignore,
             max_saturated: 1.0,
+            processing: Strictness::Ignore,
             round: false,
         }
     }
@@ -114,6 +118,7 @@ impl Checks {
             "noise_floor",
             "saturation",
             "max_saturated",
+            "processing",
         ])?;
         let mut checks = *self;
         let number = |name: &str, zero_allowed: bool, value: &mut f64| {
@@ -151,6 +156,7 @@ impl Checks {
             ("other_depth", &mut checks.other_depth),
             ("noise_floor", &mut checks.noise_floor),
             ("saturation", &mut checks.saturation),
+            ("processing", &mut checks.processing),
         ] {
             if overrides.get(name).is_some() {
                 *value = Strictness::read(overrides, name)?;
@@ -174,6 +180,12 @@ impl Checks {
         if self.saturation != Strictness::Ignore && quality.saturated.iter().any(|&s| s > limit) {
             let share = quality.saturated;
             doubts.push((self.saturation, Reason::Saturated { share, limit }));
+        }
+        if self.processing != Strictness::Ignore {
+            let compressed = quality.processing.compressed().map(Reason::Compressed);
+            let denoised = quality.processing.denoised().map(Reason::Denoised);
+            let found = compressed.into_iter().chain(denoised);
+            doubts.extend(found.map(|reason| (self.processing, reason)));
         }
         doubts
     }

@@ -1,7 +1,7 @@
 //! What the vehicle knows at the moment it asks.
 
-use uw_calib::Detail;
 use uw_calib::json::FieldError;
+use uw_calib::{Detail, Processing};
 
 /// Distance, depth, lamp level and the statistics of the current image.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,15 +31,18 @@ pub struct Quality {
     pub noise_floor: [f64; 3],
     /// Share of the pixels at full scale, in [0, 1].
     pub saturated: [f64; 3],
+    /// What was done to the picture before it was stored, as far as its file shows it.
+    pub processing: Processing,
 }
 
 impl Quality {
     /// Of a measured picture.
-    pub fn of(detail: &Detail) -> Self {
+    pub fn of(detail: &Detail, processing: Processing) -> Self {
         Self {
             std_corrected: detail.contrast,
             noise_floor: detail.floor,
             saturated: detail.saturated,
+            processing,
         }
     }
 

@@ -68,6 +68,10 @@ pub enum Reason {
         /// Largest share allowed.
         limit: f64,
     },
+    /// The picture was compressed: what that takes off.
+    Compressed(String),
+    /// The picture has less noise than its sensor makes.
+    Denoised(String),
     /// The objective's distances and the calibrated (and trained) ones have nothing in common.
     NoCandidates {
         /// Distances of the objective, m.
@@ -133,6 +137,8 @@ impl Reason {
             Self::OtherDepth { .. } => "other_depth",
             Self::NoiseFloor(_) => "noise_floor",
             Self::Saturated { .. } => "saturated",
+            Self::Compressed(_) => "compressed",
+            Self::Denoised(_) => "denoised",
             Self::NoCandidates { .. } => "no_candidates",
             Self::NotFinite => "not_finite",
             Self::OutsideTables { .. } => "outside_tables",
@@ -203,6 +209,9 @@ impl std::fmt::Display for Reason {
                 residual.misfit
             ),
             Self::OtherCamera(difference) => f.write_str(difference),
+            Self::Compressed(what) | Self::Denoised(what) => {
+                write!(f, "the picture: {what}")
+            }
             Self::OtherDepth {
                 depth_m,
                 calibrated_m: [least, most],

@@ -7,7 +7,7 @@ use base64::Engine as _;
 use serde_json::{Value, json};
 use thiserror::Error;
 use uw_calib::json::{FieldError, Object};
-use uw_calib::{Profile, ProfileError};
+use uw_calib::{Processing, Profile, ProfileError};
 
 use crate::checks::Checks;
 use crate::feed::Picture;
@@ -19,12 +19,13 @@ use crate::service::{Answered, Basis, Loaded, Moment, Service, Session, Settings
 const NOT_COMPARED: [&str; 2] = ["health", "auth"];
 
 /// Settings, by section, that a recording of an older program lacks; that did what [`as_recorded`] sets.
-const NEWER_SETTINGS: [(&str, &str); 6] = [
+const NEWER_SETTINGS: [(&str, &str); 7] = [
     ("checks", "other_depth"),
     ("checks", "depth_margin_m"),
     ("checks", "noise_floor"),
     ("checks", "saturation"),
     ("checks", "max_saturated"),
+    ("checks", "processing"),
     ("images", "noise"),
 ];
 
@@ -301,10 +302,15 @@ fn picture(reply: &Value) -> Option<Picture> {
 
 /// None in replies of older programs.
 fn quality(reply: &Object) -> Option<Quality> {
+    let told = |name: &str| reply.get(name);
     Some(Quality {
         std_corrected: reply.numbers("std_corrected").ok()?,
         noise_floor: reply.numbers("noise_floor").ok()?,
         saturated: reply.numbers("saturated").ok()?,
+        processing: Processing {
+            jpeg_quality: told("jpeg_quality").and_then(|value| value.as_u64()?.try_into().ok()),
+            noise_share: std::array::from_fn(|k| told("noise_share")?.get(k)?.as_f64()),
+        },
     })
 }
 
@@ -361,6 +367,9 @@ fn as_recorded(settings: &Settings, recorded: &Value) -> Settings {
     }
     if lacks("noise_floor") {
         checks.noise_floor = none.noise_floor;
+    }
+    if lacks("processing") {
+        checks.processing = none.processing;
     }
     if lacks("saturation") {
         checks.saturation = none.saturation;

@@ -158,7 +158,7 @@ fn attenuation_that_is_wrong_by_a_third_shows_in_the_mean_over_a_metre_and_a_hal
             false => &upright,
         };
         for seed in 0..2u32 {
-            let place = [0.13, 0.57].map(|at| at + 0.31 * f64::from(seed));
+            let place = [0.13 + 0.31 * f64::from(seed), 0.57 + 0.23 * f64::from(seed)];
             let drift = [place[0] + 0.02, place[1] - 0.015];
             let seed = u64::from(seed);
             let near = shot(&moved(&target, place), DISTANCES_M[0], 100 + seed);

@@ -165,6 +165,14 @@ fn what_no_number_can_be_had_from_is_held_with_its_reason() {
         false => waves(x, y),
     });
     write("dark.png", &|_, _| -0.2);
+    // Bright spots on less than a hundredth of a grey card: no closed form of a sensor's counts has them.
+    write(
+        "spots.png",
+        &|x, y| match [x, y].map(|at| (at / 0.1).fract().abs() - 0.5) {
+            [u, v] if u.hypot(v) < 0.05 => 2.5,
+            _ => 0.3,
+        },
+    );
     let smaller = image::imageops::thumbnail(
         &image::open(program.path("good.png")).unwrap().to_rgb8(),
         SIZE_PX[0] / 2,
@@ -180,6 +188,7 @@ fn what_no_number_can_be_had_from_is_held_with_its_reason() {
         ("white.png", "bad_observation"),
         ("lit.png", "other_light"),
         ("clipped.png", "saturated"),
+        ("spots.png", "model_misfit"),
         ("smaller.png", "other_camera"),
         ("black.png", "bad_observation"),
     ] {
@@ -385,5 +394,72 @@ fn a_water_that_attenuates_by_a_third_more_is_told_by_the_mean_of_the_second_pic
             let [off, error] = ["contrast", "standard_error"].map(|name| numbers(&residual[name]));
             assert!((0..3).all(|k| off[k].abs() < 3.0 * error[k]), "{second}");
         }
+    }
+}
+
+/// A picture that a camera compressed, and one without the noise of its sensor: warnings, or refused where that is asked.
+#[test]
+fn pictures_that_were_compressed_or_denoised_are_told() {
+    let place = (1.0, 20.0);
+    for (config, is_valid) in [("", true), ("[checks]\nprocessing = \"refuse\"\n", false)] {
+        let mut program = program(&DISTANCES_M, NOISE, config);
+        let write = |name: &str, noise| write_picture(&program.path(name), place, &waves, noise);
+        write("raw.png", NOISE);
+        write("smooth.png", [0.0; 2]);
+        let raw = image::open(program.path("raw.png")).unwrap();
+        raw.save(program.path("raw.jpg")).unwrap();
+        let mut client = program.client();
+        for (name, told) in [
+            ("raw.png", &[][..]),
+            ("raw.jpg", &["compressed", "denoised"]),
+            ("smooth.png", &["denoised"]),
+        ] {
+            let reply = ask(&mut client, "suggest_image", place, image(name));
+            if is_valid || told.is_empty() {
+                let warnings = reply["warnings"].as_array().unwrap();
+                let names: Vec<_> = warnings
+                    .iter()
+                    .map(|w| w["reason"].as_str().unwrap())
+                    .collect();
+                assert_eq!(
+                    (&reply["valid"], &names[..]),
+                    (&json!(true), told),
+                    "{reply}"
+                );
+            } else {
+                let held = (&reply["valid"], &reply["reason"]);
+                assert_eq!(held, (&json!(false), &json!(told[0])), "{name}: {reply}");
+            }
+        }
+    }
+}
+
+/// A channel that is clipped has no number, the others do.
+#[test]
+fn a_channel_that_the_picture_does_not_tell_is_null() {
+    let place = (1.0, 20.0);
+    let mut program = program(&DISTANCES_M, NOISE, "");
+    write_picture(&program.path("red.png"), place, &waves, NOISE);
+    let mut picture = image::open(program.path("red.png")).unwrap().to_rgb8();
+    for (x, _, pixel) in picture.enumerate_pixels_mut() {
+        if x % 20 == 0 {
+            pixel[0] = 255;
+        }
+    }
+    picture.save(program.path("red.png")).unwrap();
+    let mut client = program.client();
+    let reply = ask(&mut client, "suggest_image", place, image("red.png"));
+    assert_eq!(reply["valid"], true, "{reply}");
+    let asked = json!({"candidates": [[1.5, 40.0]]});
+    let predicted = ask(&mut client, "predict", place, asked);
+    for numbers in [
+        &reply["predicted_contrast"],
+        &reply["predicted_contrast_error"],
+        &reply["predicted_here"],
+        &predicted["contrast"][0],
+        &predicted["contrast_error"][0],
+    ] {
+        let told = [0, 1, 2].map(|k| numbers[k].is_number());
+        assert_eq!(told, [false, true, true], "{reply} {predicted}");
     }
 }

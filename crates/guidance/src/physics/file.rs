@@ -123,11 +123,15 @@ pub struct WaterFile {
 impl SensorNumbers {
     /// Mean and variance of the counts that it stores.
     pub fn response(&self) -> CountResponse {
-        let noise = LinearNoise {
+        CountResponse::new(self.encoding, self.noise())
+    }
+
+    /// Noise of the linear signal.
+    pub fn noise(&self) -> LinearNoise {
+        LinearNoise {
             a: self.noise_a,
             b: self.noise_b,
-        };
-        CountResponse::new(self.encoding, noise)
+        }
     }
 }
 

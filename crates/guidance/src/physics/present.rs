@@ -5,6 +5,7 @@ use std::sync::Arc;
 use uw_calib::picture::Counts;
 use uw_calib::response::CountResponse;
 use uw_calib::stats::contrast_misfit;
+use uw_calib::{NoiseModel, SensorNoise};
 
 use super::blocks::Blocks;
 use super::brightness::{self, Brightness, Look, Sensor};
@@ -33,6 +34,7 @@ const SAME_DEPTH_M: f64 = 0.25;
 pub struct Water {
     file: WaterFile,
     response: CountResponse,
+    noise: NoiseModel,
     sights: Arc<[Sight]>,
 }
 
@@ -41,6 +43,8 @@ impl Water {
     pub fn new(file: WaterFile) -> Self {
         Self {
             response: file.sensor.response(),
+            noise: SensorNoise::new(file.sensor.encoding, file.sensor.noise())
+                .map_or(NoiseModel::Picture, NoiseModel::Sensor),
             sights: by_distance(&file.sights),
             file,
         }
@@ -49,6 +53,11 @@ impl Water {
     /// The file.
     pub fn file(&self) -> &WaterFile {
         &self.file
+    }
+
+    /// The noise of its camera's pictures.
+    pub fn noise(&self) -> &NoiseModel {
+        &self.noise
     }
 
     /// Width and height of its camera's pictures, pixels.

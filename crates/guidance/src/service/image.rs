@@ -6,10 +6,11 @@ use std::path::{Path, PathBuf};
 
 use base64::Engine as _;
 use uw_calib::picture::Counts;
-use uw_calib::{Measured, NoiseModel};
+use uw_calib::{Measured, NoiseModel, Processing};
 
 use crate::feed::Picture;
 use crate::observation::Quality;
+use crate::physics::Water;
 use crate::wire::reply::{self, COUNTS_DECIMALS, Code, SHARE_DECIMALS, WireError};
 use crate::wire::request::ImageSource;
 
@@ -56,13 +57,13 @@ fn open_under(directory: &Path, path: &str) -> Option<File> {
     (same && usable(&file.metadata().ok()?)).then_some(file)
 }
 
-/// Reads and measures an image; its noise is taken from where `noise` says. The pixels come with it where it has the `wanted` width
-/// and height.
+/// Reads and measures an image; its noise is taken from where `noise` says, and compared with the sensor's where that or `water`
+/// knows it. The pixels come with it where it has the size of the water's pictures.
 pub(super) fn measure(
     image: &ImageSource,
     policy: &ImagePolicy,
     noise: &NoiseModel,
-    wanted: Option<[usize; 2]>,
+    water: Option<&Water>,
 ) -> Result<(Picture, Option<Counts>), WireError> {
     let bad = |field: &str, message: String| WireError::new(Code::BadImage, message).at(field);
     let (field, bytes) = match image {
@@ -82,9 +83,20 @@ pub(super) fn measure(
     let unusable = |error: uw_calib::StatsError| bad(field, error.to_string());
     let Measured { grid, detail } =
         Measured::from_encoded(&bytes, field, noise).map_err(unusable)?;
-    let counts = match wanted == Some([grid.width, grid.height]) {
-        true => Some(Counts::from_encoded(&bytes, field).map_err(unusable)?),
-        false => None,
+    let of_water = water.filter(|water| water.size_px() == [grid.width, grid.height]);
+    let counts = match of_water {
+        Some(_) => Some(Counts::from_encoded(&bytes, field).map_err(unusable)?),
+        None => None,
+    };
+    let sensor = match (noise, of_water) {
+        (NoiseModel::Picture, Some(water)) => water.noise(),
+        (noise, _) => noise,
+    };
+    let processing = Processing::of_encoded(&bytes, field, sensor).map_err(unusable)?;
+    let share = |share: f64| reply::rounded(share, COUNTS_DECIMALS);
+    let processing = Processing {
+        noise_share: processing.noise_share.map(|of| of.map(share)),
+        ..processing
     };
     // A picture that is decoded has far fewer pixels a side than this could hold.
     let side = |pixels: usize| u32::try_from(pixels).unwrap_or(u32::MAX);
@@ -92,13 +104,17 @@ pub(super) fn measure(
         mean: grid.stats.mean.map(told),
         std: grid.stats.contrast.map(told),
         size_px: Some([side(grid.width), side(grid.height)]),
-        quality: detail.as_ref().map(Quality::of).map(|quality| Quality {
-            std_corrected: quality.std_corrected.map(told),
-            noise_floor: quality.noise_floor.map(told),
-            saturated: quality
-                .saturated
-                .map(|share| reply::rounded(share, SHARE_DECIMALS)),
-        }),
+        quality: detail
+            .as_ref()
+            .map(|detail| Quality::of(detail, processing))
+            .map(|quality| Quality {
+                std_corrected: quality.std_corrected.map(told),
+                noise_floor: quality.noise_floor.map(told),
+                saturated: quality
+                    .saturated
+                    .map(|share| reply::rounded(share, SHARE_DECIMALS)),
+                ..quality
+            }),
     };
     Ok((picture, counts))
 }

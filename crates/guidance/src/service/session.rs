@@ -245,12 +245,12 @@ impl Session {
             } => {
                 let settings = &self.service.settings;
                 let measure =
-                    |wanted| image::measure(&image, &settings.images, &settings.noise, wanted);
+                    |water| image::measure(&image, &settings.images, &settings.noise, water);
                 let picture = match (&snapshot.loaded.basis, measured) {
                     (Basis::Network(_), Some(picture)) => picture,
                     (Basis::Network(_), None) => measure(None)?.0,
                     (Basis::Physics(water), _) => {
-                        let (picture, counts) = measure(Some(water.size_px()))?;
+                        let (picture, counts) = measure(Some(water))?;
                         inputs.picture = Some(picture);
                         if let Some(counts) = counts {
                             self.look_at(water, &counts, &inputs, snapshot, now);
@@ -272,6 +272,13 @@ impl Session {
                         "noise_floor": quality.noise_floor,
                         "saturated": quality.saturated,
                     })));
+                    let processing = quality.processing;
+                    if let Some(quality) = processing.jpeg_quality {
+                        fields.insert("jpeg_quality".to_owned(), quality.into());
+                    }
+                    if processing.noise_share.iter().any(Option::is_some) {
+                        fields.insert("noise_share".to_owned(), json!(processing.noise_share));
+                    }
                 }
                 Ok(fields)
             }

@@ -1,5 +1,6 @@
 //! The fields of a request that describe the vehicle's state.
 
+use uw_calib::Processing;
 use uw_calib::json::{FieldError, Object, array, number};
 
 use crate::beams::MAX_BEAMS;
@@ -199,6 +200,7 @@ fn read_quality(object: &Object) -> Result<Option<Quality>, FieldError> {
         std_corrected: object.numbers("std_corrected")?,
         noise_floor: object.numbers("noise_floor")?,
         saturated: object.numbers("saturated")?,
+        processing: Processing::default(),
     };
     quality.check()?;
     Ok(Some(quality))

@@ -129,9 +129,10 @@ impl From<Reason> for WireError {
             }
             Reason::OutsideTraining { input, .. } => Self::new(Code::OutOfRange, message).at(input),
             Reason::OtherDepth { .. } => Self::new(Code::OutOfRange, message).at("depth_m"),
-            Reason::ModelMisfit { .. } | Reason::OtherCamera(_) => {
-                Self::new(Code::InvalidValue, message)
-            }
+            Reason::ModelMisfit { .. }
+            | Reason::OtherCamera(_)
+            | Reason::Compressed(_)
+            | Reason::Denoised(_) => Self::new(Code::InvalidValue, message),
             Reason::OutsideTables { field, .. } => Self::new(Code::OutOfRange, message).at(field),
             Reason::PhysicsMisfit { .. } | Reason::Unexplained { .. } | Reason::Untold(_) => {
                 Self::new(Code::InvalidValue, message)

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
 use clap::Args;
-use uw_calib::Encoding;
+use uw_calib::response::LinearNoise;
+use uw_calib::{Encoding, Manifest, NoiseModel, SensorNoise, processing};
 use uw_guidance::physics::WaterFile;
 
 use super::error::{CliError, note};
@@ -13,7 +14,7 @@ use super::noise::CurveName;
 use super::output;
 use super::progress::ProgressDisplay;
 use crate::fit::{self, Fit, FitError, Fitted, Options, fit, water_file};
-use crate::vehicle::VehicleFile;
+use crate::vehicle::{Vehicle, VehicleFile};
 
 /// Arguments of `uw fit`.
 #[derive(Debug, Args)]
@@ -76,6 +77,7 @@ impl FitArguments {
                 "uw: warning: the vehicle's vignetting is not taken off: make the pictures even first (uw camera-fit even)",
             );
         }
+        self.warn_of_processing(&vehicle.vehicle, options.encoding);
         let cancel = cancel_flag()?;
         let display = ProgressDisplay::start(false, true);
         let progress = |done: usize, all: usize| {
@@ -102,6 +104,21 @@ impl FitArguments {
         let file = water_file(&found, &vehicle.vehicle, &options, of_group, made_by)
             .map_err(CliError::failed)?;
         write(&file, &self.output)
+    }
+
+    /// Tells of pictures that were compressed or denoised before they were stored.
+    fn warn_of_processing(&self, vehicle: &Vehicle, encoding: Encoding) {
+        let noise = LinearNoise {
+            a: vehicle.noise_a,
+            b: vehicle.noise_b,
+        };
+        let sensor = SensorNoise::new(encoding, noise).map(NoiseModel::Sensor);
+        // A manifest that cannot be read is the fit's to refuse.
+        if let (Ok(manifest), Some(sensor)) = (Manifest::parse(&self.manifest), sensor) {
+            for warning in processing::warnings_of(&manifest, &sensor) {
+                note(format_args!("uw: warning: {warning}"));
+            }
+        }
     }
 
     fn options(&self, encoding: Encoding) -> Result<Options, CliError> {

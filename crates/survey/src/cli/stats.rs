@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde_json::json;
-use uw_calib::{Detail, Measured, NoiseSource};
+use uw_calib::{Detail, Measured, NoiseSource, Processing};
 
 use super::error::{CliError, note};
 use super::noise::{CurveName, NoiseArguments};
@@ -27,6 +27,7 @@ pub(super) struct StatsArguments {
 struct Row {
     file: String,
     picture: Measured,
+    processing: Processing,
 }
 
 impl StatsArguments {
@@ -38,6 +39,7 @@ impl StatsArguments {
             rows.push(Row {
                 file: path.display().to_string(),
                 picture: Measured::from_file(path, &noise).map_err(CliError::input)?,
+                processing: Processing::of_file(path, &noise).map_err(CliError::input)?,
             });
         }
         output::to_stdout(|out| {
@@ -49,7 +51,7 @@ impl StatsArguments {
         })?;
         if !json {
             for row in &rows {
-                for warning in warnings(&row.picture) {
+                for warning in warnings(row) {
                     note(format_args!("uw: warning: {}: {warning}", row.file));
                 }
             }
@@ -58,17 +60,24 @@ impl StatsArguments {
     }
 }
 
-fn warnings(picture: &Measured) -> Vec<String> {
-    match &picture.detail {
+fn warnings(row: &Row) -> Vec<String> {
+    let mut warnings = match &row.picture.detail {
         Some(detail) => detail.warnings(),
         None => vec![
             "too small to find its noise (patches of less than 3 x 3 pixels); give --noise-a and --noise-b".to_owned(),
         ],
-    }
+    };
+    warnings.extend(row.processing.warnings());
+    warnings
 }
 
 fn write_json(out: &mut dyn Write, rows: &[Row]) -> io::Result<()> {
-    let object = |Row { file, picture }: &Row| {
+    let object = |row: &Row| {
+        let Row {
+            file,
+            picture,
+            processing,
+        } = row;
         let (grid, detail) = (&picture.grid, picture.detail.as_ref());
         let triple = |of: fn(&Detail) -> [f64; 3]| detail.map(of);
         json!({
@@ -83,7 +92,9 @@ fn write_json(out: &mut dyn Write, rows: &[Row]) -> io::Result<()> {
             "noise_source": detail.map(|d| d.source.name()),
             "black": triple(|d| d.black),
             "saturated": triple(|d| d.saturated),
-            "warnings": warnings(picture),
+            "jpeg_quality": processing.jpeg_quality,
+            "noise_share": processing.noise_share,
+            "warnings": warnings(row),
         })
     };
     let list: Vec<_> = rows.iter().map(object).collect();
@@ -111,7 +122,7 @@ fn write_table(out: &mut dyn Write, rows: &[Row]) -> io::Result<()> {
         "black % R G B",
         "full % R G B"
     )?;
-    for Row { file, picture } in rows {
+    for Row { file, picture, .. } in rows {
         let grid = &picture.grid;
         let size = format!("{} x {}", grid.width, grid.height);
         let (contrast, mean) = (triple(grid.stats.contrast), triple(grid.stats.mean));

@@ -200,3 +200,26 @@ fn scenery_is_made_in_the_folder_asked_for() {
     }
     assert!(folder.path("made/scenes/ship_hull.glb").is_file());
 }
+
+/// A JPEG, and a picture with less noise than its camera makes, are told; neither fails.
+#[test]
+fn pictures_that_were_compressed_or_denoised_are_warned_of() {
+    let folder = Folder::new();
+    let even = RgbImage::from_fn(160, 96, |x, y| Rgb([(90 + x / 4 + y / 8) as u8; 3]));
+    even.save(folder.path("a.png")).expect("writable");
+    even.save(folder.path("b.jpg")).expect("writable");
+    let plain = folder.good("stats a.png b.jpg");
+    assert_eq!(plain.stderr.matches("a JPEG of quality 75").count(), 1);
+    assert!(!plain.stderr.contains("denoised"), "{}", plain.stderr);
+    let known = folder.good("stats a.png --noise-a 1e-3 --noise-b 1e-5");
+    assert!(
+        known.stderr.contains("R, G, B: the noise is"),
+        "{}",
+        known.stderr
+    );
+    let list = folder.good("stats --json b.jpg").stdout;
+    let list: Value = serde_json::from_str(&list).expect("JSON");
+    assert_eq!(list[0]["jpeg_quality"], 75);
+    let told = list[0]["warnings"].to_string();
+    assert!(told.contains("a JPEG of quality 75"), "{told}");
+}
