@@ -4,7 +4,7 @@
     python3 deploy/cluster/ray_parts.py CONFIG.toml OUT N [--uw PATH] [--address auto] [--threads 1]
 
 A part whose worker dies is started again elsewhere and goes on where it stopped. CONFIG.toml, OUT and PATH are seen
-from here and must be the same files on every machine; so must UW_ASSETS, which is handed on.
+from here and must be the same files on every machine; so must UWGUIDE_ASSETS, which is handed on.
 """
 import argparse
 import os
@@ -35,7 +35,7 @@ def main():
         parser.error(f"--uw: there is no program {a.uw}")
     # A worker has its own working folder, and its environment is that of whoever started the cluster.
     uw, config, out = (os.path.abspath(path) for path in (uw, a.config, a.out))
-    handed_on = {name: os.path.abspath(os.environ[name]) for name in ["UW_ASSETS"] if name in os.environ}
+    handed_on = {name: os.path.abspath(os.environ[name]) for name in ["UWGUIDE_ASSETS", "UW_ASSETS"] if name in os.environ}
     ray.init(address=a.address, runtime_env={"env_vars": handed_on})
     remote = part.options(num_cpus=a.threads)
     waiting = [remote.remote(uw, config, out, i, a.parts, a.threads) for i in range(1, a.parts + 1)]

@@ -35,6 +35,9 @@ struct Arguments {
     command: Option<Subcommands>,
     #[command(flatten)]
     serve: Serve,
+    /// Folder of the shipped files, from which alone they are then taken.
+    #[arg(long, global = true, value_name = "DIR")]
+    assets: Option<PathBuf>,
     /// Print a configuration file with all defaults and end.
     #[arg(long)]
     print_default_config: bool,
@@ -48,14 +51,15 @@ enum Subcommands {
 
 #[derive(Debug, Args)]
 struct Serve {
-    /// Model file (uw-mlp, version 1): contrast by a network.
-    #[arg(long, required_unless_present_any = ["water", "config", "print_default_config"])]
+    /// Model file (uw-mlp, version 1) or the name of a shipped one: contrast by a network. Default: `default`, where no water file
+    /// is given and the configuration says nothing else.
+    #[arg(long, value_name = "NAME|FILE")]
     model: Option<PathBuf>,
     /// Water file (uw-water/1): contrast by physics, from pictures. Beside a model, the configuration's `predictor` says which.
     #[arg(long)]
     water: Option<PathBuf>,
-    /// Calibration profile (uw-profile/1).
-    #[arg(long, required_unless_present_any = ["no_profile", "print_default_config"])]
+    /// Calibration profile (uw-profile/1): a file, or the name of a shipped one, as in 1C, to try the daemon with.
+    #[arg(long, value_name = "NAME|FILE", required_unless_present_any = ["no_profile", "print_default_config"])]
     profile: Option<PathBuf>,
     /// Start without a profile: clients bring their own.
     #[arg(long, conflicts_with = "profile")]
@@ -114,6 +118,11 @@ fn bad_input(error: impl Into<Box<dyn Error>>) -> Failure {
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
+    let folder = arguments.assets.as_deref();
+    if let Err(error) = folder.map_or(Ok(()), uw_assets::take_from) {
+        tell(&format!("uwguide: {error}"));
+        return ExitCode::from(BAD_INPUT);
+    }
     let done = match arguments.command {
         _ if arguments.print_default_config => print(DEFAULT_CONFIG),
         Some(Subcommands::Replay(arguments)) => answer_again(&arguments),
@@ -259,7 +268,13 @@ fn files(
     profile: Option<PathBuf>,
     config: &mut Config,
 ) -> Result<Files, Failure> {
+    let model = shipped(model, "--model", "models")?;
+    let profile = shipped(profile, "--profile", "profiles")?;
     let water = water.or_else(|| config.water.clone());
+    let model = match (model, &water, config.predictor) {
+        (None, None, None) => Some(uw_assets::DEFAULT_MODEL.into()),
+        (model, ..) => model,
+    };
     config.settings.tell_predictor = config.predictor.is_some() || water.is_some();
     let kind = config.predictor.unwrap_or(match water {
         Some(_) => PredictorKind::Physics,
@@ -274,6 +289,13 @@ fn files(
         file: file.ok_or_else(|| bad_input(missing))?,
         profile,
     })
+}
+
+/// The file that an option means: one of the system, or by its name a shipped one of `folder`.
+fn shipped(given: Option<PathBuf>, option: &str, folder: &str) -> Result<Option<PathBuf>, Failure> {
+    let path = given.map(|given| uw_assets::SMALL.named(&given, folder, "json"));
+    path.transpose()
+        .map_err(|error| bad_input(format!("{option}: {error}")))
 }
 
 async fn run(ready: Ready) -> Result<(), Failure> {

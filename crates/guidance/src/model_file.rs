@@ -3,7 +3,6 @@
 //! Everything is checked while loading, so that a model that loads can be evaluated: names and units against
 //! the table of features, shapes from layer to layer, finite numbers, standard deviations that are not zero.
 
-use std::fs;
 use std::path::Path;
 
 use serde_json::Value;
@@ -59,7 +58,7 @@ pub(crate) fn digest(bytes: &[u8]) -> String {
 }
 
 impl Model {
-    /// Reads and checks a model file.
+    /// Reads and checks a model file, a shipped one (`shipped:models/default.json`) too.
     pub fn read(path: &Path) -> Result<Self, ModelError> {
         Ok(Self::read_with_digest(path)?.0)
     }
@@ -67,10 +66,12 @@ impl Model {
     /// The same with a digest of the file's bytes that tells it from others.
     pub fn read_with_digest(path: &Path) -> Result<(Self, String), ModelError> {
         let file = path.display().to_string();
-        let bytes = fs::read(path).map_err(|source| ModelError::Read {
-            file: file.clone(),
-            source,
-        })?;
+        let bytes = uw_assets::SMALL
+            .read(path)
+            .map_err(|source| ModelError::Read {
+                file: file.clone(),
+                source,
+            })?;
         let value: Value = serde_json::from_slice(&bytes).map_err(|source| ModelError::Json {
             file: file.clone(),
             source,

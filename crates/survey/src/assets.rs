@@ -1,48 +1,16 @@
-//! Where the files that ship with the program are.
+//! The folder of the files that ship with the program.
 
 use std::path::PathBuf;
 
-/// The environment variable that names the folder of assets.
-pub const ASSETS_VARIABLE: &str = "UW_ASSETS";
+use uw_assets::Places;
+pub use uw_assets::{AssetError, DEFAULT_MODEL};
 
-/// The assets cannot be found.
-#[derive(Debug, thiserror::Error)]
-#[error(
-    "cannot find the folder `assets` (looked at {looked_at}); run from the repository or set {ASSETS_VARIABLE} to the folder"
-)]
-pub struct AssetsNotFound {
-    /// The places tried.
-    pub looked_at: String,
-}
-
-/// The folder of assets: named by `UW_ASSETS`, or `assets` in the working directory, beside the program's
-/// build folder, or in the sources it was built from.
-pub fn assets_dir() -> Result<PathBuf, AssetsNotFound> {
-    let mut folders = Vec::new();
-    if let Some(named) = std::env::var_os(ASSETS_VARIABLE) {
-        folders.push(PathBuf::from(named));
-    } else {
-        folders.push(PathBuf::from("assets"));
-        if let Ok(program) = std::env::current_exe() {
-            folders.extend(
-                program
-                    .ancestors()
-                    .skip(1)
-                    .take(3)
-                    .map(|p| p.join("assets")),
-            );
-        }
-        folders.push(PathBuf::from(concat!(
-            env!("CARGO_MANIFEST_DIR"),
-            "/../../assets"
-        )));
-    }
-    let found = folders.iter().find(|p| p.join("textures").is_dir());
-    found.cloned().ok_or_else(|| AssetsNotFound {
-        looked_at: folders
-            .iter()
-            .map(|p| p.display().to_string())
-            .collect::<Vec<_>>()
-            .join(", "),
-    })
+/// The folder of the shipped files, whose paths are made by [`join`](std::path::Path::join). Where a folder was named
+/// (`--assets`, `UWGUIDE_ASSETS`) files come from there alone, else see [`uw_assets`].
+///
+/// # Errors
+/// A folder that was named and is none.
+pub fn assets_dir() -> Result<PathBuf, AssetError> {
+    Places::of_process().check()?;
+    Ok(uw_assets::SCHEME.into())
 }

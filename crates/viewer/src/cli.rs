@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use clap::{Parser, ValueEnum};
 use eframe::egui_wgpu::RenderState;
+use uw_assets::{AssetError, Places};
 use uw_calib::Profile;
 use uw_guidance::Model;
 use uw_render::backend::{Backend, Device};
@@ -24,8 +25,8 @@ use crate::{screen, window};
 #[derive(Clone, Debug, Parser)]
 #[command(name = "viewer", version)]
 pub struct Args {
-    /// Scene (.toml) or glTF file (.glb, .gltf) to open
-    #[arg(long, value_name = "FILE")]
+    /// Scene (.toml) or glTF file (.glb, .gltf) to open, or the name of a shipped scene
+    #[arg(long, value_name = "NAME|FILE")]
     pub scene: Option<PathBuf>,
     /// Write a picture of the window and leave
     #[arg(long, value_name = "OUT.png")]
@@ -48,14 +49,14 @@ pub struct Args {
     /// Panel that is open at first
     #[arg(long, value_enum, default_value_t = TabName::Water)]
     pub panel: TabName,
-    /// Calibration profile for the guidance panel
-    #[arg(long, value_name = "FILE.json")]
+    /// Calibration profile for the guidance panel: a file or the name of a shipped one
+    #[arg(long, value_name = "NAME|FILE")]
     pub profile: Option<PathBuf>,
     /// Run the calibration routine at the start
     #[arg(long)]
     pub calibrate: bool,
-    /// Network for the guidance panel, instead of the one that ships
-    #[arg(long, value_name = "FILE.json")]
+    /// Network for the guidance panel, instead of the one that ships: a file or the name of another that ships
+    #[arg(long, value_name = "NAME|FILE")]
     pub model: Option<PathBuf>,
     /// Vehicle of the guidance panel's images: a shipped one's name or a file (uw-vehicle/1)
     #[arg(long, value_name = "NAME|FILE", default_value = "default")]
@@ -63,6 +64,9 @@ pub struct Args {
     /// Recorded operation for the guidance panel, as uwguide writes it (`operations.record`)
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
+    /// Folder of the shipped files, from which alone they are then taken
+    #[arg(long, value_name = "DIR")]
+    pub assets: Option<PathBuf>,
     /// Light instead of dark
     #[arg(long)]
     pub light: bool,
@@ -132,8 +136,9 @@ enum Failure {
 }
 
 fn start(args: &Args) -> Result<(), Failure> {
+    assets_of(args).map_err(|e| Failure::Input(e.to_string()))?;
     let options = options(args);
-    let opened = first_scene(args, options.assets.as_deref()).map_err(Failure::Input)?;
+    let opened = first_scene(args).map_err(Failure::Input)?;
     let advice = AdviceFiles::read(args).map_err(Failure::Input)?;
     if screen::is_missing(|name| std::env::var_os(name)) {
         return Err(Failure::Running(screen::missing(args.scene.as_deref())));
@@ -255,11 +260,19 @@ struct AdviceFiles {
     vehicle: Vehicle,
 }
 
+/// The JSON file that an option means: one of the system, or by its name a shipped one of `folder`.
+fn named(given: Option<&Path>, option: &str, folder: &str) -> Result<Option<PathBuf>, String> {
+    let path = given.map(|given| uw_assets::SMALL.named(given, folder, "json"));
+    path.transpose().map_err(|e| format!("{option}: {e}"))
+}
+
 impl AdviceFiles {
     fn read(args: &Args) -> Result<Self, String> {
-        let profile = args.profile.as_deref().map(Profile::read).transpose();
-        let read_model = |path: &PathBuf| Model::read(path).map(|model| (model, path.clone()));
-        let model = args.model.as_ref().map(read_model).transpose();
+        let profile = named(args.profile.as_deref(), "--profile", "profiles")?;
+        let profile = profile.as_deref().map(Profile::read).transpose();
+        let read_model = |path: PathBuf| Model::read(&path).map(|model| (model, path));
+        let model = named(args.model.as_deref(), "--model", "models")?;
+        let model = model.map(read_model).transpose();
         let operation = args.record.as_deref().map(Operation::read).transpose();
         Ok(Self {
             profile: profile.map_err(|e| e.to_string())?,
@@ -328,14 +341,24 @@ fn options(args: &Args) -> Options {
     }
 }
 
-/// The scene of the arguments, the one that ships, or a grey wall.
-fn first_scene(args: &Args, assets: Option<&Path>) -> Result<(OpenScene, Settings), String> {
-    if let Some(path) = &args.scene {
-        return OpenScene::read(path).map_err(|e| e.to_string());
+/// Takes the shipped files from where the arguments or the environment say.
+fn assets_of(args: &Args) -> Result<(), AssetError> {
+    if let Some(folder) = &args.assets {
+        uw_assets::take_from(folder)?;
     }
-    let shipped = assets.map(|a| a.join("scenes/reef_daylight.toml"));
-    let read = shipped.and_then(|path| OpenScene::read(&path).ok());
-    read.map_or_else(OpenScene::fallback, Ok)
+    Places::of_process().check()
+}
+
+/// The scene of the arguments, the one that ships, or a grey wall.
+fn first_scene(args: &Args) -> Result<(OpenScene, Settings), String> {
+    if let Some(path) = &args.scene {
+        let path = uw_assets::ALL.named(path, "scenes", "toml");
+        let path = path.map_err(|e| format!("--scene: {e}"))?;
+        return OpenScene::read(&path).map_err(|e| e.to_string());
+    }
+    let shipped = OpenScene::read(Path::new(uw_assets::DEFAULT_SCENE));
+    shipped
+        .or_else(|_| OpenScene::fallback())
         .map_err(|e| e.to_string())
 }
 

@@ -17,13 +17,15 @@ pub const PROFILE_FORMAT: &str = "uw-profile/1";
 pub const PROFILE_UNIT: &str = "8-bit counts";
 
 impl Profile {
-    /// Reads a profile file.
+    /// Reads a profile file, a shipped one (`shipped:profiles/1C.json`) too.
     pub fn read(path: &Path) -> Result<Self, ProfileError> {
         let file = path.display().to_string();
-        let text = fs::read(path).map_err(|source| ProfileError::Read {
-            file: file.clone(),
-            source,
-        })?;
+        let text = uw_assets::SMALL
+            .read(path)
+            .map_err(|source| ProfileError::Read {
+                file: file.clone(),
+                source,
+            })?;
         let value: Value = serde_json::from_slice(&text).map_err(|source| ProfileError::Json {
             file: file.clone(),
             source,

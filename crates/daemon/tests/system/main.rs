@@ -1,5 +1,6 @@
 //! Tests of the whole crate, in one binary so that they link once.
 
+mod alone;
 mod answers;
 mod binary;
 mod checks;

@@ -58,7 +58,7 @@ pub struct Operation {
     pub cost: Cost,
 }
 
-/// Flies all methods of `config`; views are kept in `folder`, `assets` holds textures and the shipped model.
+/// Flies all methods of `config`; views are kept in `folder`, `assets` holds the textures.
 pub fn run(
     config: &OperationConfig,
     folder: &Path,
@@ -71,7 +71,7 @@ pub fn run(
     let model_path = config
         .model
         .clone()
-        .unwrap_or_else(|| assets.join("models/default.json"));
+        .unwrap_or_else(|| uw_survey::assets::DEFAULT_MODEL.into());
     let model = Model::read(&model_path)?;
     let pattern = config.pattern().map_err(EvalError::Input)?;
     let target = Target::read(pattern, assets)?;

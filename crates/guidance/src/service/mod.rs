@@ -216,6 +216,9 @@ impl Loaded {
 
 /// Refuses a file that is there but is no regular one; what reading it would say is left to reading.
 fn openable(file: &Path) -> Result<(), LoadError> {
+    if uw_assets::shipped_name(file).is_some() {
+        return Ok(());
+    }
     match regular(file) {
         Err(source) if source.kind() == io::ErrorKind::InvalidInput => Err(LoadError::File {
             file: file.display().to_string(),
@@ -227,7 +230,8 @@ fn openable(file: &Path) -> Result<(), LoadError> {
 
 /// The error, or a better one where the file is a good one in the wrong place.
 fn swapped(file: &Path, error: LoadError) -> LoadError {
-    let value = std::fs::read(file)
+    let value = uw_assets::SMALL
+        .read(file)
         .ok()
         .and_then(|bytes| serde_json::from_slice::<Value>(&bytes).ok())
         .unwrap_or_default();

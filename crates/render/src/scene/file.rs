@@ -1,6 +1,5 @@
 //! The scene file as a whole: from TOML text to a checked scene.
 
-use std::fs;
 use std::io;
 use std::path::Path;
 
@@ -24,7 +23,8 @@ const FIELDS: [&str; 10] = [
 ];
 
 impl Scene {
-    /// Reads a scene file and every file it refers to. Paths in it start from its own folder.
+    /// Reads a scene file and every file it refers to. Paths in it start from its own folder; `shipped:NAME` is a shipped file,
+    /// here as in the scene.
     ///
     /// # Errors
     /// The first thing that is wrong, with file, line and field.
@@ -42,7 +42,7 @@ impl Scene {
             file: file.clone(),
             source,
         };
-        let bytes = fs::read(path).map_err(unreadable)?;
+        let bytes = uw_assets::ALL.read(path).map_err(unreadable)?.into_owned();
         check_kind(&file, &bytes)?;
         let text = String::from_utf8(bytes)
             .map_err(|error| unreadable(io::Error::new(io::ErrorKind::InvalidData, error)))?;

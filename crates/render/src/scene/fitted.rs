@@ -1,7 +1,5 @@
 //! `[water] fitted`: coefficients and phase function from a water file (`uw-water/1`), as `uw fit` and `uw water-tables` write it.
 
-use std::fs;
-
 use serde_json::Value as Json;
 use uw_media::Iops;
 use uw_media::phase::{FournierForand, Phase};
@@ -45,7 +43,9 @@ pub(super) fn read(water: &Table<'_>) -> Result<Option<Fitted>, SceneError> {
 fn read_file(value: &Value<'_>) -> Result<Fitted, SceneError> {
     let path = value.as_path()?;
     let unusable = |reason: String| value.unusable_file(&path, reason);
-    let text = fs::read_to_string(&path).map_err(|error| unusable(error.to_string()))?;
+    let text = uw_assets::ALL
+        .read_to_string(&path)
+        .map_err(|error| unusable(error.to_string()))?;
     let file: Json = serde_json::from_str(&text).map_err(|error| unusable(error.to_string()))?;
     if file["format"].as_str() != Some(FORMAT) {
         let got = &file["format"];

@@ -81,10 +81,12 @@ impl GltfSource {
     /// Reads a `.gltf` or `.glb` file and all its buffers.
     pub(super) fn read(path: &Path) -> Result<Self, GltfError> {
         let file = path.display().to_string();
-        let bytes = fs::read(path).map_err(|source| GltfError::Unreadable {
-            file: file.clone(),
-            source,
-        })?;
+        let bytes = uw_assets::ALL
+            .read(path)
+            .map_err(|source| GltfError::Unreadable {
+                file: file.clone(),
+                source,
+            })?;
         let malformed = |reason| GltfError::Malformed {
             file: file.clone(),
             reason,
@@ -137,11 +139,16 @@ impl GltfSource {
         }
         let name = String::from_utf8(percent_decoded(uri)).map_err(|error| error.to_string())?;
         let path = self.folder.join(name);
-        let kind = fs::metadata(&path).map_err(|error| error.to_string())?;
-        if !kind.is_file() {
-            return Err("must be a file; a folder, pipe or device is not read".to_string());
+        if uw_assets::shipped_name(&path).is_none() {
+            let kind = fs::metadata(&path).map_err(|error| error.to_string())?;
+            if !kind.is_file() {
+                return Err("must be a file; a folder, pipe or device is not read".to_string());
+            }
         }
-        fs::read(path).map_err(|error| error.to_string())
+        let bytes = uw_assets::ALL
+            .read(&path)
+            .map_err(|error| error.to_string())?;
+        Ok(bytes.into_owned())
     }
 
     /// The encoded bytes of an image.

@@ -1,6 +1,5 @@
 //! Light of a scene file: sun, sky and lamps.
 
-use std::fs;
 use uw_media::Spectrum;
 
 use glam::DVec3;
@@ -133,7 +132,8 @@ fn read_falloff(value: &Value<'_>) -> Result<Falloff, SceneError> {
             .as_table(&["file"])?
             .required("file", "the path of a CSV file")?;
         let path = file.as_path()?;
-        let text = fs::read_to_string(&path)
+        let text = uw_assets::ALL
+            .read_to_string(&path)
             .map_err(|error| file.unusable_file(&path, error.to_string()))?;
         return parse_beam(&text).map_err(|reason| file.unusable_file(&path, reason));
     }

@@ -275,7 +275,8 @@ fn read_fournier_forand(
 
 fn read_table(file: &Value<'_>) -> Result<Phase, SceneError> {
     let path = file.as_path()?;
-    let text = std::fs::read_to_string(&path)
+    let text = uw_assets::ALL
+        .read_to_string(&path)
         .map_err(|error| file.unusable_file(&path, error.to_string()))?;
     let table =
         Tabulated::from_csv_text(&text, &path.display().to_string()).map_err(

@@ -1,7 +1,5 @@
 //! What a scene file says of wavelengths: the spectra of water, camera, lights and surfaces.
 
-use std::fs;
-
 use uw_media::spectral::{
     self, Curve, ILLUMINANTS, RESPONSES, Response, WaterBands, WaterSpectrum,
 };
@@ -178,8 +176,9 @@ fn spectra<'d>(root: &Table<'d>) -> Result<Vec<Value<'d>>, SceneError> {
 /// The text of a file that a value names, and its path.
 pub(super) fn read_file(value: &Value<'_>) -> Result<(String, std::path::PathBuf), SceneError> {
     let path = value.as_path()?;
-    let text =
-        fs::read_to_string(&path).map_err(|error| value.unusable_file(&path, error.to_string()))?;
+    let text = uw_assets::ALL
+        .read_to_string(&path)
+        .map_err(|error| value.unusable_file(&path, error.to_string()))?;
     Ok((text, path))
 }
 

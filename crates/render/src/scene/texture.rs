@@ -24,7 +24,7 @@ pub(super) fn room_beside(textures: &[Texture]) -> u64 {
 }
 
 impl Texture {
-    /// Reads a PNG, JPEG or TIFF file. The error says what is wrong, without the path.
+    /// Reads a PNG, JPEG or TIFF file, a shipped one (`shipped:NAME`) too. The error says what is wrong, without the path.
     pub fn read(path: &Path, encoding: Encoding, filter: TextureFilter) -> Result<Self, String> {
         Self::read_within(path, encoding, filter, MAX_SCENE_BYTES)
     }
@@ -36,6 +36,12 @@ impl Texture {
         filter: TextureFilter,
         room: u64,
     ) -> Result<Self, String> {
+        if uw_assets::shipped_name(path).is_some() {
+            let bytes = uw_assets::ALL
+                .read(path)
+                .map_err(|error| error.to_string())?;
+            return Self::from_bytes(&bytes, encoding, filter, room);
+        }
         let file = File::open(path).map_err(|error| error.to_string())?;
         let reader = reader(file).map_err(|error| error.to_string())?;
         Self::decode(reader, encoding, filter, room)

@@ -107,13 +107,13 @@ impl<'d> Value<'d> {
             .ok_or_else(|| self.invalid("text in quotes"))
     }
 
-    /// A path, taken from the folder of the scene file.
+    /// A path, taken from the folder of the scene file; that of a shipped file (`shipped:NAME`) stays.
     pub(super) fn as_path(&self) -> Result<PathBuf, SceneError> {
         let text = self.as_text()?;
         if text.is_empty() {
             return Err(self.invalid("the path of a file"));
         }
-        Ok(self.doc.base_dir.join(text))
+        Ok(uw_assets::joined(self.doc.base_dir, text))
     }
 
     /// True or false.

@@ -30,8 +30,8 @@ pub(super) struct DemoArguments {
     /// Folder for pictures, profile, plot and report: a new or empty one, or that of an earlier demonstration.
     #[arg(short, long, value_name = "DIR", default_value = "demo")]
     output: PathBuf,
-    /// Model file; by default the first one that ships.
-    #[arg(long, value_name = "M.json")]
+    /// Model file, or the name of a shipped one. Default: default.
+    #[arg(long, value_name = "NAME|FILE")]
     model: Option<PathBuf>,
     /// Seed of all random numbers.
     #[arg(long, default_value_t = 1)]
@@ -63,7 +63,10 @@ impl DemoArguments {
             vehicle: VehicleFile::find(&self.vehicle, Path::new(""))
                 .map_err(|e| CliError::input(format_args!("--vehicle: {e}")))?
                 .vehicle,
-            model: self.model.clone(),
+            model: (self.model.as_deref())
+                .map(|model| uw_assets::SMALL.named(model, "models", "json"))
+                .transpose()
+                .map_err(|e| CliError::input(format_args!("--model: {e}")))?,
             seed: self.seed,
             threads: self.threads.map(|n| n as usize),
         };

@@ -12,7 +12,7 @@ use super::device::DeviceArguments;
 use super::error::{CliError, note};
 use super::numbers::significant;
 use super::progress::ProgressDisplay;
-use super::{interrupt, output};
+use super::{interrupt, output, scene_file};
 
 const CHANNELS: [&str; 3] = ["r", "g", "b"];
 const DIGITS: usize = 9;
@@ -20,7 +20,8 @@ const DIGITS: usize = 9;
 /// Arguments of `uw irradiance`.
 #[derive(Debug, Args)]
 pub(super) struct IrradianceArguments {
-    /// Scene file (uw-scene/1) with a water surface.
+    /// Scene file (uw-scene/1), or name of a shipped scene, with a water surface.
+    #[arg(value_name = "NAME|FILE")]
     scene: PathBuf,
     /// Depths below the surface in metres, at the camera's horizontal position; 0 is just below the surface.
     #[arg(long, required = true, value_delimiter = ',', value_name = "Z,..", allow_hyphen_values = true, value_parser = depth)]
@@ -56,7 +57,7 @@ impl IrradianceArguments {
     pub(super) fn run(&self, json: bool) -> Result<(), CliError> {
         output::check_writable(&self.output)?;
         let cancel = interrupt::cancel_flag()?;
-        let scene = Scene::read(&self.scene).map_err(CliError::input)?;
+        let scene = Scene::read(&scene_file(&self.scene)?).map_err(CliError::input)?;
         if !json {
             scene
                 .warnings

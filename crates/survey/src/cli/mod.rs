@@ -32,6 +32,7 @@ mod water;
 mod water_spectrum;
 mod water_tables;
 
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
@@ -46,14 +47,18 @@ struct Arguments {
     /// and errors as one object on standard error.
     #[arg(long, global = true)]
     json: bool,
+    /// Folder of the shipped models, profiles, vehicles, scenes and textures, from which alone they are then taken.
+    #[arg(long, global = true, value_name = "DIR")]
+    assets: Option<PathBuf>,
     #[command(subcommand)]
     command: Command,
 }
 
 const ENVIRONMENT: &str = "\
 Environment:
-  UW_ASSETS  Folder of the shipped textures, models and profiles; needed where `assets` is neither in the working directory nor
-             beside the program's build folder";
+  UWGUIDE_ASSETS  Folder of the shipped files, as --assets; UW_ASSETS is its old name. Without either they are taken from `assets`
+                  beside the program, `../share/uwguide` from there, `uwguide` in $XDG_DATA_HOME and $XDG_DATA_DIRS, or the program
+                  itself; `uw doctor` tells from where";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -87,7 +92,7 @@ enum Command {
     Dataset(dataset::DatasetArguments),
     /// See the whole way, small: calibrate, ask the daemon, render before and after.
     Demo(demo::DemoArguments),
-    /// Make the shipped textures and models again.
+    /// Make the shipped textures and models again, or copy the shipped files out of the program.
     Assets(assets::AssetsArguments),
 }
 
@@ -114,13 +119,27 @@ impl Command {
     }
 }
 
+/// The scene file that `given` means: itself, or the shipped scene of that name.
+fn scene_file(given: &Path) -> Result<PathBuf, CliError> {
+    uw_assets::ALL
+        .named(given, "scenes", "toml")
+        .map_err(CliError::input)
+}
+
 /// Runs the command line of this process and returns its exit code.
 pub fn main() -> ExitCode {
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
         Err(error) => return refuse(&error),
     };
-    match arguments.command.run(arguments.json) {
+    let taken = arguments
+        .assets
+        .as_deref()
+        .map_or(Ok(()), uw_assets::take_from);
+    let done = taken
+        .map_err(CliError::input)
+        .and_then(|()| arguments.command.run(arguments.json));
+    match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => error.report(arguments.json),
     }

@@ -7,14 +7,15 @@ use uw_render::image::{ExrImage, ImageFormat, write_frame};
 use uw_render::scene::Scene;
 
 use super::error::CliError;
-use super::output;
+use super::{output, scene_file};
 
 /// Arguments of `uw sensor`.
 #[derive(Debug, Args)]
 pub(super) struct SensorArguments {
     /// Linear picture (.exr) with the channels R, G, B.
     input: PathBuf,
-    /// Scene file whose `[sensor]` to apply; the default sensor where it has none.
+    /// Scene file, or name of a shipped scene, whose `[sensor]` to apply; the default sensor where it has none.
+    #[arg(value_name = "NAME|FILE")]
     scene: PathBuf,
     /// Picture to write: .png or .tif.
     #[arg(short, long)]
@@ -34,7 +35,7 @@ impl SensorArguments {
             )));
         }
         output::check_writable(&self.output)?;
-        let scene = Scene::read(&self.scene).map_err(CliError::input)?;
+        let scene = Scene::read(&scene_file(&self.scene)?).map_err(CliError::input)?;
         let image = ExrImage::read(&self.input).map_err(CliError::input)?;
         let frame = scene
             .sensor

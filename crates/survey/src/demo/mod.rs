@@ -38,7 +38,7 @@ pub struct DemoOptions {
     pub pattern: Pattern,
     /// The vehicle; the demonstration knows no wavelengths, so it may have no spectra.
     pub vehicle: Vehicle,
-    /// Model file; `None` for the first shipped one.
+    /// Model file; `None` for the shipped one.
     pub model: Option<PathBuf>,
     /// Seed of all random numbers.
     pub seed: u64,
@@ -130,7 +130,7 @@ pub fn run(
     let model_path = options
         .model
         .clone()
-        .map_or_else(|| first_model(assets), Ok)?;
+        .unwrap_or_else(|| uw_assets::DEFAULT_MODEL.into());
     let model = Model::read(&model_path).map_err(|e| DemoError::Input(e.to_string()))?;
     let target = Target::read(options.pattern, assets)?;
     options.water.check()?;
@@ -196,21 +196,4 @@ pub fn run(
         &visits,
         start.elapsed(),
     )
-}
-
-/// The first model by name among the shipped ones.
-fn first_model(assets: &Path) -> Result<PathBuf, DemoError> {
-    let folder = assets.join("models");
-    let mut models: Vec<PathBuf> = std::fs::read_dir(&folder)
-        .map_err(|e| DemoError::Input(format!("{}: {e}", folder.display())))?
-        .filter_map(|entry| entry.ok().map(|e| e.path()))
-        .filter(|p| p.extension().is_some_and(|e| e == "json") && p.is_file())
-        .collect();
-    models.sort();
-    models.into_iter().next().ok_or_else(|| {
-        DemoError::Input(format!(
-            "{}: holds no model (*.json); give one with --model",
-            folder.display()
-        ))
-    })
 }

@@ -8,13 +8,14 @@ use toml::{Table, Value};
 use uw_calib::Encoding;
 
 use super::{Vehicle, Vignetting};
-use crate::assets::assets_dir;
 
 /// The value of the field `format`.
 const FORMAT: &str = "uw-vehicle/1";
 /// The table of what was measured.
 const MEASURED: &str = "measured";
-/// The name of the vehicle that needs no folder of assets.
+/// Where the shipped vehicles are.
+const SHIPPED: &str = "shipped:vehicles";
+/// The name of the vehicle of the program itself, whatever a folder of assets holds.
 const DEFAULT_NAME: &str = "default";
 /// `assets/vehicles/default.toml`.
 const DEFAULT_TEXT: &str = include_str!("../../../../assets/vehicles/default.toml");
@@ -62,17 +63,14 @@ impl VehicleFile {
         if name_or_file == DEFAULT_NAME {
             return Self::parse(DEFAULT_TEXT, DEFAULT_NAME);
         }
-        let shipped = assets_dir().map(|assets| assets.join("vehicles"));
-        let names = shipped.as_deref().map_or_else(|_| Vec::new(), names_in);
-        match shipped {
-            Ok(folder) if names.iter().any(|name| name == name_or_file) => {
-                Self::read(&folder.join(format!("{name_or_file}.toml")))
-            }
-            _ => Err(VehicleError {
+        let shipped = uw_assets::SMALL.list(Path::new(SHIPPED));
+        match shipped.iter().find(|path| name_of(path) == name_or_file) {
+            Some(path) => Self::read(path),
+            None => Err(VehicleError {
                 path: format!("vehicle {name_or_file:?}"),
                 message: format!(
                     "is neither a file (*.toml) nor one of the shipped vehicles ({})",
-                    with_default(names).join(", ")
+                    with_default(shipped.iter().map(|path| name_of(path)).collect()).join(", ")
                 ),
             }),
         }
@@ -84,10 +82,12 @@ impl VehicleFile {
     /// A file that cannot be read, another format, a field that is not known or has a value out of its range.
     pub fn read(path: &Path) -> Result<Self, VehicleError> {
         let name = path.display().to_string();
-        let text = std::fs::read_to_string(path).map_err(|error| VehicleError {
-            path: name.clone(),
-            message: format!("cannot be read: {error}"),
-        })?;
+        let text = uw_assets::SMALL
+            .read_to_string(path)
+            .map_err(|error| VehicleError {
+                path: name.clone(),
+                message: format!("cannot be read: {error}"),
+            })?;
         Self::parse(&text, &name)
     }
 
@@ -205,17 +205,17 @@ fn fields() -> Vec<String> {
     Table::try_from(&all).map_or_else(|_| Vec::new(), |table| table.keys().cloned().collect())
 }
 
-fn names_in(folder: &Path) -> Vec<String> {
-    let entries = std::fs::read_dir(folder).into_iter().flatten();
-    let paths = entries.filter_map(|entry| entry.ok().map(|e| e.path()));
-    paths
-        .filter(|path| path.extension().is_some_and(|e| e == "toml"))
-        .filter_map(|path| path.file_stem().map(|s| s.to_string_lossy().into_owned()))
-        .collect()
+/// The name of a shipped vehicle's file; nothing for another file.
+fn name_of(path: &Path) -> String {
+    let stem = path
+        .file_stem()
+        .filter(|_| path.extension().is_some_and(|e| e == "toml"));
+    stem.map_or_else(String::new, |stem| stem.to_string_lossy().into_owned())
 }
 
 /// The names in order, the one that needs no folder among them.
 fn with_default(mut names: Vec<String>) -> Vec<String> {
+    names.retain(|name| !name.is_empty());
     names.push(DEFAULT_NAME.to_owned());
     names.sort();
     names.dedup();

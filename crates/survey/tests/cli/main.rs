@@ -1,5 +1,6 @@
 //! The command line as a user meets it: the real binary on small inputs.
 
+mod alone;
 mod bad_input;
 mod calibrate;
 mod camera_fit;

@@ -82,10 +82,10 @@ pub struct Guidance {
 }
 
 impl Guidance {
-    /// With the model of `assets`.
+    /// With the shipped model; `assets` is the folder of textures.
     pub fn new(assets: Option<PathBuf>, ctx: egui::Context) -> Self {
         Self {
-            model: load_model(assets.as_deref()),
+            model: load_model(),
             profile: None,
             objective: Objective::default(),
             pattern: Pattern::HullRed,
@@ -157,7 +157,7 @@ impl Guidance {
 
     fn start(&mut self, settings: &Settings, work: task::Work, toasts: &mut Toasts) {
         let Some(assets) = self.assets.clone() else {
-            toasts.error("the folder `assets` was not found: run from the repository, or set UW_ASSETS to it");
+            toasts.error("the folder of the shipped files was not found: leave out --assets and UWGUIDE_ASSETS, or name one");
             return;
         };
         let job = task::GuidanceJob {
@@ -317,11 +317,9 @@ impl Guidance {
     }
 }
 
-fn load_model(assets: Option<&Path>) -> Result<(Arc<Model>, String), String> {
-    let assets = assets.ok_or("the folder `assets` was not found: set UW_ASSETS to it")?;
-    let path = assets.join("models/default.json");
-    match Model::read(&path) {
-        Ok(model) => Ok((Arc::new(model), "models/default.json".to_owned())),
-        Err(error) => Err(error.to_string()),
-    }
+/// The model that ships, and its name.
+fn load_model() -> Result<(Arc<Model>, String), String> {
+    let path = Path::new(uw_assets::DEFAULT_MODEL);
+    let model = Model::read(path).map_err(|error| error.to_string())?;
+    Ok((Arc::new(model), path.display().to_string()))
 }

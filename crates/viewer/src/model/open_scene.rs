@@ -81,7 +81,7 @@ reflectance = [0.5, 0.4, 0.3]
 "#;
 
 impl OpenScene {
-    /// Opens a scene file or a glTF file.
+    /// Opens a scene file or a glTF file, a shipped one (`shipped:scenes/..`) too.
     ///
     /// # Errors
     /// What is wrong with the file.
@@ -90,7 +90,8 @@ impl OpenScene {
         match extension.to_ascii_lowercase().as_str() {
             "toml" => {
                 let name = path.display().to_string();
-                let text = std::fs::read_to_string(path)
+                let text = uw_assets::ALL
+                    .read_to_string(path)
                     .map_err(|source| SceneError::Unreadable { file: name, source })?;
                 Self::parse(&text, path)
             }

@@ -3,8 +3,14 @@
 use std::path::{Component, Path, PathBuf};
 
 /// `file`, found from `from`, as a scene file in `to` would name it: with `..` where the folders have a common
-/// beginning, else from the root.
+/// beginning, else from the root. A shipped file goes by its name (`shipped:NAME`), wherever the scene is.
 pub fn rebased(file: &Path, from: &Path, to: &Path) -> PathBuf {
+    let shipped = [file.to_path_buf(), from.join(file)]
+        .iter()
+        .find_map(|path| uw_assets::shipped_name(path));
+    if let Some(name) = shipped {
+        return format!("{}{name}", uw_assets::SCHEME).into();
+    }
     if file.is_absolute() {
         return file.to_path_buf();
     }
@@ -63,6 +69,18 @@ mod tests {
             ("./sub/t.png", "/a/scenes", "/a", "scenes/sub/t.png"),
             ("../t.png", "/a/scenes", "/other", "/a/t.png"),
             ("/abs/t.png", "/a", "/b", "/abs/t.png"),
+            (
+                "../textures/t.png",
+                "shipped:scenes",
+                "/b",
+                "shipped:textures/t.png",
+            ),
+            (
+                "shipped:textures/t.png",
+                "/a",
+                "/b",
+                "shipped:textures/t.png",
+            ),
         ];
         for (file, from, to, expected) in cases {
             let got = rebased(file.as_ref(), from.as_ref(), to.as_ref());

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use toml::Value;
+use uw_assets::joined;
 use uw_media::spectral::{Curve, Response, illuminant, read_columns};
 
 /// The word for the clear sky's own spectra, which follow the sun.
@@ -35,7 +36,7 @@ impl LightSpectrum {
         if let Some(name) = entry.as_str() {
             return Self::named(name);
         }
-        let text = std::fs::read_to_string(folder.join(entry.get("file")?.as_str()?)).ok()?;
+        let text = read_file(&joined(folder, entry.get("file")?.as_str()?))?;
         let [curve] = read_columns(&text, ["relative"], None).ok()?;
         Some(Self {
             entry: entry.clone(),
@@ -52,6 +53,11 @@ impl LightSpectrum {
     pub fn curve_or(&self, clear: impl FnOnce() -> Curve) -> Curve {
         self.curve.clone().unwrap_or_else(clear)
     }
+}
+
+/// The text of a file, a shipped one too.
+fn read_file(path: &Path) -> Option<String> {
+    uw_assets::ALL.read_to_string(path).ok()
 }
 
 /// The response of the camera's channels.
@@ -86,9 +92,9 @@ impl ResponseSettings {
         if let Some(name) = entry.as_str() {
             return Self::named(name);
         }
-        let path = folder.join(entry.get("file")?.as_str()?);
+        let path = joined(folder, entry.get("file")?.as_str()?);
         let name = path.file_name()?.to_string_lossy().into_owned();
-        let text = std::fs::read_to_string(&path).ok()?;
+        let text = read_file(&path)?;
         Some(Self {
             entry: Some(entry.clone()),
             response: Response::parse(&text, &name).ok()?,

@@ -84,8 +84,12 @@ impl Viewer {
     /// Opens the dialog for a purpose.
     pub fn ask_file(&mut self, purpose: FilePurpose) {
         let of_scene = self.open.path.as_deref().and_then(Path::parent);
-        let scenes = self.assets.as_ref().map(|a| a.join("scenes"));
-        let models = self.assets.as_ref().map(|a| a.join("models"));
+        // Shipped files that are within the program cannot be browsed.
+        let of_scene = of_scene.filter(|folder| uw_assets::shipped_name(folder).is_none());
+        let assets = self.assets.as_ref();
+        let assets = assets.filter(|folder| uw_assets::shipped_name(folder).is_none());
+        let scenes = assets.map(|a| a.join("scenes"));
+        let models = assets.map(|a| a.join("models"));
         let saves = !purpose.first_name().is_empty();
         let folder = of_scene
             .map(Path::to_path_buf)

@@ -57,14 +57,8 @@ fn examples(app: &mut Viewer, ui: &mut Ui) {
         .selected_text("choose")
         .height(list_height(ui))
         .show_ui(ui, |ui| {
-            let mut paths: Vec<_> = std::fs::read_dir(&folder)
-                .into_iter()
-                .flatten()
-                .flatten()
-                .map(|entry| entry.path())
-                .filter(|path| path.extension().is_some_and(|e| e == "toml" || e == "glb"))
-                .collect();
-            paths.sort();
+            let mut paths = uw_assets::ALL.list(&folder);
+            paths.retain(|path| path.extension().is_some_and(|e| e == "toml" || e == "glb"));
             for path in paths {
                 let name = path.file_name().unwrap_or_default().to_string_lossy();
                 if ui.selectable_label(false, name.as_ref()).clicked() {

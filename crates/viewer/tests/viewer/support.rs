@@ -83,7 +83,7 @@ pub(crate) fn profile() -> Profile {
 
 /// The model that ships.
 pub(crate) fn model() -> Model {
-    Model::read(&repository().join("assets/models/default.json")).expect("shipped")
+    Model::read(uw_assets::DEFAULT_MODEL.as_ref()).expect("shipped")
 }
 
 /// A state whose picture has the contrast that `model` predicts for no change.

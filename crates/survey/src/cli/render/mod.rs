@@ -22,7 +22,7 @@ use super::device::{BackendChoice, DeviceArguments};
 use super::error::{CliError, note};
 use super::progress::ProgressDisplay;
 use super::values::{positive, relative_error, samples};
-use super::{interrupt, output};
+use super::{interrupt, output, scene_file};
 use files::Rendered;
 use summary::RenderSummary;
 use writing::Writing;
@@ -33,7 +33,8 @@ const LEAST_TIME: Duration = Duration::from_millis(500);
 /// Arguments of `uw render`.
 #[derive(Debug, Args)]
 pub(super) struct RenderArguments {
-    /// Scene file (uw-scene/1).
+    /// Scene file (uw-scene/1), or the name of a shipped scene, as in flat_hull.
+    #[arg(value_name = "NAME|FILE")]
     scene: PathBuf,
     /// Picture: .exr holds linear radiance, .png and .tif go through the sensor of the scene.
     #[arg(short, long)]
@@ -164,7 +165,8 @@ impl RenderArguments {
 
     /// The scene file with what the command line says instead.
     fn read_scene(&self) -> Result<Scene, CliError> {
-        let mut scene = Scene::read_with(&self.scene, &self.set).map_err(CliError::input)?;
+        let file = scene_file(&self.scene)?;
+        let mut scene = Scene::read_with(&file, &self.set).map_err(CliError::input)?;
         let resized = scene.camera.resized(self.width, self.height);
         scene.camera =
             resized.map_err(|error| CliError::input(format!("--width, --height: {error}")))?;
