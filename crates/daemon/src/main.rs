@@ -6,7 +6,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory, Parser, Subcommand};
+use clap_complete::Shell;
 use tokio::sync::watch;
 use tokio::task::JoinSet;
 use uw_daemon::config::{DEFAULT_CONFIG, PredictorKind};
@@ -47,6 +48,13 @@ struct Arguments {
 enum Subcommands {
     /// Answer a recorded session again and compare bit for bit.
     Replay(Replay),
+    /// Write the completions of a shell to standard output.
+    Completions {
+        /// The shell.
+        shell: Shell,
+    },
+    /// Write the manual page to standard output.
+    Man,
 }
 
 #[derive(Debug, Args)]
@@ -96,6 +104,16 @@ struct Replay {
 
 /// Where it listens when nothing else is said.
 const DEFAULT_LISTEN: &str = "127.0.0.1:7475";
+/// What `uwguide` alone says.
+const WELCOME: &str = "\
+uwguide suggests distance and lamp level to a vehicle, over newline-delimited JSON. To begin:
+
+  uwguide --profile 1C                        the shipped model and a shipped profile, on 127.0.0.1:7475, to try it
+  uwguide --profile MINE.json                 the profile of one's own water, made by uw calibrate
+  uwguide --print-default-config > C.toml     all settings, explained; then --config C.toml
+  uwguide --profile MINE.json --check-config  whether all that is named can be used
+
+All options: uwguide --help.";
 /// Connections with numbers above this are links, in recordings.
 const LINKS: u64 = 1 << 62;
 /// Unusable arguments or input.
@@ -117,6 +135,10 @@ fn bad_input(error: impl Into<Box<dyn Error>>) -> Failure {
 }
 
 fn main() -> ExitCode {
+    if std::env::args_os().len() == 1 {
+        tell(WELCOME);
+        return ExitCode::from(BAD_INPUT);
+    }
     let arguments = Arguments::parse();
     let folder = arguments.assets.as_deref();
     if let Err(error) = folder.map_or(Ok(()), uw_assets::take_from) {
@@ -126,6 +148,8 @@ fn main() -> ExitCode {
     let done = match arguments.command {
         _ if arguments.print_default_config => print(DEFAULT_CONFIG),
         Some(Subcommands::Replay(arguments)) => answer_again(&arguments),
+        Some(Subcommands::Completions { shell }) => completions(shell),
+        Some(Subcommands::Man) => manual_page(),
         None => start(arguments.serve),
     };
     match done {
@@ -144,6 +168,18 @@ fn tell(line: &str) {
 
 fn print(text: &str) -> Result<(), Failure> {
     Ok(std::io::stdout().write_all(text.as_bytes())?)
+}
+
+fn completions(shell: Shell) -> Result<(), Failure> {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Arguments::command(), "uwguide", &mut script);
+    Ok(std::io::stdout().write_all(&script)?)
+}
+
+fn manual_page() -> Result<(), Failure> {
+    let mut page = Vec::new();
+    clap_mangen::Man::new(Arguments::command()).render(&mut page)?;
+    Ok(std::io::stdout().write_all(&page)?)
 }
 
 fn read_config(path: Option<&PathBuf>) -> Result<Config, Failure> {

@@ -2,6 +2,8 @@
 
 use std::sync::atomic::AtomicBool;
 
+pub use crate::processor::Instructions;
+
 use crate::{
     film::Film,
     gpu::{self, AdapterChoice, Gpu, GpuError, adapters},

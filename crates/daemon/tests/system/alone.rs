@@ -72,3 +72,26 @@ fn what_ships_goes_by_its_name() {
         assert!(told(&refused).contains(words), "{}", told(&refused));
     }
 }
+
+#[test]
+fn the_program_alone_says_what_to_do_next() {
+    let alone = Command::new(PROGRAM).output().unwrap();
+    assert_eq!(alone.status.code(), Some(2));
+    assert!(
+        told(&alone).contains("  uwguide --profile 1C "),
+        "{}",
+        told(&alone)
+    );
+    let of = |arguments: &[&str]| {
+        let output = Command::new(PROGRAM).args(arguments).output().unwrap();
+        assert!(output.status.success(), "{arguments:?}: {}", told(&output));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    for shell in ["bash", "zsh", "fish"] {
+        assert!(
+            of(&["completions", shell]).contains("check-config"),
+            "{shell}"
+        );
+    }
+    assert!(of(&["man"]).contains("check\\-config"));
+}

@@ -11,6 +11,7 @@ mod camera_fit;
 mod dataset;
 mod demo;
 mod device;
+mod doctor;
 pub(crate) mod error;
 mod error_time;
 mod fit;
@@ -26,6 +27,7 @@ mod predict_physics;
 pub(crate) mod progress;
 mod render;
 mod sensor;
+mod shell;
 mod stats;
 pub(crate) mod values;
 mod water;
@@ -35,6 +37,7 @@ mod water_tables;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 
 use error::CliError;
@@ -43,7 +46,7 @@ use error::CliError;
 #[derive(Debug, Parser)]
 #[command(name = "uw", version, after_help = ENVIRONMENT)]
 struct Arguments {
-    /// JSON instead of text: results of `adapters`, `camera-fit`, `error-time`, `render`, `stats` and `water` on standard output,
+    /// JSON instead of text: results of `adapters`, `camera-fit`, `doctor`, `error-time`, `render`, `stats` and `water` on standard output,
     /// and errors as one object on standard error.
     #[arg(long, global = true)]
     json: bool,
@@ -59,6 +62,18 @@ Environment:
   UWGUIDE_ASSETS  Folder of the shipped files, as --assets; UW_ASSETS is its old name. Without either they are taken from `assets`
                   beside the program, `../share/uwguide` from there, `uwguide` in $XDG_DATA_HOME and $XDG_DATA_DIRS, or the program
                   itself; `uw doctor` tells from where";
+
+/// What `uw` alone says.
+const WELCOME: &str = "\
+uw renders underwater scenes, measures pictures, calibrates and predicts. To begin:
+
+  uw demo                       the whole way in two minutes: calibrate, ask the daemon, render before and after
+  uw render flat_hull -o hull.png --width 320 --target-error 5%
+                                a picture of a scene that ships
+  uw assets --copy -o assets    the scenes, profiles and models that ship as files, to change them
+  uw doctor                     what this machine has and where files come from
+
+All commands: uw --help. One of them: uw render --help. The daemon is uwguide, the window viewer.";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -94,6 +109,13 @@ enum Command {
     Demo(demo::DemoArguments),
     /// Make the shipped textures and models again, or copy the shipped files out of the program.
     Assets(assets::AssetsArguments),
+    /// Tell what this machine and this program are, for reports of faults: processor, adapters, memory, shipped files.
+    Doctor,
+    /// Write the completions of a shell to standard output, as in: uw completions bash >
+    /// ~/.local/share/bash-completion/completions/uw.
+    Completions(shell::CompletionsArguments),
+    /// Write the manual pages.
+    Man(shell::ManArguments),
 }
 
 impl Command {
@@ -115,6 +137,9 @@ impl Command {
             Self::Dataset(arguments) => arguments.run(),
             Self::Demo(arguments) => arguments.run(),
             Self::Assets(arguments) => arguments.run(),
+            Self::Doctor => doctor::run(json),
+            Self::Completions(arguments) => arguments.run(),
+            Self::Man(arguments) => arguments.run(),
         }
     }
 }
@@ -150,6 +175,10 @@ fn refuse(error: &clap::Error) -> ExitCode {
     let json = std::env::args_os()
         .take_while(|argument| argument != "--")
         .any(|argument| argument == "--json");
+    if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand && !json {
+        error::note(WELCOME);
+        return ExitCode::from(error::BAD_INPUT);
+    }
     if error.use_stderr() && json {
         let text = error.render().to_string();
         let message = text.trim().trim_start_matches("error: ");

@@ -5,6 +5,7 @@ mod bad_input;
 mod calibrate;
 mod camera_fit;
 mod error_time;
+mod first_contact;
 mod fit;
 mod interruption;
 mod irradiance;
