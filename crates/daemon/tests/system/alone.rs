@@ -3,7 +3,7 @@
 use std::process::{Command, Output};
 
 #[path = "../../../assets/tests/alone/mod.rs"]
-mod alone;
+mod standalone;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_uwguide");
 
@@ -18,8 +18,8 @@ fn a_copy_alone_has_a_model_and_profiles() {
     use std::process::Stdio;
 
     let folder = tempfile::tempdir().unwrap();
-    let copy = alone::copy(PROGRAM, folder.path());
-    let mut daemon = alone::command(&copy, "--profile 1C --stdio");
+    let copy = standalone::copy(PROGRAM, folder.path());
+    let mut daemon = standalone::command(&copy, "--profile 1C --stdio");
     let mut daemon = (daemon.stdin(Stdio::piped()).stdout(Stdio::piped()))
         .spawn()
         .unwrap();

@@ -6,7 +6,7 @@ use std::process::Stdio;
 use crate::support::{Folder, Run, shipped};
 
 #[path = "../../../assets/tests/alone/mod.rs"]
-mod alone;
+mod standalone;
 
 /// A small render on the processor; `{scene}` is what is rendered.
 const SMALL: &str = "--spp 1 --width 32 --backend cpu-simd --threads 1 --quiet";
@@ -15,10 +15,10 @@ const SMALL: &str = "--spp 1 --width 32 --backend cpu-simd --threads 1 --quiet";
 #[cfg(target_os = "linux")]
 fn a_copy_alone_renders_what_the_checkout_does() {
     let folder = Folder::new();
-    let copy = alone::copy(env!("CARGO_BIN_EXE_uw"), &folder.path(""));
+    let copy = standalone::copy(env!("CARGO_BIN_EXE_uw"), &folder.path(""));
     for scene in ["clear_lamp", "flat_hull", "hull_inspection"] {
         let line = format!("render {scene} -o alone.png {SMALL}");
-        let run = Run::of(alone::command(&copy, &line).output().expect("started"));
+        let run = Run::of(standalone::command(&copy, &line).output().expect("started"));
         assert_eq!(run.code, Some(0), "{scene}: {}", run.stderr);
         let file = shipped(&format!("../assets/scenes/{scene}.toml"));
         folder.good(&format!(
@@ -36,8 +36,8 @@ fn a_copy_alone_renders_what_the_checkout_does() {
 #[cfg(target_os = "linux")]
 fn a_copy_alone_begins_the_demonstration() {
     let folder = Folder::new();
-    let copy = alone::copy(env!("CARGO_BIN_EXE_uw"), &folder.path(""));
-    let mut demo = alone::command(&copy, "demo")
+    let copy = standalone::copy(env!("CARGO_BIN_EXE_uw"), &folder.path(""));
+    let mut demo = standalone::command(&copy, "demo")
         .stderr(Stdio::piped())
         .spawn()
         .expect("started");
