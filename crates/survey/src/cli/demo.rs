@@ -6,6 +6,7 @@ use clap::Args;
 
 use super::error::{CliError, note};
 use super::interrupt::cancel_flag;
+use super::model_file;
 use crate::assets::assets_dir;
 use crate::demo::{self, DemoError, DemoOptions};
 use crate::environment::{WaterBody, WaterKind};
@@ -63,10 +64,7 @@ impl DemoArguments {
             vehicle: VehicleFile::find(&self.vehicle, Path::new(""))
                 .map_err(|e| CliError::input(format_args!("--vehicle: {e}")))?
                 .vehicle,
-            model: (self.model.as_deref())
-                .map(|model| uw_assets::SMALL.named(model, "models", "json"))
-                .transpose()
-                .map_err(|e| CliError::input(format_args!("--model: {e}")))?,
+            model: self.model.as_deref().map(model_file).transpose()?,
             seed: self.seed,
             threads: self.threads.map(|n| n as usize),
         };

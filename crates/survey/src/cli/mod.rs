@@ -151,6 +151,13 @@ fn scene_file(given: &Path) -> Result<PathBuf, CliError> {
         .map_err(CliError::input)
 }
 
+/// The model file that `--model` means: itself, or the shipped model of that name.
+fn model_file(given: &Path) -> Result<PathBuf, CliError> {
+    uw_assets::SMALL
+        .named(given, "models", "json")
+        .map_err(|error| CliError::input(format_args!("--model: {error}")))
+}
+
 /// Runs the command line of this process and returns its exit code.
 pub fn main() -> ExitCode {
     let arguments = match Arguments::try_parse() {

@@ -8,8 +8,8 @@ use uw_guidance::Model;
 
 use super::error::CliError;
 use super::numbers::significant;
-use super::output;
 use super::predict_physics::PhysicsArguments;
+use super::{model_file, output};
 
 /// Significant digits of the predictions.
 const DIGITS: usize = 9;
@@ -18,8 +18,8 @@ const DIGITS: usize = 9;
 #[derive(Debug, Args)]
 #[command(group(ArgGroup::new("by").required(true)))]
 pub(super) struct PredictArguments {
-    /// Model file (uw-mlp, version 1): by a network, for the rows of INPUT.
-    #[arg(long, group = "by", requires = "input")]
+    /// Model file (uw-mlp, version 1), or the name of a shipped one: by a network, for the rows of INPUT.
+    #[arg(long, value_name = "NAME|FILE", group = "by", requires = "input")]
     model: Option<PathBuf>,
     /// Water file (uw-water/1): by physics, from a picture, for --candidates.
     #[arg(long, group = "by", requires_all = ["image", "distance_m", "light_pct", "candidates"])]
@@ -44,7 +44,7 @@ impl PredictArguments {
             (Some(model), None, Some(input)) => (model, input),
             _ => return Err(CliError::input("--model needs a table of inputs")),
         };
-        let model = Model::read(model).map_err(CliError::input)?;
+        let model = Model::read(&model_file(model)?).map_err(CliError::input)?;
         let predictions = predict(&model, input)?;
         output::to_file(&self.output, |out| {
             writeln!(out, "contrast_r,contrast_g,contrast_b")?;

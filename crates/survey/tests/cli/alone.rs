@@ -101,6 +101,11 @@ fn scenes_go_by_their_names_and_scenes_of_users_show_shipped_textures() {
             "flat_hull",
         ],
     );
+    folder.write("inputs.csv", "depth_m\n1\n");
+    folder.refused(
+        "predict --model best inputs.csv -o out.csv",
+        &["--model: \"best\" is neither a file nor one of the shipped models: default"],
+    );
     let scene = crate::support::SCENE.replace(
         "reflectance = [0.5, 0.4, 0.3]",
         "reflectance = { texture = \"shipped:textures/gravel.png\" }",

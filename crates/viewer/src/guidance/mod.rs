@@ -321,5 +321,8 @@ impl Guidance {
 fn load_model() -> Result<(Arc<Model>, String), String> {
     let path = Path::new(uw_assets::DEFAULT_MODEL);
     let model = Model::read(path).map_err(|error| error.to_string())?;
-    Ok((Arc::new(model), path.display().to_string()))
+    Ok((
+        Arc::new(model),
+        uw_assets::shipped_name(path).unwrap_or_default(),
+    ))
 }
