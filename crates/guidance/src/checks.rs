@@ -174,7 +174,7 @@ impl Checks {
                 true => self.noise_floor,
                 false => Strictness::Refuse,
             };
-            doubts.push((strictness, Reason::NoiseFloor(*quality)));
+            doubts.push((strictness, Reason::NoiseFloor(Box::new(*quality))));
         }
         let limit = self.max_saturated;
         if self.saturation != Strictness::Ignore && quality.saturated.iter().any(|&s| s > limit) {

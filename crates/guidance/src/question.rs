@@ -424,7 +424,13 @@ impl Physical<'_> {
         }
         let limit = checks.max_misfit;
         if let Some(residual) = self.residual.filter(|found| !(found.misfit <= limit)) {
-            doubts.push((checks.misfit, Reason::PhysicsMisfit { residual, limit }));
+            doubts.push((
+                checks.misfit,
+                Reason::PhysicsMisfit {
+                    residual: Box::new(residual),
+                    limit,
+                },
+            ));
         }
         Ok(doubts)
     }

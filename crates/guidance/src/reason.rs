@@ -60,7 +60,7 @@ pub enum Reason {
         margin_m: f64,
     },
     /// Channels of the picture, or all of it, show no more than noise.
-    NoiseFloor(Quality),
+    NoiseFloor(Box<Quality>),
     /// More of the picture is at full scale than allowed.
     Saturated {
         /// Share of the pixels per channel, in [0, 1].
@@ -93,7 +93,7 @@ pub enum Reason {
     /// What physics predicts from elsewhere is not what the picture has: the water file does not fit this place.
     PhysicsMisfit {
         /// Predicted less measured.
-        residual: PhysicalResidual,
+        residual: Box<PhysicalResidual>,
         /// Largest misfit allowed.
         limit: f64,
     },

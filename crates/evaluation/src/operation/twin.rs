@@ -137,7 +137,7 @@ fn fit_to(
         other => EvalError::Fit(Box::new(other)),
     })?;
     if let Some(folder) = manifest.parent() {
-        fit::report(&found, folder)?;
+        fit::report(&found, &[], folder)?;
     }
     let of_group = PER_THOUSAND * twin.table_kilo_paths / TABLE_GROUPS;
     let made_by = concat!("uweval ", env!("CARGO_PKG_VERSION"));

@@ -95,7 +95,7 @@ fn shallowest(up: &[DepthMeasurement]) -> [f64; 3] {
 fn as_bright(sensor: &Sensor, view: &RenderedView, k: usize, counts: f64) -> Sensor {
     let of = |ln_exposure: f64| Sensor {
         exposure: Exposure::Fixed(ln_exposure.exp()),
-        ..sensor.clone()
+        ..*sensor
     };
     // From next to black to next to white.
     let (mut low, mut high) = (-14f64, 14f64);
