@@ -3,6 +3,7 @@
 mod coarse;
 mod error;
 mod finite;
+mod joined;
 
 pub(crate) use error::FEWEST_SAMPLES;
 pub use finite::NotFinite;
@@ -13,6 +14,7 @@ use rayon::prelude::*;
 
 use coarse::Coarse;
 
+use crate::denoise::Denoised;
 use crate::snow::SnowLayers;
 
 /// Radiance of one source or one way, or the variance of the whole.
@@ -65,6 +67,8 @@ pub struct Film {
     coarse: Option<Box<Coarse>>,
     /// What marine snow changes.
     snow: Option<Arc<SnowLayers>>,
+    /// What is shown in the place of the samples' means.
+    denoised: Option<Arc<Denoised>>,
 }
 
 /// Fixed entries of a pixel before the lamps: total, squares, ambient, direct, backscatter.
@@ -88,6 +92,7 @@ impl Film {
             lamps,
             coarse: None,
             snow: None,
+            denoised: None,
         }
     }
 
@@ -126,9 +131,30 @@ impl Film {
         self.lamps
     }
 
+    /// Shows denoised layers of a picture of the same size in the place of the samples' means from now on, or none; samples
+    /// and their variance stay what they are.
+    pub fn show_denoised(&mut self, denoised: Option<Arc<Denoised>>) {
+        self.denoised = denoised;
+    }
+
+    /// What denoising came to, where its layers are shown.
+    pub fn denoised(&self) -> Option<&Denoised> {
+        self.denoised.as_deref()
+    }
+
     /// Mean radiance (or its variance) of every pixel, row by row from the top. Rows without samples are black, or show
-    /// the coarse picture that stands in for them.
+    /// the coarse picture that stands in for them. Of a denoised picture the variance is its estimated squared error.
     pub fn layer(&self, layer: FilmLayer) -> Vec<Spectrum> {
+        let denoised = self.denoised.as_ref().and_then(|own| own.layer(layer));
+        let mut out = denoised.unwrap_or_else(|| self.sampled(layer));
+        if let Some(snow) = &self.snow {
+            snow.add_to(layer, &mut out);
+        }
+        out
+    }
+
+    /// The same of the samples alone, without snow and as noisy as they are.
+    pub(crate) fn sampled(&self, layer: FilmLayer) -> Vec<Spectrum> {
         let width = self.width as usize;
         let mut out = vec![[0.0; 3]; width * self.rows.len()];
         let rows = out.par_chunks_mut(width.max(1)).zip(&self.rows).enumerate();
@@ -136,9 +162,6 @@ impl Film {
             Some(coarse) if row.batches == 0 => coarse.show(y, layer, values),
             _ => row.show(self.lamps, layer, values),
         });
-        if let Some(snow) = &self.snow {
-            snow.add_to(layer, &mut out);
-        }
         out
     }
 

@@ -1,5 +1,6 @@
 //! Scene file -> scene -> prepared -> integrator -> film -> sensor -> image.
 pub mod backend;
+pub mod denoise;
 pub mod film;
 pub mod gpu;
 pub mod image;

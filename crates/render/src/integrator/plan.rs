@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use serde::Serialize;
 
 use crate::{
+    denoise::DenoiseFacts,
     film::Film,
     kernels::Work,
     prepare::{Features, Prepared},
@@ -138,6 +139,9 @@ pub struct RenderStats {
     pub interrupted: bool,
     /// Neighbouring pixels that share walks: 1, the noise of every pixel is independent.
     pub share_walks: u32,
+    /// What denoising came to; none where the picture is as it was rendered.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub denoised: Option<DenoiseFacts>,
     /// What the scene makes use of.
     #[serde(rename = "needs")]
     pub features: Features,
@@ -172,6 +176,7 @@ impl RenderStats {
             coarse_samples: film.coarse().map(|(_, samples)| samples),
             interrupted: false,
             share_walks: 1,
+            denoised: None,
             features: scene.features,
             skipped: scene.features.skipped(),
         }

@@ -86,6 +86,15 @@ impl RenderArguments {
             attributes.push(("uw.response", spectral.response.name.clone()));
             attributes.push(("uw.lights", spectral.lights.join("; ")));
         }
+        if let Some(denoised) = &stats.denoised {
+            let method = "regression on first surfaces, two halves of the samples; biased";
+            attributes.push(("uw.denoised", method.to_owned()));
+            let facts = [
+                ("uw.denoised_relative_error", denoised.relative_error),
+                ("uw.denoised_relative_bias", denoised.relative_bias),
+            ];
+            attributes.extend(facts.map(|(name, value)| (name, value.to_string())));
+        }
         if stats.filled_pixels > 0 {
             attributes.push(("uw.filled_pixels", stats.filled_pixels.to_string()));
         }

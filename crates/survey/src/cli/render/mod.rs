@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 
 use clap::{Args, value_parser};
 use uw_render::backend::Device;
+use uw_render::denoise::{self, DenoiseError};
 use uw_render::film::Film;
 use uw_render::image::ImageFormat;
 use uw_render::integrator::{Plan, Progress, RenderError, RenderStats};
@@ -78,6 +79,10 @@ pub(super) struct RenderArguments {
     /// reflectance, transmittance, variance, all.
     #[arg(long, value_delimiter = ',')]
     layers: Vec<String>,
+    /// Take the noise off: layers are fitted to what is known of the first surfaces. Biased, with an estimate of the error that
+    /// is left; the samples per pixel must be even, and under a time limit half of it goes into each half of them.
+    #[arg(long, conflicts_with = "target_error")]
+    denoise: bool,
     /// Write facts about the render to this JSON file.
     #[arg(long)]
     stats: Option<PathBuf>,
@@ -116,13 +121,21 @@ impl RenderArguments {
         let reserve = self.reserve(format, &scene, &layers);
         let setup_s = start.elapsed().as_secs_f64();
         let plan = self.plan(&scene, &layers, start.elapsed() + reserve);
+        if let Some(error) = self.not_halved(&plan) {
+            return Err(CliError::input(format!("--denoise: {error}")));
+        }
         let display = ProgressDisplay::start(
             self.quiet || json,
             plan.samples_per_pixel.is_some() || plan.time_limit.is_some(),
         );
         let observe = |progress: &Progress| show(&display, &plan, scene.camera.height, progress);
-        let render =
-            |device: &Device, plan: &Plan| device.render(&prepared, plan, &cancel, &observe);
+        let render = |device: &Device, plan: &Plan| match self.denoise {
+            false => Ok(device.render(&prepared, plan, &cancel, &observe)?),
+            true => {
+                let sources = layers.iter().any(|&layer| is_source(layer));
+                denoise::render(device, &prepared, plan, sources, &cancel, &observe)
+            }
+        };
         let mut rendered = render(&device, &plan);
         if let Some(reason) = self.needs_double(&rendered) {
             warn(format_args!("{reason}; rendering with --backend cpu"));
@@ -163,6 +176,12 @@ impl RenderArguments {
         writing.reserve(limit_of(limit))
     }
 
+    /// The number of samples that cannot be halved, where denoising needs halves.
+    fn not_halved(&self, plan: &Plan) -> Option<DenoiseError> {
+        let samples = plan.samples_per_pixel.filter(|_| self.denoise)?;
+        (samples % 2 == 1).then_some(DenoiseError::Samples { samples })
+    }
+
     /// The scene file with what the command line says instead.
     fn read_scene(&self) -> Result<Scene, CliError> {
         let file = scene_file(&self.scene)?;
@@ -198,13 +217,15 @@ impl RenderArguments {
 
     /// Why double precision has to render, where no backend is demanded: the kernels refuse the scene, or their
     /// limits made the picture too dark and there is no time limit.
-    fn needs_double(&self, rendered: &Result<(Film, RenderStats), RenderError>) -> Option<String> {
+    fn needs_double(&self, rendered: &Result<(Film, RenderStats), DenoiseError>) -> Option<String> {
         if self.device.backend != BackendChoice::Auto {
             return None;
         }
         match rendered {
-            Err(RenderError::Gpu(error)) => Some(error.to_string()),
-            Err(error @ RenderError::LightLost { .. }) if self.time_limit_s.is_none() => {
+            Err(DenoiseError::Render(RenderError::Gpu(error))) => Some(error.to_string()),
+            Err(error @ DenoiseError::Render(RenderError::LightLost { .. }))
+                if self.time_limit_s.is_none() =>
+            {
                 Some(error.to_string())
             }
             Ok((_, stats)) if stats.cut_paths > 0 => {
@@ -274,7 +295,16 @@ fn show(display: &ProgressDisplay, plan: &Plan, height: u32, progress: &Progress
     });
 }
 
-fn no_picture(error: RenderError) -> CliError {
+/// Whether the layer is that of some of the sources.
+fn is_source(layer: RenderLayer) -> bool {
+    layer.is_lamp() || layer == RenderLayer::Ambient
+}
+
+fn no_picture(error: DenoiseError) -> CliError {
+    let error = match error {
+        DenoiseError::Render(error) => error,
+        other => return CliError::failed(format!("--denoise: {other}")),
+    };
     match error {
         RenderError::Incomplete { .. } => {
             CliError::Interrupted(format!("interrupted: {error}; nothing has been written"))

@@ -57,8 +57,12 @@ impl RenderSummary<'_> {
             Some(_) => "coarse".to_owned(),
             None => format!("{} samples per pixel", self.stats.samples_per_pixel),
         };
+        let kind = match self.stats.denoised {
+            Some(_) => "denoised (biased), estimated ",
+            None => "",
+        };
         let error = self.error().map_or_else(String::new, |error| {
-            format!(", relative error {}", percent(error))
+            format!(", {kind}relative error {}", percent(error))
         });
         let ahead = self
             .to_goal()
@@ -88,6 +92,7 @@ impl RenderSummary<'_> {
             "backend": stats.backend,
             "samples_per_pixel": stats.samples_per_pixel,
             "relative_error": self.error(),
+            "denoised": stats.denoised,
             "filled_pixels": stats.filled_pixels,
             "setup_s": stats.setup_s,
             "render_s": stats.render_s,
@@ -105,7 +110,9 @@ impl RenderSummary<'_> {
     fn to_goal(&self) -> Option<(u64, f64)> {
         let stats = self.stats;
         let factor = (self.error()? / GOAL).powi(2);
-        let is_telling = stats.samples_per_pixel >= TELLING_SAMPLES && stats.filled_pixels == 0;
+        let is_telling = stats.samples_per_pixel >= TELLING_SAMPLES
+            && stats.filled_pixels == 0
+            && stats.denoised.is_none();
         let samples = (factor * stats.samples_per_pixel as f64).ceil();
         let seconds = stats.setup_s + factor * stats.render_s;
         (is_telling && (1.0..=FARTHEST).contains(&factor) && factor > 1.0)

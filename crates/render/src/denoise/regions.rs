@@ -1,0 +1,114 @@
+//! Connected surfaces as the picture shows them: neighbouring pixels belong together where their centres show one object
+//! without an edge in depth between them.
+
+use rayon::prelude::*;
+
+use super::guides::NO_REGION;
+use super::look::Look;
+use crate::prepare::Prepared;
+
+/// Sine of the largest angle between a surface and the line from a point of it to the next.
+const LARGEST_SLOPE: f64 = 0.5;
+/// Largest distance of two neighbouring points over that of neighbours on a surface that faces the camera less.
+const LARGEST_GAP: f64 = 4.0;
+/// Least cosine towards the camera that counts.
+const LEAST_COSINE: f64 = 0.02;
+
+/// The connected surfaces of a picture.
+pub(super) struct Regions {
+    pub(super) width: usize,
+    pub(super) height: usize,
+    /// What the centre of each pixel shows.
+    centres: Vec<Look>,
+    /// The connected surface there.
+    labels: Vec<u32>,
+    /// Angle between neighbouring pixels, rad.
+    angle: f64,
+}
+
+impl Regions {
+    pub(super) fn of(scene: &Prepared) -> Self {
+        let camera = &scene.camera;
+        let (width, height) = (camera.width as usize, camera.height as usize);
+        let centre =
+            |i: usize| Look::through(scene, (i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
+        let centres: Vec<Look> = (0..width * height).into_par_iter().map(centre).collect();
+        let (x, y) = (0.5 * width as f64, 0.5 * height as f64);
+        let angle = camera
+            .direction(x, y)
+            .distance(camera.direction(x + 1.0, y));
+        let mut regions = Self {
+            width,
+            height,
+            centres,
+            labels: Vec::new(),
+            angle,
+        };
+        regions.labels = regions.connected();
+        regions
+    }
+
+    /// The region of a ray through pixel (`x`, `y`): that of the centre of the pixel or of a neighbour, whichever shows the
+    /// same surface.
+    pub(super) fn of_look(&self, look: &Look, x: usize, y: usize) -> u32 {
+        let own = y * self.width + x;
+        if self.join(look, &self.centres[own]) {
+            return self.labels[own];
+        }
+        let columns = x.saturating_sub(1)..(x + 2).min(self.width);
+        for row in y.saturating_sub(1)..(y + 2).min(self.height) {
+            for column in columns.clone() {
+                let other = row * self.width + column;
+                if self.join(look, &self.centres[other]) {
+                    return self.labels[other];
+                }
+            }
+        }
+        NO_REGION
+    }
+
+    fn connected(&self) -> Vec<u32> {
+        let mut parents: Vec<u32> = (0..self.centres.len() as u32).collect();
+        for y in 0..self.height {
+            for x in 0..self.width {
+                let own = y * self.width + x;
+                let right = (x + 1 < self.width).then_some(own + 1);
+                let below = (y + 1 < self.height).then_some(own + self.width);
+                for other in right.into_iter().chain(below) {
+                    if self.join(&self.centres[own], &self.centres[other]) {
+                        let (one, two) = (root(&mut parents, own), root(&mut parents, other));
+                        parents[one.max(two)] = one.min(two) as u32;
+                    }
+                }
+            }
+        }
+        (0..parents.len())
+            .map(|i| root(&mut parents, i) as u32)
+            .collect()
+    }
+
+    /// Whether two points, a pixel or less from each other in the picture, lie on one surface without an edge between them.
+    fn join(&self, one: &Look, other: &Look) -> bool {
+        if one.kind != other.kind {
+            return false;
+        }
+        if one.range_m.is_infinite() || other.range_m.is_infinite() {
+            return one.range_m == other.range_m;
+        }
+        let gap = other.apparent - one.apparent;
+        let length = gap.length();
+        let aside = |look: &Look| look.normal.dot(gap).abs();
+        let cosine = one.facing.max(other.facing).max(LEAST_COSINE);
+        let spacing = self.angle * one.range_m.min(other.range_m) / cosine;
+        aside(one).max(aside(other)) <= LARGEST_SLOPE * length && length <= LARGEST_GAP * spacing
+    }
+}
+
+fn root(parents: &mut [u32], index: usize) -> usize {
+    let mut index = index;
+    while parents[index] as usize != index {
+        parents[index] = parents[parents[index] as usize];
+        index = parents[index] as usize;
+    }
+    index
+}
