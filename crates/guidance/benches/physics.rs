@@ -63,6 +63,7 @@ fn water(width_px: usize, height_px: usize) -> Arc<Water> {
         tables: WaterTables {
             half_view: [0.577, 0.577 * height_px as f64 / width_px as f64],
             frequencies_per_m: (0..13).map(|i| 2f64.powi(i)).collect(),
+            sun: None,
             depths_m: vec![1.0, 3.0, 5.0],
             views: views.collect(),
         },

@@ -3,6 +3,7 @@
 //!
 //! All of it is optional, as older files and other people's have none of it.
 
+use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 use uw_calib::Rig;
 use uw_calib::json::{FieldError, Object, array};
@@ -35,14 +36,25 @@ pub struct Training {
     pub residual_here: Option<NormalResidual>,
 }
 
-/// The sun of the training pictures.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// The sun of the training pictures, or of a water's tables.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Sun {
     /// Zenith angle in air, degrees, in [0, 90).
     pub zenith_deg: f64,
     /// Azimuth towards which its light travels, against the horizontal direction in which the camera looks at an upright
     /// target, degrees: 0 has the sun behind the camera, 180 behind the target.
     pub azimuth_deg: f64,
+}
+
+impl Sun {
+    /// Angle between the directions of two suns' light in air, degrees.
+    pub fn apart_deg(&self, other: &Self) -> f64 {
+        let [one, two] = [self, other].map(|sun| sun.zenith_deg.to_radians());
+        let turn = (self.azimuth_deg - other.azimuth_deg).to_radians();
+        let cosine = one.cos() * two.cos() + one.sin() * two.sin() * turn.cos();
+        cosine.clamp(-1.0, 1.0).acos().to_degrees()
+    }
 }
 
 /// Misfits ([`Residual::misfit`](crate::checks::Residual)) of a network over the pictures it learnt from, when nothing

@@ -57,6 +57,8 @@ pub struct Checks {
     pub saturation: Strictness,
     /// Largest share of a channel's pixels at full scale, in [0, 1].
     pub max_saturated: f64,
+    /// What is done under a sun that model or water file do not know, where a request tells its sun.
+    pub other_sun: Strictness,
     /// What is done about a picture that was compressed or denoised before it was stored.
     pub processing: Strictness,
     /// Whether suggestions lie on whole centimetres and tenths of a percent, as far as the bounds allow.
@@ -78,6 +80,7 @@ impl Default for Checks {
             noise_floor: Strictness::Warn,
             saturation: Strictness::Warn,
             max_saturated: MAX_SATURATED,
+            other_sun: Strictness::Warn,
             processing: Strictness::Warn,
             round: true,
         }
@@ -99,6 +102,7 @@ impl Checks {
             noise_floor: Strictness::Ignore,
             saturation: Strictness::Ignore,
             max_saturated: 1.0,
+            other_sun: Strictness::Ignore,
             processing: Strictness::Ignore,
             round: false,
         }
@@ -118,6 +122,7 @@ impl Checks {
             "noise_floor",
             "saturation",
             "max_saturated",
+            "other_sun",
             "processing",
         ])?;
         let mut checks = *self;
@@ -156,6 +161,7 @@ impl Checks {
             ("other_depth", &mut checks.other_depth),
             ("noise_floor", &mut checks.noise_floor),
             ("saturation", &mut checks.saturation),
+            ("other_sun", &mut checks.other_sun),
             ("processing", &mut checks.processing),
         ] {
             if overrides.get(name).is_some() {

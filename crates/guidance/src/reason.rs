@@ -68,6 +68,8 @@ pub enum Reason {
         /// Largest share allowed.
         limit: f64,
     },
+    /// The sun is not that which model or water file were made for.
+    OtherSun(String),
     /// The picture was compressed: what that takes off.
     Compressed(String),
     /// The picture has less noise than its sensor makes.
@@ -137,6 +139,7 @@ impl Reason {
             Self::OtherDepth { .. } => "other_depth",
             Self::NoiseFloor(_) => "noise_floor",
             Self::Saturated { .. } => "saturated",
+            Self::OtherSun(_) => "other_sun",
             Self::Compressed(_) => "compressed",
             Self::Denoised(_) => "denoised",
             Self::NoCandidates { .. } => "no_candidates",
@@ -208,7 +211,7 @@ impl std::fmt::Display for Reason {
                 counts(measured),
                 residual.misfit
             ),
-            Self::OtherCamera(difference) => f.write_str(difference),
+            Self::OtherCamera(difference) | Self::OtherSun(difference) => f.write_str(difference),
             Self::Compressed(what) | Self::Denoised(what) => {
                 write!(f, "the picture: {what}")
             }

@@ -19,12 +19,13 @@ use crate::service::{Answered, Basis, Loaded, Moment, Service, Session, Settings
 const NOT_COMPARED: [&str; 2] = ["health", "auth"];
 
 /// Settings, by section, that a recording of an older program lacks; that did what [`as_recorded`] sets.
-const NEWER_SETTINGS: [(&str, &str); 7] = [
+const NEWER_SETTINGS: [(&str, &str); 8] = [
     ("checks", "other_depth"),
     ("checks", "depth_margin_m"),
     ("checks", "noise_floor"),
     ("checks", "saturation"),
     ("checks", "max_saturated"),
+    ("checks", "other_sun"),
     ("checks", "processing"),
     ("images", "noise"),
 ];
@@ -367,6 +368,9 @@ fn as_recorded(settings: &Settings, recorded: &Value) -> Settings {
     }
     if lacks("noise_floor") {
         checks.noise_floor = none.noise_floor;
+    }
+    if lacks("other_sun") {
+        checks.other_sun = none.other_sun;
     }
     if lacks("processing") {
         checks.processing = none.processing;

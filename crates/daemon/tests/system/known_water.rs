@@ -62,6 +62,7 @@ pub(crate) fn attenuating(
                 HALF_VIEW * f64::from(SIZE_PX[1]) / f64::from(SIZE_PX[0]),
             ],
             frequencies_per_m: vec![1.0, 10.0, 100.0],
+            sun: None,
             depths_m: vec![1.0, 6.0],
             views: distances_m.iter().map(view).collect(),
         },

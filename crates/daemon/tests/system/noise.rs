@@ -254,6 +254,7 @@ fn as_older(recording: &str) -> String {
             "noise_floor",
             "saturation",
             "max_saturated",
+            "other_sun",
             "processing",
         ];
         assert!(newer.iter().all(|name| checks.remove(*name).is_some()));

@@ -4,6 +4,8 @@ use std::process::Command;
 
 use serde_json::{Value, json};
 
+use uw_guidance::card::Sun;
+
 use crate::client::{Client, without};
 use crate::known_water::{NOISE, SIZE_PX, attenuating, water_file, waves, write_picture};
 use crate::program::{ANY_PORT, Program, text};
@@ -461,5 +463,54 @@ fn a_channel_that_the_picture_does_not_tell_is_null() {
     ] {
         let told = [0, 1, 2].map(|k| numbers[k].is_number());
         assert_eq!(told, [false, true, true], "{reply} {predicted}");
+    }
+}
+
+/// A request that tells another sun than that of the water file's tables: a warning, or refused where that is asked.
+#[test]
+fn another_sun_than_that_of_the_tables_is_told() {
+    let place = (1.0, 20.0);
+    let mut file = water_file(&DISTANCES_M, NOISE);
+    let known = Sun {
+        zenith_deg: 30.0,
+        azimuth_deg: 0.0,
+    };
+    file.tables.sun = Some(known);
+    for (config, is_valid) in [("", true), ("[checks]\nother_sun = \"refuse\"\n", false)] {
+        let mut program = Program::folder()
+            .write("water.json", &file.to_json())
+            .config(&format!("{CONFIG}{config}"))
+            .start(&[&ANY_PORT[..], &["--water", "water.json"]].concat());
+        write_picture(&program.path("now.png"), place, &waves, NOISE);
+        let mut client = program.client();
+        for (sun, is_known) in [
+            (json!({}), true),
+            (json!({"sun_zenith_deg": 45.0}), true),
+            (json!({"sun_azimuth_deg": -30.0}), true),
+            (
+                json!({"sun_zenith_deg": 5.0, "sun_azimuth_deg": 180.0}),
+                false,
+            ),
+            (json!({"sun_azimuth_deg": 180.0}), false),
+            (json!({"sun_zenith_deg": 60.0}), false),
+        ] {
+            let mut request = image("now.png");
+            let fields = sun.as_object().unwrap().clone();
+            request.as_object_mut().unwrap().extend(fields);
+            let reply = ask(&mut client, "suggest_image", place, request);
+            assert_eq!(reply["valid"], is_known || is_valid, "{sun}: {reply}");
+            let told = match is_valid {
+                true => &reply["warnings"][0]["reason"],
+                false => &reply["reason"],
+            };
+            assert_eq!(told == "other_sun", !is_known, "{sun}: {reply}");
+        }
+        let wrong = ask(
+            &mut client,
+            "suggest",
+            place,
+            json!({"sun_zenith_deg": 90.0}),
+        );
+        assert_eq!(wrong["error"]["field"], "sun_zenith_deg", "{wrong}");
     }
 }

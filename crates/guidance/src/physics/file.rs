@@ -257,6 +257,14 @@ impl WaterTables {
             }
         };
         rising("depths_m", &self.depths_m, 0.0, 1)?;
+        if let Some(sun) = self.sun
+            && !((0.0..90.0).contains(&sun.zenith_deg) && sun.azimuth_deg.is_finite())
+        {
+            return Err(format!(
+                "tables.sun must have a zenith_deg in [0, 90) and a finite azimuth_deg, got {} and {}",
+                sun.zenith_deg, sun.azimuth_deg
+            ));
+        }
         rising("frequencies_per_m", &self.frequencies_per_m, 1e-9, 2)?;
         let distances: Vec<f64> = self.views.iter().map(|view| view.distance_m).collect();
         rising("views.distance_m", &distances, 1e-3, 2)?;

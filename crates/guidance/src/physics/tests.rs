@@ -58,6 +58,7 @@ pub(super) fn even_water() -> WaterFile {
         tables: WaterTables {
             half_view: [HALF_VIEW, HALF_VIEW * HEIGHT as f64 / WIDTH as f64],
             frequencies_per_m,
+            sun: None,
             depths_m: vec![3.0],
             views: [0.5, 1.0, 2.0, 4.0].map(view).to_vec(),
         },

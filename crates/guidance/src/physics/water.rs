@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::card::Sun;
+
 /// A smooth function over the image, per channel: values in the middles of the 10 × 6 patches, row by row.
 pub type Field = [Vec<f64>; 3];
 
@@ -43,6 +45,9 @@ pub struct WaterTables {
     pub frequencies_per_m: Vec<f64>,
     /// Depths of daylight, m, rising.
     pub depths_m: Vec<f64>,
+    /// The sun of their daylight, where it is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sun: Option<Sun>,
     /// Views by rising distance, at least two.
     pub views: Vec<ViewTables>,
 }

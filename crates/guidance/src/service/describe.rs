@@ -103,6 +103,7 @@ pub(super) fn settings(settings: &Settings) -> Value {
             "noise_floor": checks.noise_floor.name(),
             "saturation": checks.saturation.name(),
             "max_saturated": checks.max_saturated,
+            "other_sun": checks.other_sun.name(),
             "processing": checks.processing.name(),
         },
         "images": {"noise": settings.noise.source().name()},

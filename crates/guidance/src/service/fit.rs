@@ -2,10 +2,12 @@
 
 use uw_calib::{Profile, Rig};
 
+use crate::card::Sun;
 use crate::mlp::Model;
 use crate::physics::Water;
 use crate::reason::Reason;
 use crate::service::{Basis, Loaded};
+use crate::wire::inputs::SunSeen;
 
 /// Why a picture of this size (pixels) does not fit the profile or the model, or these two each other; `None` where
 /// nothing speaks against it.
@@ -51,6 +53,32 @@ pub(super) fn other_profile(profile: &Profile, water: &Water) -> Option<Reason> 
         Reason::OtherCamera(format!(
             "profile and water file must be of the same camera: pictures have {} x {} pixels for the profile and {} x {} for the water file",
             of_profile[0], of_profile[1], of_water[0], of_water[1]
+        ))
+    })
+}
+
+/// Directions of sunlight in air that differ by more make another contrast, degrees (docs/limits.md).
+const SAME_SUN_DEG: f64 = 20.0;
+
+/// Why the sun of a request is not that of model or water file; `None` where nothing speaks against it. What a request leaves out is
+/// taken to be the file's.
+pub(super) fn other_sun(seen: SunSeen, basis: &Basis) -> Option<Reason> {
+    if seen == SunSeen::default() {
+        return None;
+    }
+    let (of, known) = match basis {
+        Basis::Network(model) => ("model", model.card().training.sun?),
+        Basis::Physics(water) => ("water file", water.file().tables.sun?),
+    };
+    let sun = Sun {
+        zenith_deg: seen.zenith_deg.unwrap_or(known.zenith_deg),
+        azimuth_deg: seen.azimuth_deg.unwrap_or(known.azimuth_deg),
+    };
+    let apart_deg = sun.apart_deg(&known);
+    (apart_deg > SAME_SUN_DEG).then(|| {
+        Reason::OtherSun(format!(
+            "the sunlight must come within {SAME_SUN_DEG} degrees of that which the {of} was made for (zenith {} degrees, azimuth {}), got zenith {} and azimuth {}, {apart_deg:.0} degrees apart",
+            known.zenith_deg, known.azimuth_deg, sun.zenith_deg, sun.azimuth_deg
         ))
     })
 }

@@ -6,7 +6,7 @@ use crate::beams::{BeamError, BeamGeometry, Plane, combine};
 use crate::feed::{Ages, Feed, Range, Reading, Update};
 use crate::observation::Observation;
 use crate::service::Moment;
-use crate::wire::inputs::{Distance, Inputs, Stamp};
+use crate::wire::inputs::{Distance, Inputs, Stamp, SunSeen};
 
 /// How far ahead of the daemon's clock a time stamp may be, s: clocks on one vehicle agree better.
 const MAX_AHEAD_S: f64 = 1.0;
@@ -20,6 +20,8 @@ pub(super) struct Known {
     pub plane: Option<Plane>,
     /// Width and height of the picture, pixels, where they are known.
     pub size_px: Option<[u32; 2]>,
+    /// The sun, as far as the request tells it.
+    pub sun: SunSeen,
 }
 
 /// Why there is no complete observation.
@@ -121,6 +123,7 @@ pub(super) fn resolve(
         },
         plane: range.plane,
         size_px: picture.size_px,
+        sun: inputs.sun,
     })
 }
 

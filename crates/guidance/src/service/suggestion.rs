@@ -29,7 +29,7 @@ pub(super) enum Hold {
     Missing(&'static str),
     /// The beams give no distance.
     Beams(BeamError),
-    /// Picture, profile and model or water file are not of one camera.
+    /// Picture, profile and model or water file are not of one camera, or the sun is not theirs.
     OtherCamera(Reason),
     /// The picture that physics predicts from was taken at another depth.
     OtherDepth {
@@ -158,13 +158,13 @@ impl Ground<'_> {
 }
 
 impl<'a> Predicting<'a> {
-    /// What the question is answered from, and a warning where profile and model are not of one camera.
+    /// What the question is answered from, and warnings where profile and model are not of one camera or the sun is not theirs.
     pub fn ground(
         &self,
         known: &Known,
         profile: &Profile,
         checks: &Checks,
-    ) -> Result<(Ground<'a>, Option<Reason>), Hold> {
+    ) -> Result<(Ground<'a>, Vec<Reason>), Hold> {
         let (ground, other) = match &self.loaded.basis {
             Basis::Network(model) => {
                 let other = fit::other_camera(known.size_px, profile, model);
@@ -180,11 +180,16 @@ impl<'a> Predicting<'a> {
                 (Ground::Physics(seen), fit::other_profile(profile, water))
             }
         };
-        match (checks.other_camera, other) {
-            (Strictness::Refuse, Some(reason)) => Err(Hold::OtherCamera(reason)),
-            (Strictness::Warn, other) => Ok((ground, other)),
-            _ => Ok((ground, None)),
+        let sun = fit::other_sun(known.sun, &self.loaded.basis);
+        let mut warnings = Vec::new();
+        for (strictness, other) in [(checks.other_camera, other), (checks.other_sun, sun)] {
+            match (strictness, other) {
+                (Strictness::Refuse, Some(reason)) => return Err(Hold::OtherCamera(reason)),
+                (Strictness::Warn, other) => warnings.extend(other),
+                _ => {}
+            }
         }
+        Ok((ground, warnings))
     }
 
     /// Says in a reply what its numbers are from, where that is to be said.
@@ -218,8 +223,8 @@ pub(super) fn suggest(
     Ok(fields)
 }
 
-/// The advice for what is known, with a warning of before.
-pub(super) fn advise_known(known: &Known, means: &Means, warning: Option<Reason>) -> Advice {
+/// The advice for what is known, with warnings of before.
+pub(super) fn advise_known(known: &Known, means: &Means, warnings: Vec<Reason>) -> Advice {
     let mut advice = advise_by(
         &known.observation,
         means.profile,
@@ -227,7 +232,7 @@ pub(super) fn advise_known(known: &Known, means: &Means, warning: Option<Reason>
         means.objective,
         means.checks,
     );
-    advice.warnings.extend(warning);
+    advice.warnings.extend(warnings);
     advice
 }
 

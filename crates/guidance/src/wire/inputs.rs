@@ -8,7 +8,7 @@ use crate::feed::Picture;
 use crate::observation::Quality;
 
 /// Names of these fields, for lists of what a request may hold.
-pub(super) const FIELDS: [&str; 13] = [
+pub(super) const FIELDS: [&str; 15] = [
     "depth_m",
     "distance_m",
     "distances_m",
@@ -20,6 +20,8 @@ pub(super) const FIELDS: [&str; 13] = [
     "std_corrected",
     "noise_floor",
     "saturated",
+    "sun_zenith_deg",
+    "sun_azimuth_deg",
     "age_s",
     "time_s",
 ];
@@ -59,8 +61,20 @@ pub struct Inputs {
     pub light_pct: Option<f64>,
     /// Image statistics.
     pub picture: Option<Picture>,
+    /// The sun, where it is known. Not kept for later requests.
+    pub sun: SunSeen,
     /// When all of these were measured.
     pub stamp: Stamp,
+}
+
+/// What of the sun is known.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SunSeen {
+    /// Zenith angle in air, degrees, in [0, 90).
+    pub zenith_deg: Option<f64>,
+    /// Azimuth towards which its light travels, against the horizontal direction in which the camera looks (of a camera that looks down:
+    /// the upper edge of its picture), degrees, in [-360, 360]: 0 has the sun behind the camera.
+    pub azimuth_deg: Option<f64>,
 }
 
 impl Inputs {
@@ -81,6 +95,14 @@ impl Inputs {
                 ((0.0..=100.0).contains(&v), "from 0 to 100 percent")
             })?,
             picture: read_picture(object)?,
+            sun: SunSeen {
+                zenith_deg: optional(object, "sun_zenith_deg", |v| {
+                    ((0.0..90.0).contains(&v), "from 0 to below 90 degrees")
+                })?,
+                azimuth_deg: optional(object, "sun_azimuth_deg", |v| {
+                    ((-360.0..=360.0).contains(&v), "from -360 to 360 degrees")
+                })?,
+            },
             stamp: read_stamp(object)?,
         })
     }

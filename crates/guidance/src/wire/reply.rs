@@ -131,6 +131,7 @@ impl From<Reason> for WireError {
             Reason::OtherDepth { .. } => Self::new(Code::OutOfRange, message).at("depth_m"),
             Reason::ModelMisfit { .. }
             | Reason::OtherCamera(_)
+            | Reason::OtherSun(_)
             | Reason::Compressed(_)
             | Reason::Denoised(_) => Self::new(Code::InvalidValue, message),
             Reason::OutsideTables { field, .. } => Self::new(Code::OutOfRange, message).at(field),

@@ -44,6 +44,8 @@ struct Fit {
 }
 
 type Cells<T> = Vec<Vec<T>>;
+/// Weight of a cell beside another, and of which terms there the terms here are made, and how much of each.
+type Shifted = (f64, Vec<Vec<(usize, f64)>>);
 
 impl Problem<'_> {
     /// Fits at cells of `cell_px` pixels a side.
@@ -83,7 +85,7 @@ impl Problem<'_> {
     }
 
     /// For each of the nine cells around one, row by row, its weight and how its terms are made.
-    fn shifts(&self) -> Vec<(f64, Vec<Vec<(usize, f64)>>)> {
+    fn shifts(&self) -> Vec<Shifted> {
         let steps = [-1.0_f64, 0.0, 1.0];
         let of = |y: f64| {
             steps.map(|x| {
@@ -139,7 +141,7 @@ impl Problem<'_> {
     }
 
     /// The fits of all regions in the cells `around` one.
-    fn fits(&self, around: &[(&(f64, Vec<Vec<(usize, f64)>>), &Vec<Block>)]) -> Vec<Fit> {
+    fn fits(&self, around: &[(&Shifted, &Vec<Block>)]) -> Vec<Fit> {
         let count = self.basis.len();
         let mut regions: Vec<u32> = around
             .iter()

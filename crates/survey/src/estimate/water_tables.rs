@@ -6,6 +6,7 @@
 use rayon::prelude::*;
 use uw_calib::Encoding;
 use uw_calib::stats::{PATCH_COLUMNS, PATCH_ROWS};
+use uw_guidance::card::Sun;
 use uw_guidance::physics::WaterTables;
 use uw_guidance::physics::file::{SensorNumbers, WaterNumbers};
 use uw_guidance::physics::water::{Field, SourceTables, ViewTables};
@@ -175,7 +176,27 @@ pub fn water_tables(
         half_view,
         frequencies_per_m: frequencies_per_m(),
         depths_m: plan.depths_m.clone(),
+        sun: sun(&first),
         views: views?,
+    })
+}
+
+/// The sun of a scene against where its camera looks, or of one that looks down against the upper edge of its picture.
+fn sun(scene: &Scene) -> Option<Sun> {
+    let (camera, towards) = (&scene.camera, scene.sun.as_ref()?.travel_direction);
+    let is_level = camera.forward.truncate().length() > camera.down.truncate().length();
+    let ahead = match is_level {
+        true => camera.forward,
+        false => -camera.down,
+    };
+    let azimuth = towards.y.atan2(towards.x) - ahead.y.atan2(ahead.x);
+    let (sin, cos) = azimuth.sin_cos();
+    Some(Sun {
+        zenith_deg: (-towards.z / towards.length())
+            .clamp(0.0, 1.0)
+            .acos()
+            .to_degrees(),
+        azimuth_deg: sin.atan2(cos).to_degrees(),
     })
 }
 
