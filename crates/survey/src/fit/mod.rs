@@ -15,6 +15,7 @@ mod pictures;
 mod priors;
 mod problem;
 mod report;
+mod told;
 mod upward;
 mod views;
 mod water;
@@ -22,21 +23,21 @@ mod water;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use nalgebra::DMatrix;
 use uw_calib::encoding::Encoding;
 use uw_calib::{DepthMeasurement, ManifestError, StatsError};
 use uw_media::WaterType;
 
 use crate::environment::{EnvironmentError, WATER_INDEX, WaterKind};
-use crate::estimate::every_water::{EveryWaterError, GROUPS};
+use crate::estimate::every_water::EveryWaterError;
 use crate::vehicle::Vehicle;
-use layout::{LN_BACKSCATTER, Layout};
-use least_squares::{Residual, Solution, minimise};
+use layout::LN_BACKSCATTER;
+use least_squares::{Solution, minimise};
 pub use pictures::{FEWEST_DISTANCES, LEAST_RATIO};
 use pictures::{Light, Pictures};
 use priors::Prior;
-use problem::{Problem, RARE_PATHS};
+use problem::Problem;
 pub use report::{ReportError, report};
+use told::told;
 pub use upward::{FittedDepth, depths};
 use views::{BACKSCATTER, Views};
 pub use water::{WaterError, water_file};
@@ -50,13 +51,6 @@ const FEWER: usize = 4;
 const LEAST_PATHS: usize = 4096;
 /// Iterations from each of them before the best is gone on with.
 const FIRST_ITERATIONS: usize = 8;
-/// Relative error of a coefficient beyond which it counts as not identified: its 90 % interval is wider than a tenth on either side.
-const MOST_ERROR: f64 = 0.1 / 1.645;
-/// By how much absorption over the pictures' distances may be off from the mean over a channel's wavelengths, as a share: what water absorbs
-/// most of is gone first, which is much in red and nothing in blue (`examples/fit_accuracy` by wavelength: 3 to 8 % too little in red).
-const BAND_ERROR: [f64; 3] = [0.05, 0.03, 0.0];
-/// Share of what was not known before that is left of a number that counts as not identified.
-const MOST_LEFT: f64 = 0.7;
 /// Standard errors that a channel's light must have in the brightest blocks to be used at all.
 const LEAST_SIGNAL: f64 = 10.0;
 
@@ -399,99 +393,4 @@ fn without_signal(pictures: &Pictures) -> [bool; 3] {
         let mut told = blocks.map(|block| block.signal[k] / block.variance[k].sqrt());
         !told.any(|share| share > LEAST_SIGNAL)
     })
-}
-
-/// What the solution says.
-fn told(problem: &Problem, found: &Solution, dark: [bool; 3]) -> Fit {
-    let layout = &problem.layout;
-    let residuals = problem.residuals(&found.parameters);
-    let free = residuals.len() - found.parameters.len();
-    let misfit = found.sum / free as f64;
-    let scale = misfit.max(1.0);
-    let of_paths = covariance_of_paths(problem, found, &residuals);
-    let indices: Vec<usize> = (0..3)
-        .map(|k| layout.ln_a(k))
-        .chain((0..3).map(|k| layout.ln_b(k)))
-        .chain((0..3).map(Layout::ln_gain))
-        .chain([LN_BACKSCATTER])
-        .collect();
-    let mut covariance = &found.covariance * scale + of_paths;
-    for (k, error) in BAND_ERROR.into_iter().enumerate() {
-        covariance[(layout.ln_a(k), layout.ln_a(k))] += error * error;
-    }
-    let fitted = |index: usize| Fitted {
-        value: found.parameters[index].exp(),
-        relative_error: covariance[(index, index)].sqrt(),
-    };
-    let correlation = correlations(&covariance, &indices);
-    let names = Fit::names();
-    let left = |i: usize| fitted(indices[i]).relative_error;
-    let not_identified = (0..indices.len()).filter(|&i| match i {
-        0..6 => left(i) > MOST_ERROR || dark[i % 3],
-        6..9 => left(i) > MOST_LEFT * problem.prior.gain_error || dark[i % 3],
-        _ => left(i) > MOST_LEFT * problem.prior.backscatter_error,
-    });
-    Fit {
-        a_per_m: [0, 1, 2].map(|k| fitted(layout.ln_a(k))),
-        b_per_m: [0, 1, 2].map(|k| fitted(layout.ln_b(k))),
-        backscatter_fraction: fitted(LN_BACKSCATTER),
-        lamp_gain: [0, 1, 2].map(|k| fitted(Layout::ln_gain(k))),
-        correlation,
-        not_identified: not_identified.map(|i| names[i].clone()).collect(),
-        misfit,
-        pictures: problem.fitted_pictures(&found.parameters),
-        reflectance: problem.reflectances(&found.parameters),
-        warnings: warnings(problem, found, misfit, dark),
-        places: problem.pictures.places.clone(),
-        up: problem.pictures.up.clone(),
-    }
-}
-
-/// Covariance that the finite number of paths adds: from how far each independent group of them would be off.
-fn covariance_of_paths(
-    problem: &Problem,
-    found: &Solution,
-    residuals: &[Residual],
-) -> DMatrix<f64> {
-    let n = found.parameters.len();
-    let mut sum = DMatrix::zeros(n, n);
-    for group in 0..GROUPS {
-        let other = problem.residuals_of_group(&found.parameters, group);
-        let shift = found.shift(residuals, &other);
-        sum += &shift * shift.transpose();
-    }
-    sum * (RARE_PATHS * RARE_PATHS / (GROUPS * (GROUPS - 1)) as f64)
-}
-
-fn correlations(covariance: &DMatrix<f64>, indices: &[usize]) -> Vec<Vec<f64>> {
-    let error = |i: usize| covariance[(i, i)].sqrt();
-    let of = |i: usize, j: usize| covariance[(i, j)] / (error(i) * error(j));
-    let row = |&i: &usize| indices.iter().map(|&j| of(i, j)).collect();
-    indices.iter().map(row).collect()
-}
-
-fn warnings(problem: &Problem, found: &Solution, misfit: f64, dark: [bool; 3]) -> Vec<String> {
-    let mut warnings = Vec::new();
-    if !found.settled {
-        warnings.push("the search was given up before it settled".to_owned());
-    }
-    if misfit > 4.0 {
-        warnings.push(format!(
-            "pictures and fit differ by {:.1} times what noise and model leave; errors are scaled with that: check distances, lamp \
-             levels, encoding and the vehicle's file, and whether the target is flat and all pictures have the same spot in the middle",
-            misfit.sqrt()
-        ));
-    }
-    if let Some(names) = uw_calib::detail::channel_names(dark) {
-        warnings.push(format!(
-            "{names}: the lamps' light is not told from noise; the water there is a guess"
-        ));
-    }
-    if problem.pictures.single > 0 {
-        warnings.push(format!(
-            "{} places have one picture, lamps on, which daylight cannot be taken off from; they are left out",
-            problem.pictures.single
-        ));
-    }
-    warnings
 }
