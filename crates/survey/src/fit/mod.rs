@@ -49,6 +49,9 @@ const STAGES: usize = 4;
 /// By how much fewer paths the first set has, and how many it has at least.
 const FEWER: usize = 4;
 const LEAST_PATHS: usize = 4096;
+/// The other kind of target is told where it leaves less of the squared residuals than this share, and less by this number at least.
+const OTHER_SHARE: f64 = 0.7;
+const OTHER_LESS: f64 = 20.0;
 /// Iterations from each of them before the best is gone on with.
 const FIRST_ITERATIONS: usize = 8;
 /// Standard errors that a channel's light must have in the brightest blocks to be used at all.
@@ -269,7 +272,9 @@ pub fn fit(
         Some((views, prior, found)) => {
             let mut problem = Problem::new(&pictures, &views, vehicle.exposure, prior);
             problem.weigh_pictures(&found.parameters);
-            Ok(told(&problem, &found, dark))
+            let mut fit = told(&problem, &found, dark);
+            fit.warnings.extend(search.other_target(problem, &found));
+            Ok(fit)
         }
         None => Err(FitError::NoSolution {
             manifest: manifest(),
@@ -297,7 +302,7 @@ impl Search<'_> {
             backscatter: options.backscatter_fraction,
             backscatter_error: options.backscatter_error,
             gain_error: options.gain_error,
-            down: (options.down).then(|| cosine_in_water(self.vehicle.sun_zenith_deg)),
+            down: self.daylight_of(options.down),
         };
         let views = self.views(&BACKSCATTER, (options.paths / FEWER).max(LEAST_PATHS))?;
         let mut problem = self.problem(&views, prior);
@@ -322,6 +327,36 @@ impl Search<'_> {
             }
         }
         Ok(last.map(|views| (views, prior, found)))
+    }
+
+    /// What is known of how daylight falls with distance: before a wall it does not, above a bottom by the cosine of its way.
+    fn daylight_of(&self, down: bool) -> Option<f64> {
+        down.then(|| cosine_in_water(self.vehicle.sun_zenith_deg))
+    }
+
+    /// A warning where the pictures come much closer to what a bottom shows than to a wall, or the other way round.
+    fn other_target(&self, mut problem: Problem<'_>, found: &Solution) -> Option<String> {
+        if self.options.dark {
+            return None;
+        }
+        let residuals = problem.residuals(&found.parameters);
+        let own: f64 = residuals.iter().map(|r| r.value * r.value).sum();
+        problem.prior.down = self.daylight_of(!self.options.down);
+        let other = self.minimise(&problem, found.parameters.clone(), None)?;
+        let seems = match self.options.down {
+            true => {
+                "before a wall rather than above a bottom: leave --bottom out if the vehicle looks ahead"
+            }
+            false => {
+                "above a bottom rather than before a wall: say --bottom if the vehicle looks down"
+            }
+        };
+        (other.sum < OTHER_SHARE * own && own - other.sum > OTHER_LESS).then(|| {
+            format!(
+                "daylight falls with distance as {seems} (squared residuals {:.0} instead of {own:.0})",
+                other.sum
+            )
+        })
     }
 
     fn views(&self, backscatter: &[f64], paths: usize) -> Result<Views, FitError> {
