@@ -1,4 +1,4 @@
-//! Whether picture, profile and model are of one camera with the same lamps.
+//! Whether picture, profile and model or water file are of one camera with the same lamps, under one sun.
 
 use uw_calib::{Profile, Rig};
 

@@ -30,7 +30,7 @@ pub(super) enum Hold {
     /// The beams give no distance.
     Beams(BeamError),
     /// Picture, profile and model or water file are not of one camera, or the sun is not theirs.
-    OtherCamera(Reason),
+    NotMadeFor(Reason),
     /// The picture that physics predicts from was taken at another depth.
     OtherDepth {
         /// Where it was taken, m.
@@ -44,7 +44,7 @@ impl Hold {
     /// A short name for programs.
     pub fn name(&self) -> &'static str {
         match self {
-            Self::OtherCamera(reason) => reason.name(),
+            Self::NotMadeFor(reason) => reason.name(),
             Self::Stale(_) | Self::OtherDepth { .. } => "stale_input",
             Self::NoProfile => "no_profile",
             Self::Missing(_) => "missing_input",
@@ -57,7 +57,7 @@ impl Hold {
         match self {
             Self::Stale(names) => format!("too old: {}", names.join(", ")),
             Self::NoProfile => "no calibration profile is loaded; send set_profile".to_owned(),
-            Self::OtherCamera(reason) => reason.to_string(),
+            Self::NotMadeFor(reason) => reason.to_string(),
             Self::Missing("image") => {
                 "physics predicts from a picture, and none was given on this connection: send suggest_image".to_owned()
             }
@@ -173,7 +173,7 @@ impl<'a> Predicting<'a> {
             Basis::Physics(water) => {
                 // Tables and patches are those of its pictures.
                 if let Some(reason) = fit::other_sensor(known.size_px, water) {
-                    return Err(Hold::OtherCamera(reason));
+                    return Err(Hold::NotMadeFor(reason));
                 }
                 let digest = &self.loaded.model_digest;
                 let seen = self.album.seen(known, digest, self.max_age, self.now)?;
@@ -184,7 +184,7 @@ impl<'a> Predicting<'a> {
         let mut warnings = Vec::new();
         for (strictness, other) in [(checks.other_camera, other), (checks.other_sun, sun)] {
             match (strictness, other) {
-                (Strictness::Refuse, Some(reason)) => return Err(Hold::OtherCamera(reason)),
+                (Strictness::Refuse, Some(reason)) => return Err(Hold::NotMadeFor(reason)),
                 (Strictness::Warn, other) => warnings.extend(other),
                 _ => {}
             }

@@ -11,7 +11,7 @@ use crate::estimate::every_water::GROUPS;
 /// Relative error of a coefficient beyond which it counts as not identified: its 90 % interval is wider than a tenth on either side.
 const MOST_ERROR: f64 = 0.1 / 1.645;
 /// By how much absorption over the pictures' distances may be off from the mean over a channel's wavelengths, as a share: what water absorbs
-/// most of is gone first, which is much in red and nothing in blue (`examples/fit_accuracy` by wavelength: 3 to 8 % too little in red).
+/// most of is gone first, which is much in red and nothing in blue (`examples/fit_accuracy` by wavelength: up to 8 % too little in red).
 const BAND_ERROR: [f64; 3] = [0.05, 0.03, 0.0];
 /// Share of what was not known before that is left of a number that counts as not identified.
 const MOST_LEFT: f64 = 0.7;

@@ -4,11 +4,9 @@
 use std::sync::atomic::AtomicBool;
 
 use uw_calib::{DepthMeasurement, relative_to_shallowest};
-use uw_media::Iops;
 use uw_render::scene::{Exposure, Sensor};
 
 use super::{Fit, Options};
-use crate::estimate::water_tables::KnownWater;
 use crate::measure::{Quality, RenderedView};
 use crate::routine::{RoutineError, UP_SAMPLES, look_up_in};
 use crate::vehicle::Vehicle;
@@ -41,15 +39,7 @@ pub fn depths(
         return Ok(Vec::new());
     }
     let measured = relative_to_shallowest(&fit.up)?;
-    let water = KnownWater {
-        iops: Iops {
-            a: fit.a_per_m.map(|a| a.value),
-            b: fit.b_per_m.map(|b| b.value),
-        },
-        backscatter_fraction: fit.backscatter_fraction.value,
-        bottom: options.down,
-        reflectance: REFLECTANCE,
-    };
+    let water = fit.known_water(options, REFLECTANCE);
     let depths_m: Vec<f64> = measured.iter().map(|sample| sample.depth_m).collect();
     let quality = Quality {
         samples_per_half: UP_SAMPLES,

@@ -37,6 +37,21 @@ pub enum WaterError {
     Picture(#[from] StatsError),
 }
 
+impl Fit {
+    /// The water that was found, before a target of the kind of `options` and of a `reflectance`.
+    pub(super) fn known_water(&self, options: &Options, reflectance: f32) -> KnownWater {
+        KnownWater {
+            iops: Iops {
+                a: self.a_per_m.map(|a| a.value),
+                b: self.b_per_m.map(|b| b.value),
+            },
+            backscatter_fraction: self.backscatter_fraction.value,
+            bottom: options.down,
+            reflectance,
+        }
+    }
+}
+
 /// The water file of `fit`, made from pictures of `vehicle`; tables by `paths_per_group` paths a view, source and group.
 ///
 /// # Errors
@@ -58,15 +73,7 @@ pub fn water_file(
         paths_per_group,
         seed: options.seed,
     };
-    let water = KnownWater {
-        iops: Iops {
-            a: fit.a_per_m.map(|a| a.value),
-            b: fit.b_per_m.map(|b| b.value),
-        },
-        backscatter_fraction: fit.backscatter_fraction.value,
-        bottom: options.down,
-        reflectance: plan.reflectance,
-    };
+    let water = fit.known_water(options, plan.reflectance);
     let mut tables = water_tables(&plan, |depth_m, distance_m| {
         Ok(lit(water.scene(vehicle, depth_m, distance_m)?, fit))
     })?;
