@@ -69,6 +69,25 @@ fn hidden_waters_are_found_within_their_errors() {
     }
 }
 
+/// What daylight does with distance tells a bottom from a wall: who says the wrong one is told, who says the right one is not.
+#[test]
+fn a_bottom_that_is_said_to_be_a_wall_is_told() {
+    // Coral rock in 5C: daylight falls much between the distances, and the target is still seen from afar.
+    let truth = Truth::draw(34, 7, MEAN).expect("a truth");
+    assert!(truth.is_down().expect("a target"));
+    let folder = tempfile::tempdir().expect("a folder");
+    let manifest = truth.take(folder.path(), &vehicle(), 5).expect("pictures");
+    for down in [false, true] {
+        let options = Options {
+            down,
+            ..Options::default()
+        };
+        let found = fit(&manifest, &vehicle(), &options, &never).expect("a fit");
+        let is_told = found.warnings.iter().any(|w| w.contains("--bottom"));
+        assert_eq!(is_told, !down, "{:?} {:?}", truth.body, found.warnings);
+    }
+}
+
 /// The water file of a fit predicts what the target would show from elsewhere, and the report is written.
 #[test]
 fn a_fitted_water_predicts() {
