@@ -96,6 +96,20 @@ pub enum CalibrateError {
         /// Of this one, pixels.
         second: [u32; 2],
     },
+    /// A picture of the target has another size than the vehicle's.
+    #[error(
+        "{manifest}:{line}: pictures of the target must have the vehicle's {} x {} pixels, got {} x {}", vehicle[0], vehicle[1], got[0], got[1]
+    )]
+    OtherSize {
+        /// Manifest.
+        manifest: String,
+        /// Line, from 1.
+        line: u64,
+        /// Width and height of the vehicle's pictures, pixels.
+        vehicle: [f64; 2],
+        /// Of this one, pixels.
+        got: [u32; 2],
+    },
     /// The measurements make no valid profile.
     #[error(transparent)]
     Profile(#[from] ProfileError),

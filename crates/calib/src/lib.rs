@@ -7,7 +7,7 @@
 //!    one (`levels`) and K_z from elsewhere where no picture looks up (`daylight`); `coverage` says what is missing, `doubts` which
 //!    pictures are noise or clipped.
 //! 4. [`profile`]: the profile, its file and its interpolation inside the calibrated range.
-//! 5. [`rig`]: the camera, sensor and lamps that profiles and models are made for.
+//! 5. [`rig`]: the camera, sensor and lamps that profiles and models are made for; [`vehicle`]: those of a user, from a file.
 //!
 //! [`json`] reads JSON field by field with errors that name the field; the guidance crate uses it too.
 //!
@@ -36,6 +36,7 @@ pub mod response;
 pub mod rig;
 pub mod routine;
 pub mod stats;
+pub mod vehicle;
 
 pub use calibrate::{
     CalibrateError, ContrastMeasurement, DepthMeasurement, relative_to_shallowest,
@@ -54,3 +55,4 @@ pub use routine::{
     fit_daylight, from_manifest,
 };
 pub use stats::{ImageStats, Measured, PatchGrid, PatchStats, StatsError, patch_statistics};
+pub use vehicle::{Vehicle, VehicleFile};

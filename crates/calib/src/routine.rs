@@ -63,6 +63,8 @@ pub struct RoutineOptions {
     pub daylight: Daylight,
     /// Where the noise is taken from that is left out of the corrected contrasts.
     pub noise: NoiseModel,
+    /// What is known of camera and lamps, for the profile to state; where it states a size, pictures of the target have to have it.
+    pub rig: Rig,
 }
 
 /// A profile, and what should be known of it.
@@ -107,7 +109,10 @@ pub fn from_manifest(
         images: manifest.rows.len() as u64,
         note,
     };
-    let rig = work.size_px.map(Rig::of_size).unwrap_or_default();
+    let rig = match (work.size_px, options.rig.size_px()) {
+        (Some(size_px), None) => Rig::of_size(size_px),
+        _ => options.rig,
+    };
     let mut profile = Profile::new(depth, on, off, source)?.with_rig(rig);
     if let Some(corrected) = corrected {
         profile = profile.with_corrected(corrected)?;
@@ -376,6 +381,16 @@ impl<'a> Work<'a> {
         })?;
         // A picture that is decoded has far fewer pixels a side than this could hold.
         let size = [grid.width, grid.height].map(|side| u32::try_from(side).unwrap_or(u32::MAX));
+        if let Some(vehicle) = self.options.rig.size_px()
+            && vehicle != size.map(f64::from)
+        {
+            return Err(CalibrateError::OtherSize {
+                manifest: self.manifest.path.display().to_string(),
+                line: row.line,
+                vehicle,
+                got: size,
+            });
+        }
         let first = *self.size_px.get_or_insert(size);
         if first != size {
             return Err(CalibrateError::MixedSizes {

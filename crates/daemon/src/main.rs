@@ -66,6 +66,10 @@ struct Serve {
     /// Water file (uw-water/1): contrast by physics, from pictures. Beside a model, the configuration's `predictor` says which.
     #[arg(long)]
     water: Option<PathBuf>,
+    /// The vehicle (uw-vehicle/1), or the name of a shipped one: its camera's noise and encoding, and what model, water file and profile
+    /// have to be made for.
+    #[arg(long, value_name = "NAME|FILE")]
+    vehicle: Option<String>,
     /// Calibration profile (uw-profile/1): a file, or the name of a shipped one, as in 1C, to try the daemon with.
     #[arg(long, value_name = "NAME|FILE", required_unless_present_any = ["no_profile", "print_default_config"])]
     profile: Option<PathBuf>,
@@ -97,6 +101,9 @@ struct Replay {
     /// The water file that was used.
     #[arg(long, conflicts_with = "model")]
     water: Option<PathBuf>,
+    /// The vehicle that was used.
+    #[arg(long, value_name = "NAME|FILE")]
+    vehicle: Option<String>,
     /// The configuration file that was used.
     #[arg(long)]
     config: Option<PathBuf>,
@@ -182,17 +189,19 @@ fn manual_page() -> Result<(), Failure> {
     Ok(std::io::stdout().write_all(&page)?)
 }
 
-fn read_config(path: Option<&PathBuf>) -> Result<Config, Failure> {
+fn read_config(path: Option<&PathBuf>, vehicle: Option<&String>) -> Result<Config, Failure> {
     let mut config = match path {
         Some(path) => Config::read(path).map_err(bad_input)?,
         None => Config::default(),
     };
     config.read_token().map_err(bad_input)?;
+    config.vehicle = vehicle.cloned().or(config.vehicle);
+    config.read_vehicle().map_err(bad_input)?;
     Ok(config)
 }
 
 fn answer_again(arguments: &Replay) -> Result<(), Failure> {
-    let mut config = read_config(arguments.config.as_ref())?;
+    let mut config = read_config(arguments.config.as_ref(), arguments.vehicle.as_ref())?;
     let files = files(
         (arguments.model.clone(), arguments.water.clone()),
         None,
@@ -243,7 +252,7 @@ struct Ready {
 }
 
 fn start(serve: Serve) -> Result<(), Failure> {
-    let mut config = read_config(serve.config.as_ref())?;
+    let mut config = read_config(serve.config.as_ref(), serve.vehicle.as_ref())?;
     let files = files(
         (serve.model.clone(), serve.water.clone()),
         serve.profile.clone(),
@@ -255,7 +264,11 @@ fn start(serve: Serve) -> Result<(), Failure> {
         None => None,
     };
     if serve.check_config {
-        for warning in config.exposures().into_iter().chain(loaded.warnings(None)) {
+        for warning in config
+            .exposures()
+            .into_iter()
+            .chain(loaded.warnings(None, &config.settings.vehicle))
+        {
             tell(&format!("uwguide: warning: {warning}"));
         }
         return print("the configuration is usable\n");

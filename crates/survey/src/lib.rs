@@ -14,4 +14,5 @@ pub mod measure;
 pub mod plot;
 pub mod routine;
 pub mod scenery;
-pub mod vehicle;
+
+pub use uw_calib::vehicle;

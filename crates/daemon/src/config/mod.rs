@@ -18,6 +18,7 @@ use uw_guidance::service::Settings;
 
 mod links;
 mod sections;
+mod vehicle;
 
 /// Format name and version of a configuration file.
 pub const CONFIG_FORMAT: &str = "uwguide-config/1";
@@ -79,6 +80,8 @@ pub struct Config {
     pub predictor: Option<PredictorKind>,
     /// The water file.
     pub water: Option<PathBuf>,
+    /// The vehicle: the name of a shipped one or a file.
+    pub vehicle: Option<String>,
     /// Files of TLS.
     pub tls: Option<TlsFiles>,
     /// Loopback address of metrics and health checks.

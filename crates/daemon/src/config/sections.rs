@@ -47,6 +47,7 @@ pub(super) fn config(value: &Value) -> Result<Config, FieldError> {
         .chain([
             "predictor",
             "water",
+            "vehicle",
             "operations",
             "dvl",
             "mavlink",
@@ -67,6 +68,13 @@ pub(super) fn config(value: &Value) -> Result<Config, FieldError> {
     if let Some(water) = section(&document, "water")? {
         water.only(&["file"])?;
         config.water = path(&water, "file")?;
+    }
+    if let Some(vehicle) = section(&document, "vehicle")? {
+        vehicle.only(&["file"])?;
+        config.vehicle = match vehicle.get("file") {
+            None => None,
+            Some(_) => Some(vehicle.text("file")?.to_owned()),
+        };
     }
     let settings = &mut config.settings;
     if let Some(objective) = section(&document, "objective")? {

@@ -29,3 +29,4 @@ mod rugged;
 mod safety;
 mod strangers;
 mod support;
+mod vehicle;

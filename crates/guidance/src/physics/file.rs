@@ -6,8 +6,8 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use thiserror::Error;
-use uw_calib::Encoding;
 use uw_calib::response::{CountResponse, LinearNoise};
+use uw_calib::{Encoding, Rig};
 
 use super::grid::PATCHES;
 use super::predict::Place;
@@ -57,6 +57,20 @@ pub struct SensorNumbers {
     pub noise_a: f64,
     /// See `noise_a`.
     pub noise_b: f64,
+}
+
+impl SensorNumbers {
+    /// What is compared with other files.
+    pub fn rig(&self) -> Rig {
+        Rig {
+            width_px: Some(self.width_px as f64),
+            height_px: Some(self.height_px as f64),
+            exposure_m2_sr_per_w: Some(self.exposure_m2_sr_per_w),
+            noise_a: Some(self.noise_a),
+            noise_b: Some(self.noise_b),
+            ..Rig::default()
+        }
+    }
 }
 
 /// The water itself, in three bands.

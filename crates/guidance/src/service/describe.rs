@@ -90,7 +90,7 @@ pub(super) fn objective(objective: &Objective) -> Value {
 pub(super) fn settings(settings: &Settings) -> Value {
     let (age, steering, beams) = (&settings.max_age, &settings.steering, &settings.beams);
     let checks = &settings.checks;
-    json!({
+    let mut described = json!({
         "checks": {
             "training": checks.training.name(),
             "training_margin": checks.training_margin,
@@ -121,5 +121,9 @@ pub(super) fn settings(settings: &Settings) -> Value {
             "light_deadband_pct": steering.light_deadband_pct,
         },
         "beams": {"tilt_deg": beams.tilt_deg, "azimuths_deg": beams.azimuths_deg},
-    })
+    });
+    if !settings.vehicle.is_empty() {
+        described["vehicle"] = settings.vehicle.to_json().into();
+    }
+    described
 }

@@ -57,6 +57,23 @@ pub(super) fn other_profile(profile: &Profile, water: &Water) -> Option<Reason> 
     })
 }
 
+/// Why the vehicle's camera and lamps are not those of model, water file or profile; `None` where nothing speaks against it.
+pub(super) fn other_vehicle(vehicle: &Rig, basis: &Basis, profile: &Profile) -> Option<Reason> {
+    let (of_basis, rig) = match basis {
+        Basis::Network(model) => ("model", model.card().rig),
+        Basis::Physics(water) => ("water file", water.file().sensor.rig()),
+    };
+    [(of_basis, &rig), ("profile", profile.rig())]
+        .into_iter()
+        .find_map(|(of, rig)| {
+            let difference = vehicle.differences(rig).into_iter().next()?;
+            Some(Reason::OtherCamera(format!(
+                "vehicle and {of} must be of the same camera and lamps: {} is {} of the vehicle and {} of the {of}",
+                difference.field, difference.first, difference.second
+            )))
+        })
+}
+
 /// Directions of sunlight in air that differ by more make another contrast, degrees (docs/limits.md).
 const SAME_SUN_DEG: f64 = 20.0;
 
@@ -84,8 +101,9 @@ pub(super) fn other_sun(seen: SunSeen, basis: &Basis) -> Option<Reason> {
 }
 
 impl Loaded {
-    /// What may be wrong with model or water file and profile, in words; `profile` stands for the loaded one where it is given.
-    pub fn warnings(&self, profile: Option<&Profile>) -> Vec<String> {
+    /// What may be wrong with model or water file and profile, and with them for a `vehicle`, in words; `profile` stands for the loaded
+    /// one where it is given.
+    pub fn warnings(&self, profile: Option<&Profile>, vehicle: &Rig) -> Vec<String> {
         let profile = profile.or(self.profile.as_deref());
         let mut warnings = match &self.basis {
             Basis::Network(model) => model.card().warnings(),
@@ -97,6 +115,7 @@ impl Loaded {
                 Basis::Network(model) => other_camera(None, profile, model),
                 Basis::Physics(water) => other_profile(profile, water),
             };
+            let other = other.or_else(|| other_vehicle(vehicle, &self.basis, profile));
             warnings.extend(other.map(|reason| reason.to_string()));
         }
         warnings

@@ -11,7 +11,7 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use serde_json::{Value, json};
 use thiserror::Error;
-use uw_calib::{NoiseModel, Profile, ProfileError};
+use uw_calib::{NoiseModel, Profile, ProfileError, Rig};
 
 use crate::beams::BeamGeometry;
 use crate::checks::Checks;
@@ -56,6 +56,8 @@ pub struct Settings {
     pub images: ImagePolicy,
     /// Where the noise of images is taken from.
     pub noise: NoiseModel,
+    /// Camera and lamps of the vehicle, as far as they are known: those of model, water file and profile have to be the same.
+    pub vehicle: Rig,
     /// The token that each connection has to show first.
     pub token: Option<String>,
     /// Whether replies by a network say so; those by physics always do.
@@ -207,8 +209,8 @@ impl Loaded {
     }
 
     /// Tells the log what may be wrong.
-    fn warn(&self) {
-        for warning in self.warnings(None) {
+    fn warn(&self, vehicle: &Rig) {
+        for warning in self.warnings(None, vehicle) {
             tracing::warn!(model = self.model_name, "{warning}");
         }
     }
@@ -279,7 +281,7 @@ impl Service {
 
     /// A service with all settings.
     pub fn with_settings(loaded: Loaded, settings: Settings) -> Self {
-        loaded.warn();
+        loaded.warn(&settings.vehicle);
         Self {
             settings,
             shared: Mutex::new(Shared {
@@ -316,7 +318,7 @@ impl Service {
     /// Takes another model and profile; requests under way end with the old ones. What is in use now is
     /// returned with its place among the answers.
     pub fn replace(&self, loaded: Loaded) -> (u64, Arc<Loaded>) {
-        loaded.warn();
+        loaded.warn(&self.settings.vehicle);
         self.reloads.fetch_add(1, Ordering::Relaxed);
         *self.reload_error() = None;
         let mut shared = self.lock();

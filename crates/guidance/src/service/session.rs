@@ -325,7 +325,9 @@ impl Session {
             }
             Op::SetProfile(profile) => {
                 let described = describe::profile(&profile);
-                let warnings = snapshot.loaded.warnings(Some(&profile));
+                let warnings = snapshot
+                    .loaded
+                    .warnings(Some(&profile), &self.service.settings.vehicle);
                 self.profile = Some(Arc::from(profile));
                 Ok(reply::fields(
                     json!({"profile": described, "warnings": warnings}),
@@ -395,9 +397,8 @@ impl Session {
         let predicting = Predicting {
             loaded: &snapshot.loaded,
             album: &album,
-            max_age: &settings.max_age,
+            settings,
             now,
-            tell: settings.tell_predictor,
         };
         let profile = self
             .profile
@@ -488,7 +489,7 @@ impl Session {
                 Basis::Physics(_) => Value::Null,
             },
             "profile": profile.map(|profile| describe::profile(profile)),
-            "warnings": loaded.warnings(profile.map(|profile| &**profile)),
+            "warnings": loaded.warnings(profile.map(|profile| &**profile), &settings.vehicle),
             "objective": describe::objective(&settings.objective),
             "settings": describe::settings(settings),
         }));

@@ -115,9 +115,8 @@ impl Subscription {
         let predicting = Predicting {
             loaded: &snapshot.loaded,
             album,
-            max_age: &settings.max_age,
+            settings,
             now,
-            tell: settings.tell_predictor,
         };
         let (ground, other) = match predicting.ground(&known, profile, &checks) {
             Ok(ground) => ground,

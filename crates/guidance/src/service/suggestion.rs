@@ -12,7 +12,7 @@ use crate::objective::{Form, Objective, Terms};
 use crate::service::album::{Album, Seen};
 use crate::service::resolve::{Known, Unknown};
 use crate::service::why::why;
-use crate::service::{Basis, Loaded, Moment, fit};
+use crate::service::{Basis, Loaded, Moment, Settings, fit};
 use crate::wire::reply::{
     self, AGE_DECIMALS, COUNTS_DECIMALS, Code, DISTANCE_DECIMALS, Fields, LIGHT_DECIMALS,
     SCORE_DECIMALS, WireError, rounded,
@@ -136,10 +136,8 @@ pub(super) struct Means<'a> {
 pub(super) struct Predicting<'a> {
     pub loaded: &'a Loaded,
     pub album: &'a Album,
-    pub max_age: &'a MaxAge,
+    pub settings: &'a Settings,
     pub now: Moment,
-    /// Whether replies by a network say so.
-    pub tell: bool,
 }
 
 /// What a question is answered from: the network, or the picture with which physics does.
@@ -176,10 +174,14 @@ impl<'a> Predicting<'a> {
                     return Err(Hold::NotMadeFor(reason));
                 }
                 let digest = &self.loaded.model_digest;
-                let seen = self.album.seen(known, digest, self.max_age, self.now)?;
+                let seen = self
+                    .album
+                    .seen(known, digest, &self.settings.max_age, self.now)?;
                 (Ground::Physics(seen), fit::other_profile(profile, water))
             }
         };
+        let vehicle = &self.settings.vehicle;
+        let other = other.or_else(|| fit::other_vehicle(vehicle, &self.loaded.basis, profile));
         let sun = fit::other_sun(known.sun, &self.loaded.basis);
         let mut warnings = Vec::new();
         for (strictness, other) in [(checks.other_camera, other), (checks.other_sun, sun)] {
@@ -194,7 +196,7 @@ impl<'a> Predicting<'a> {
 
     /// Says in a reply what its numbers are from, where that is to be said.
     pub fn tell(&self, fields: &mut Fields) {
-        if self.tell || matches!(self.loaded.basis, Basis::Physics(_)) {
+        if self.settings.tell_predictor || matches!(self.loaded.basis, Basis::Physics(_)) {
             fields.insert("predictor".to_owned(), self.loaded.basis.name().into());
         }
     }

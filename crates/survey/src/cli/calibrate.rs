@@ -9,9 +9,9 @@ use uw_calib::{
 };
 use uw_media::{Iops, WaterType};
 
+use super::camera::CameraArguments;
 use super::error::{CliError, note};
 use super::interrupt::cancel_flag;
-use super::noise::{CurveName, NoiseArguments};
 use super::output;
 use crate::assets::assets_dir;
 use crate::environment::{Target, WATER_INDEX, WaterBody, WaterKind};
@@ -33,10 +33,6 @@ pub(super) struct CalibrateArguments {
     /// brought there in linear light.
     #[arg(long, value_name = "PCT")]
     light_pct: Option<f64>,
-    /// How the camera's counts stand for light; needed where lamp levels are converted, K_z comes from pictures of the
-    /// target, or the camera's noise is given.
-    #[arg(long, value_enum, default_value_t = CurveName::Srgb)]
-    encoding: CurveName,
     /// Without pictures that look up: K_z of this Jerlov type (or mixture such as IB-II@0.4), rendered.
     #[arg(long, value_name = "TYPE", conflicts_with = "kd_per_m")]
     jerlov: Option<String>,
@@ -48,7 +44,7 @@ pub(super) struct CalibrateArguments {
     #[arg(long, value_name = "R,G,B", value_delimiter = ',')]
     kd_per_m: Option<Vec<f64>>,
     #[command(flatten)]
-    noise: NoiseArguments,
+    camera: CameraArguments,
 }
 
 const NEEDS: &str = "\
@@ -72,11 +68,17 @@ impl CalibrateArguments {
                 "--light-pct must be above 0 and at most 100, got {level}"
             )));
         }
-        let encoding = self.encoding.encoding();
+        let camera = self.camera.camera()?;
+        let encoding = camera.encoding;
         let options = RoutineOptions {
             light_pct: self.light_pct,
             encoding,
-            noise: self.noise.model(self.encoding)?,
+            noise: camera.noise,
+            rig: camera
+                .vehicle
+                .as_ref()
+                .map(|vehicle| vehicle.rig(Some(vehicle.exposure)))
+                .unwrap_or_default(),
             daylight: self.daylight(encoding)?,
         };
         let made = from_manifest(&self.manifest, made_by, &options).map_err(CliError::input)?;

@@ -11,8 +11,8 @@ use clap::{Args, Subcommand};
 use serde_json::json;
 use uw_render::image::{Frame, read_frame};
 
+use super::camera::{CurveName, name_of};
 use super::error::{CliError, note};
-use super::noise::{CurveName, name_of};
 use super::output;
 use crate::camera_fit::lamp::{EFFICACY_LM_PER_W, lamp};
 use crate::camera_fit::noise::{NoiseFit, fit};

@@ -8,9 +8,9 @@ use uw_calib::response::LinearNoise;
 use uw_calib::{Encoding, Manifest, NoiseModel, SensorNoise, processing};
 use uw_guidance::physics::WaterFile;
 
+use super::camera::CurveName;
 use super::error::{CliError, note};
 use super::interrupt::cancel_flag;
-use super::noise::CurveName;
 use super::output;
 use super::progress::ProgressDisplay;
 use crate::fit::{self, Fit, FitError, Fitted, Options, fit, water_file};

@@ -7,6 +7,7 @@
 mod adapters;
 mod assets;
 mod calibrate;
+mod camera;
 mod camera_fit;
 mod dataset;
 mod demo;
@@ -17,7 +18,6 @@ mod error_time;
 mod fit;
 pub(crate) mod interrupt;
 mod irradiance;
-mod noise;
 pub(crate) mod numbers;
 pub(crate) mod output;
 mod phase;

@@ -7,8 +7,8 @@ use clap::Args;
 use serde_json::json;
 use uw_calib::{Detail, Measured, NoiseSource, Processing};
 
+use super::camera::CameraArguments;
 use super::error::{CliError, note};
-use super::noise::{CurveName, NoiseArguments};
 use super::output;
 
 /// Arguments of `uw stats`.
@@ -18,10 +18,7 @@ pub(super) struct StatsArguments {
     #[arg(required = true, value_name = "IMAGE")]
     images: Vec<PathBuf>,
     #[command(flatten)]
-    noise: NoiseArguments,
-    /// How the camera's counts stand for light; needed with --noise-a.
-    #[arg(long, value_enum, default_value_t = CurveName::Srgb)]
-    encoding: CurveName,
+    camera: CameraArguments,
 }
 
 struct Row {
@@ -33,7 +30,7 @@ struct Row {
 impl StatsArguments {
     /// Measures all pictures, then prints a table, or a list of objects where `json`.
     pub(super) fn run(&self, json: bool) -> Result<(), CliError> {
-        let noise = self.noise.model(self.encoding)?;
+        let noise = self.camera.camera()?.noise;
         let mut rows = Vec::with_capacity(self.images.len());
         for path in &self.images {
             rows.push(Row {
@@ -64,7 +61,7 @@ fn warnings(row: &Row) -> Vec<String> {
     let mut warnings = match &row.picture.detail {
         Some(detail) => detail.warnings(),
         None => vec![
-            "too small to find its noise (patches of less than 3 x 3 pixels); give --noise-a and --noise-b".to_owned(),
+            "too small to find its noise (patches of less than 3 x 3 pixels); give --vehicle, or --noise-a and --noise-b".to_owned(),
         ],
     };
     warnings.extend(row.processing.warnings());
@@ -148,9 +145,9 @@ fn write_table(out: &mut dyn Write, rows: &[Row]) -> io::Result<()> {
         Some(NoiseSource::Picture) => writeln!(
             out,
             "noise from differences of neighbouring pixels: too large where texture is as fine as a pixel, too small where the camera \
-             smooths; --noise-a and --noise-b give it"
+             smooths; --vehicle, or --noise-a and --noise-b, give it"
         ),
-        Some(NoiseSource::Sensor) => writeln!(out, "noise from --noise-a and --noise-b"),
+        Some(NoiseSource::Sensor) => writeln!(out, "noise as it was given"),
         None => Ok(()),
     }
 }

@@ -3,6 +3,7 @@
 use uw_calib::Encoding;
 use uw_render::image::{Frame, Picture};
 use uw_render::scene::{self, Exposure, Noise, Sensor};
+use uw_survey::camera_fit::even::even;
 use uw_survey::camera_fit::vignetting::{VignettingError, fit};
 use uw_survey::vehicle::Vignetting;
 
@@ -74,7 +75,7 @@ fn even_pictures_are_even() {
     let hidden = lens(&mut draw);
     let board = frame(hidden, 1, |_, _| 0.5);
     let found = fit(std::slice::from_ref(&board), Encoding::Srgb).expect("a fit");
-    let even = found.vignetting.even(&board, Encoding::Srgb);
+    let even = even(found.vignetting, &board, Encoding::Srgb);
     let left = fit(&[even], Encoding::Srgb).expect("a fit").vignetting;
     assert!(hidden.share(1.0) < 0.9, "{hidden:?}");
     assert!((left.share(1.0) - 1.0).abs() < 5e-3, "{left:?}");

@@ -106,6 +106,51 @@ fn several_lamp_levels_become_one() {
     );
 }
 
+/// A vehicle's file says which camera took the pictures: the profile states it, and pictures of another size are not its.
+#[test]
+fn a_vehicle_is_stated_by_the_profile_and_its_noise_taken_off() {
+    let folder = Folder::new();
+    let vehicle = |name: &str, width: u32| {
+        let text = format!(
+            "format = \"uw-vehicle/1\"\nwidth = {width}\nheight = 24\nhfov_deg = 72.0\nencoding = \"linear\"\nnoise_a = 3e-4\n"
+        );
+        folder.write(name, text);
+    };
+    vehicle("mine.toml", SIZE.0);
+    vehicle("other.toml", 48);
+    target(&folder, "up.png", 0.4);
+    let mut manifest = format!("{HEADER}up.png,depth,1,,0\n");
+    for distance in 1..=3 {
+        let name = format!("d{distance}.png");
+        target(&folder, &name, 0.5 / f64::from(distance));
+        manifest += &format!("{name},contrast,3,{distance},0\n{name},contrast,3,{distance},60\n");
+    }
+    folder.write("m.csv", manifest);
+    folder.good("calibrate m.csv --vehicle mine.toml -o p.json");
+    let made = profile(&folder, "p.json");
+    assert_eq!(made.rig().hfov_deg, Some(72.0));
+    assert_eq!(made.rig().noise_a, Some(3e-4));
+    // As the numbers themselves do, the vehicle's encoding with them.
+    folder.good("calibrate m.csv --encoding linear --noise-a 3e-4 --noise-b 1e-6 -o q.json");
+    let given = profile(&folder, "q.json");
+    assert_eq!(made.corrected(), given.corrected());
+    assert_eq!(given.rig().hfov_deg, None);
+    folder.good("calibrate m.csv --encoding srgb --vehicle mine.toml -o r.json");
+    assert_ne!(profile(&folder, "r.json").corrected(), given.corrected());
+    folder.refused(
+        "calibrate m.csv --vehicle other.toml -o p.json",
+        &["m.csv:3:", "vehicle's 48 x 24 pixels, got 40 x 24"],
+    );
+    folder.refused(
+        "calibrate m.csv --vehicle yacht -o p.json",
+        &["--vehicle", "yacht"],
+    );
+    // `uw stats` takes the same.
+    let run = folder.good("stats --json d1.png --vehicle mine.toml");
+    let list: Value = serde_json::from_str(&run.stdout).expect("JSON");
+    assert_eq!(list[0]["noise_source"], "sensor");
+}
+
 #[test]
 fn pictures_with_the_lamps_off_show_how_daylight_falls() {
     let folder = Folder::new();

@@ -8,6 +8,7 @@ use serde_json::json;
 use uw_render::image::{read_frame, write_frame};
 
 use super::{Destination, find, frames, names, rounded};
+use crate::camera_fit::even::even;
 use crate::camera_fit::vignetting::fit;
 use crate::cli::error::CliError;
 use crate::cli::output;
@@ -94,7 +95,7 @@ impl EvenArguments {
         })?;
         let frame = read_frame(&self.picture).map_err(CliError::input)?;
         self.check_size(&frame, &vehicle)?;
-        let even = lens.even(&frame, vehicle.encoding);
+        let even = even(lens, &frame, vehicle.encoding);
         write_frame(&self.output, &even).map_err(CliError::failed)
     }
 

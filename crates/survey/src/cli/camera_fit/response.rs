@@ -8,8 +8,8 @@ use serde_json::json;
 
 use super::{Destination, frames, names};
 use crate::camera_fit::response::{MOST_OFF, ResponseFit, fit};
+use crate::cli::camera::name_of;
 use crate::cli::error::CliError;
-use crate::cli::noise::name_of;
 use crate::cli::output;
 use crate::vehicle::Measurement;
 

@@ -7,9 +7,10 @@ pub use file::{Measurement, VehicleError, VehicleFile};
 pub use vignetting::Vignetting;
 
 use serde::{Deserialize, Serialize};
-use uw_calib::{Encoding, Rig};
 use uw_media::MediaError;
 use uw_media::spectral::{Curve, Response, illuminant};
+
+use crate::{Encoding, Rig};
 
 /// The clear sky's own spectra, by the sun's zenith angle.
 const CLEAR_SKY: &str = "clear-sky";

@@ -1,8 +1,6 @@
 //! What a lens leaves of the light away from the middle of a picture.
 
 use serde::{Deserialize, Serialize};
-use uw_calib::Encoding;
-use uw_render::image::{Counts, Frame};
 
 /// Least and largest share of light at a place that a lens may leave.
 const RANGE: (f64, f64) = (0.05, 1.5);
@@ -53,42 +51,6 @@ impl Vignetting {
         ];
         let square = |v: [f64; 2]| v[0] * v[0] + v[1] * v[1];
         self.share(square(off) / square(half))
-    }
-
-    /// The picture without vignetting: light over the share, at the middle's level, encoded and rounded again. Pixels at full scale
-    /// stay there; noise grows where light was missing.
-    pub fn even(self, frame: &Frame, encoding: Encoding) -> Frame {
-        let counts = match &frame.counts {
-            Counts::Bits8(c) => {
-                Counts::Bits8(self.evened(frame, c, encoding, u8::MAX.into(), |c| c as u8))
-            }
-            Counts::Bits16(c) => {
-                Counts::Bits16(self.evened(frame, c, encoding, u16::MAX.into(), |c| c as u16))
-            }
-        };
-        Frame { counts, ..*frame }
-    }
-
-    fn evened<T: Copy + Into<f64>>(
-        self,
-        frame: &Frame,
-        counts: &[T],
-        encoding: Encoding,
-        full: f64,
-        store: impl Fn(f64) -> T,
-    ) -> Vec<T> {
-        let one = |(i, &count): (usize, &T)| {
-            let pixel = i as u32 / 3;
-            let place = (pixel % frame.width, pixel / frame.width);
-            let share = self.share_at(place, (frame.width, frame.height));
-            let stored: f64 = count.into();
-            if stored >= full {
-                return count;
-            }
-            let light = encoding.light(stored * 255.0 / full) / share;
-            store((encoding.counts(light) * full / 255.0).round())
-        };
-        counts.iter().enumerate().map(one).collect()
     }
 }
 

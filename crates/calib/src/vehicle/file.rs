@@ -5,9 +5,9 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
-use uw_calib::Encoding;
 
 use super::{Vehicle, Vignetting};
+use crate::Encoding;
 
 /// The value of the field `format`.
 const FORMAT: &str = "uw-vehicle/1";

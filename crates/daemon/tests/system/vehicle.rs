@@ -1,0 +1,83 @@
+//! A vehicle's file given to the program: its noise serves pictures, and what is made for another camera is refused.
+
+use serde_json::json;
+
+use crate::client::without;
+use crate::program::{ANY_PORT, Program, text};
+
+/// A vehicle of the test model's camera.
+const SAME: &str = "format = \"uw-vehicle/1\"\nhfov_deg = 60.0\nnoise_a = 3e-4\n";
+/// Another lens.
+const OTHER: &str = "format = \"uw-vehicle/1\"\nhfov_deg = 90.0\n";
+
+fn write_picture(program: &Program) {
+    let picture = image::RgbImage::from_fn(1280, 720, |x, y| {
+        image::Rgb([(100 + (x / 4 + y / 4) % 40) as u8; 3])
+    });
+    picture.save(program.path("now.png")).unwrap();
+}
+
+#[test]
+fn the_vehicles_noise_is_taken_off_pictures() {
+    let config = "[images]\ndirectory = \".\"\n[vehicle]\nfile = \"same.toml\"\n";
+    let mut program = Program::folder()
+        .write("same.toml", SAME)
+        .config(config)
+        .start(&ANY_PORT);
+    write_picture(&program);
+    let mut client = program.client();
+    let info = client.ask(&json!({"op": "info"}));
+    assert_eq!(info["settings"]["images"]["noise"], "sensor", "{info}");
+    assert_eq!(info["settings"]["vehicle"]["sensor"]["noise_a"], 3e-4);
+    let mut request = without(&["mean", "std"]);
+    request["op"] = json!("suggest_image");
+    request["image"] = json!({"path": "now.png"});
+    let reply = client.ask(&request);
+    // The picture is made without noise, which only who knows the sensor can tell.
+    assert_eq!(reply["warnings"][0]["reason"], "denoised", "{reply}");
+    assert_eq!(program.end(), Some(0));
+}
+
+#[test]
+fn what_is_made_for_another_camera_is_refused_and_told_at_the_start() {
+    let program = Program::folder().write("other.toml", OTHER);
+    let checked = program.output(&["--vehicle", "other.toml", "--check-config"]);
+    let told = text(&checked.stderr);
+    let words = "vehicle and model must be of the same camera and lamps: camera.hfov_deg is 90 of the vehicle and 60 of the model";
+    assert!(told.contains(words), "{told}");
+    let arguments = ["--vehicle", "other.toml", ANY_PORT[0], ANY_PORT[1]];
+    let mut program = program.start(&arguments);
+    let reply = program.client().ask(&without(&[]));
+    assert_eq!(
+        (&reply["valid"], &reply["reason"]),
+        (&json!(false), &json!("other_camera")),
+        "{reply}"
+    );
+    let message = reply["message"].as_str().unwrap();
+    assert!(message.contains(words), "{message}");
+}
+
+#[test]
+fn a_vehicle_that_cannot_be_used_ends_the_start() {
+    let program =
+        Program::folder().write("wrong.toml", "format = \"uw-vehicle/1\"\nhfov_deg = -1\n");
+    for (vehicle, words) in [
+        (
+            "wrong.toml",
+            "wrong.toml: vehicle.hfov_deg must be in (0, 179], got -1",
+        ),
+        ("none.toml", "none.toml: cannot be read"),
+        (
+            "yacht",
+            "neither a file (*.toml) nor one of the shipped vehicles (default)",
+        ),
+    ] {
+        let output = program.output(&["--vehicle", vehicle, "--check-config"]);
+        assert_eq!(output.status.code(), Some(2), "{vehicle}");
+        assert!(
+            text(&output.stderr).contains(words),
+            "{}",
+            text(&output.stderr)
+        );
+    }
+}
