@@ -1,6 +1,6 @@
 """Checks that the commands of the documentation can be given: programs, subcommands, options and files of the repository.
 
-    python3 tools/doc_commands.py                           # every shell block and every inline `uw ..` of all Markdown files
+    python3 tools/doc_commands.py                           # every shell block and inline `uw ..` of all Markdown files but the changelog
     python3 tools/doc_commands.py --run docs/tutorial.md    # gives the commands of a page, block after block, in an empty folder
 
 Commands are compared with `--help` of the programs in target/release (`--programs DIR`). A program that is not there is
@@ -10,6 +10,7 @@ named and its commands are left out; with `--require uw,uwguide` that is a mista
 import argparse
 import os
 import re
+import resource
 import shlex
 import subprocess
 import sys
@@ -24,6 +25,7 @@ import doc_markdown as markdown
 PROGRAMS = ("uw", "uwguide", "viewer", "uweval", "uwtrain")
 PACKAGES = {"uw-survey": "uw", "uw-daemon": "uwguide", "uw-viewer": "viewer", "uw-evaluation": "uweval", "uw-training": "uwtrain"}
 SHELLS = ("sh", "bash", "shell", "console")
+HIDDEN = {"--share-walks"}  # options that are taken and that no help shows
 OPTION = re.compile(r"^\s+(?:(-\w), )?(--[\w-]+)(?:[ =]\[?(<[^>]*>|\[[^\]]*\]))?|^\s+(-\w)(?: (<[^>]*>))?(?:\s|$)")
 
 
@@ -127,6 +129,8 @@ def check_arguments(program: Path, arguments: List[str], whole: bool) -> Optiona
     """What is wrong with the arguments of a program, or None. Where not `whole`, words may be missing or stand for others."""
     path, known = [], help_of(program)
     while arguments and known.subcommands and not arguments[0].startswith("-"):
+        if arguments[0].isupper() and not whole:
+            return None
         if arguments[0] not in known.subcommands:
             return f"{' '.join([program.name, *path])} has no command {arguments[0]}"
         path.append(arguments[0])
@@ -139,10 +143,10 @@ def check_arguments(program: Path, arguments: List[str], whole: bool) -> Optiona
         if takes_value or not option:
             takes_value = False
             continue
-        if option.group(1) not in known.options:
+        if option.group(1) not in known.options and option.group(1) not in HIDDEN:
             return f"{name} has no option {option.group(1)}"
         given.add(option.group(1))
-        takes_value = known.options[option.group(1)] and "=" not in word and not word.endswith("]")
+        takes_value = known.options.get(option.group(1), True) and "=" not in word and not word.endswith("]")
     if whole and not given & {"--help", "--version", "-h", "-V"}:
         short = {"-o": "--output"}
         missing = [option for option in known.required if option not in given | {short.get(g, g) for g in given}]
@@ -215,19 +219,25 @@ def shown_commands(text: str) -> Iterator[Tuple[int, str, bool]]:
             yield number, re.sub(r"[(){}|;&<>'\"#]", " ", code), False
 
 
+def processor_s() -> float:
+    """Processor time of all commands that have ended, s."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
 def run(page: Path, programs: Path, folder: Path) -> int:
     """Gives the shell blocks of a page one after the other in `folder`, with a line of time for each; the first that fails ends it."""
     environment = {**os.environ, "PATH": f"{programs}:{os.environ['PATH']}"}
-    begin = time.monotonic()
+    begin, before = time.monotonic(), processor_s()
     for block in markdown.split(page.read_text(encoding="utf-8"))[0]:
         if not block.info or block.info[0] not in SHELLS or "norun" in block.info:
             continue
-        start = time.monotonic()
+        start, used = time.monotonic(), processor_s()
         done = subprocess.run(["bash", "-euo", "pipefail", "-c", "\n".join(block.lines)], cwd=folder, env=environment)
-        print(f"{page.name}:{block.line}: {time.monotonic() - start:.1f} s, exit code {done.returncode}", flush=True)
+        print(f"{page.name}:{block.line}: {time.monotonic() - start:.1f} s, {processor_s() - used:.1f} s of processor time, exit code {done.returncode}", flush=True)
         if done.returncode:
             return 1
-    print(f"{page.name}: {time.monotonic() - begin:.1f} s in all, files in {folder}")
+    print(f"{page.name}: {time.monotonic() - begin:.1f} s in all, {processor_s() - before:.1f} s of processor time, files in {folder}")
     return 0
 
 
@@ -242,7 +252,8 @@ def main() -> int:
     if options.run:
         return max(run(page, programs, options.folder or Path(tempfile.mkdtemp())) for page in options.run)
     checker = Checker(programs, markdown.ROOT)
-    problems = [problem for page in markdown.tracked_pages() for problem in checker.page(page)]
+    pages = [page for page in markdown.tracked_pages() if page.name != "CHANGELOG.md"]
+    problems = [problem for page in pages for problem in checker.page(page)]
     for name in filter(None, options.require.split(",")):
         if not (programs / name).is_file():
             problems.append(f"there is no program {programs / name}")
