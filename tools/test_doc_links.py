@@ -71,6 +71,15 @@ class Links(unittest.TestCase):
             doc_links.problems_of_book(summary), ["SUMMARY.md: lists one.md twice", "SUMMARY.md: does not list two.md"]
         )
 
+    def test_the_made_book_is_followed_from_page_to_page(self):
+        (self.root / "howto").mkdir()
+        self.write("howto/index.html", '<a href="../page.html#here">x</a><a href="#none">y</a><img src="gone.png"><a href="https://x.org">z</a>')
+        self.write("page.html", '<h2 id="here">Here</h2><a href="howto/README.html">w</a>')
+        self.assertEqual(
+            doc_links.problems_of_html(self.root),
+            ["howto/index.html: there is no anchor #none", "howto/index.html: there is no gone.png", "page.html: there is no howto/README.html"],
+        )
+
     def test_the_books_of_this_repository_hold_together(self):
         for page in markdown.tracked_pages():
             self.assertEqual(doc_links.problems_of_page(page, markdown.ROOT), [])
