@@ -128,10 +128,11 @@ class Run(unittest.TestCase):
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name)
             page = folder / "page.md"
-            page.write_text("```sh\necho 1 > a\n```\n```sh norun\nfalse\n```\n```sh\ncat a > c; false\n```\n```sh\necho 2 > b\n```\n")
+            page.write_text("```sh\necho 1 > a\n```\n```sh norun\necho 3 > never\n```\n```sh\ncat a > c; false\n```\n```sh\necho 2 > b\n```\n")
             self.assertEqual(doc_commands.run(page, folder, folder), 1)
             self.assertEqual((folder / "a").read_text(), "1\n")
-            self.assertFalse((folder / "b").exists())
+            self.assertTrue((folder / "c").exists())
+            self.assertFalse((folder / "never").exists() or (folder / "b").exists())
 
 
 if __name__ == "__main__":
