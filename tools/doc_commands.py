@@ -252,7 +252,7 @@ def main() -> int:
     if options.run:
         return max(run(page, programs, options.folder or Path(tempfile.mkdtemp())) for page in options.run)
     checker = Checker(programs, markdown.ROOT)
-    pages = [page for page in markdown.tracked_pages() if page.name != "CHANGELOG.md"]
+    pages = [page for page in markdown.all_pages() if page.name != "CHANGELOG.md"]
     problems = [problem for page in pages for problem in checker.page(page)]
     for name in filter(None, options.require.split(",")):
         if not (programs / name).is_file():

@@ -72,7 +72,7 @@ def main() -> int:
     parser.add_argument("--book", type=Path, help="folder that `mdbook build` has written")
     book = parser.parse_args().book
     if book is None:
-        pages = markdown.tracked_pages()
+        pages = markdown.all_pages()
         problems = [problem for page in pages for problem in problems_of_page(page, markdown.ROOT)]
         problems += problems_of_book(markdown.ROOT / "docs" / "SUMMARY.md")
     else:

@@ -1,11 +1,11 @@
 """What the checks of the documentation read out of Markdown: fenced blocks, inline code, links, headings and their anchors."""
 
 import re
-import subprocess
 from pathlib import Path
 from typing import Iterator, List, NamedTuple, Tuple
 
 ROOT = Path(__file__).resolve().parent.parent
+LEFT_OUT = {".git", "target", "demo"}
 FENCE = re.compile(r"^(\s*)(```+|~~~+)\s*(.*)$")
 LINK = re.compile(r"!?\[((?:[^\[\]]|\[[^\[\]]*\])*)\]\(([^()\s]+)(?:\s+\"[^\"]*\")?\)")
 CODE = re.compile(r"(?<!`)(`+)(?!`)(.+?)(?<!`)\1(?!`)", re.DOTALL)
@@ -94,10 +94,7 @@ def inline_code(text: str) -> Iterator[Tuple[int, str]]:
             yield first + paragraph.count("\n", 0, found.start()), " ".join(found.group(2).split())
 
 
-def tracked_pages(root: Path = ROOT) -> List[Path]:
-    """All Markdown files that git knows or would take, the changelog too."""
-    listed = subprocess.run(
-        ["git", "ls-files", "--cached", "--others", "--exclude-standard", "*.md"],
-        cwd=root, check=True, capture_output=True, text=True,
-    ).stdout.split("\n")
-    return [root / name for name in sorted(set(listed)) if name and (root / name).is_file()]
+def all_pages(root: Path = ROOT) -> List[Path]:
+    """All Markdown files of the repository but those of build folders and of a demonstration."""
+    pages = (page for page in root.rglob("*.md") if not LEFT_OUT & set(page.relative_to(root).parts))
+    return sorted(page for page in pages if page.is_file())
