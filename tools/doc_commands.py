@@ -66,7 +66,8 @@ def help_of(program: Path, *subcommands: str) -> Help:
 
 
 def commands(lines: List[str]) -> Iterator[Tuple[int, str]]:
-    """Commands of a shell block with the number of their first line; continued lines and here-documents are joined to it."""
+    """Commands of a shell block with the number of their first line; continued lines and here-documents are joined to it,
+    comments and definitions of functions left out."""
     first, joined, end = 0, "", None
     for number, line in enumerate(lines):
         if end is not None:
@@ -78,7 +79,7 @@ def commands(lines: List[str]) -> Iterator[Tuple[int, str]]:
             continue
         here = re.search(r"<<-?\s*['\"]?(\w+)['\"]?", joined)
         end = here.group(1) if here else None
-        if joined and not joined.startswith("#"):
+        if joined and not joined.startswith("#") and not re.match(r"^\w+\(\)\s*\{", joined):
             yield first, joined
         joined = ""
 

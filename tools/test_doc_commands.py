@@ -42,10 +42,10 @@ Options:
 
 class Shell(unittest.TestCase):
     def test_lines_that_go_on_and_here_documents_are_one_command(self):
-        lines = ["# comment", "uw render \\", "  s.toml -o a.png", "cat > f <<'END'", "uw nonsense", "END", "uw --help"]
+        lines = ["# comment", 'f() { uw "$@"; }', "uw render \\", "  s.toml -o a.png", "cat > f <<'END'", "uw nonsense", "END", "uw --help"]
         self.assertEqual(
             list(doc_commands.commands(lines)),
-            [(1, "uw render  s.toml -o a.png"), (3, "cat > f <<'END'"), (6, "uw --help")],
+            [(2, "uw render  s.toml -o a.png"), (4, "cat > f <<'END'"), (7, "uw --help")],
         )
 
     def test_a_line_is_parted_into_simple_commands(self):
