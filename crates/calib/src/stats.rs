@@ -123,6 +123,45 @@ impl Measured {
         file(path, &|counts| counts, Some(noise))
     }
 
+    /// Measures interleaved 8-bit R, G, B samples, row 0 at the top.
+    pub fn from_rgb8(
+        width: usize,
+        height: usize,
+        samples: &[u8],
+        noise: &NoiseModel,
+    ) -> Result<Self, StatsError> {
+        check_length(width, height, samples.len())?;
+        interleaved(
+            width,
+            height,
+            samples,
+            3,
+            1.0,
+            &|counts| counts,
+            Some(noise),
+        )
+    }
+
+    /// The same of 16-bit samples, which are scaled to 8-bit counts (65535 is 255).
+    pub fn from_rgb16(
+        width: usize,
+        height: usize,
+        samples: &[u16],
+        noise: &NoiseModel,
+    ) -> Result<Self, StatsError> {
+        check_length(width, height, samples.len())?;
+        let as_it_is = |counts| counts;
+        interleaved(
+            width,
+            height,
+            samples,
+            3,
+            COUNTS_PER_U16,
+            &as_it_is,
+            Some(noise),
+        )
+    }
+
     /// Measures an image held in memory as the bytes of a PNG, TIFF or JPEG file; `name` is for messages.
     pub fn from_encoded(bytes: &[u8], name: &str, noise: &NoiseModel) -> Result<Self, StatsError> {
         decode(

@@ -91,3 +91,16 @@ impl Device {
         }
     }
 }
+
+/// Why a picture has to be rendered again in double precision where any backend will do: the kernels in single precision refuse
+/// the scene or, where the time is not `limited`, lost light or cut paths. `None` where there is no reason.
+pub fn needs_double(rendered: Result<&RenderStats, &RenderError>, limited: bool) -> Option<String> {
+    match rendered {
+        Err(RenderError::Gpu(error)) => Some(error.to_string()),
+        Err(error @ RenderError::LightLost { .. }) if !limited => Some(error.to_string()),
+        Ok(stats) if stats.cut_paths > 0 && !stats.interrupted && !limited => {
+            Some("limits of the kernels cut paths".to_owned())
+        }
+        _ => None,
+    }
+}

@@ -5,6 +5,7 @@ pub mod assets;
 pub mod camera_fit;
 pub mod cli;
 pub mod dataset;
+pub mod daylight;
 pub mod demo;
 pub mod environment;
 pub mod error_time;

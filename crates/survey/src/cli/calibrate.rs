@@ -4,21 +4,13 @@ use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
 use clap::Args;
-use uw_calib::{
-    Daylight, DaylightFit, Encoding, RoutineOptions, check_manifest, fit_daylight, from_manifest,
-};
-use uw_media::{Iops, WaterType};
+use uw_calib::{Daylight, Encoding, RoutineOptions, from_manifest};
 
 use super::camera::CameraArguments;
 use super::error::{CliError, note};
 use super::interrupt::cancel_flag;
 use super::output;
-use crate::assets::assets_dir;
-use crate::environment::{Target, WATER_INDEX, WaterBody, WaterKind};
-use crate::measure::Quality;
-use crate::routine::{UP_DEPTHS_M, UP_SAMPLES, look_up, measure_depths};
-use crate::scenery::textures::Pattern;
-use crate::vehicle::Vehicle;
+use crate::daylight::{Known, attenuation, stand_in};
 
 /// Arguments of `uw calibrate`.
 #[derive(Debug, Args)]
@@ -88,158 +80,28 @@ impl CalibrateArguments {
         made.profile.write(&self.output).map_err(CliError::failed)
     }
 
-    /// Where K_z comes from; the manifest is looked through before anything is rendered.
+    /// Where K_z comes from.
     fn daylight(&self, encoding: Encoding) -> Result<Daylight, CliError> {
-        if self.jerlov.is_some() || self.kd_per_m.is_some() {
-            check_manifest(&self.manifest, true).map_err(CliError::input)?;
-        }
-        if let Some(jerlov) = &self.jerlov {
-            let jerlov: WaterKind = jerlov
-                .parse()
-                .map_err(|e| CliError::input(format_args!("--jerlov: {e}")))?;
-            return self.rendered(jerlov, &UP_DEPTHS_M, String::new());
-        }
-        if let Some(k_d) = &self.kd_per_m {
-            let good = |v: &f64| v.is_finite() && *v > 0.0;
-            let ([r, g, b], true) = (k_d.as_slice(), k_d.iter().all(good)) else {
-                return Err(CliError::input(format_args!(
-                    "--kd-per-m must be three numbers > 0 (1/m, red, green, blue), got {k_d:?}"
-                )));
-            };
-            let k_d = [*r, *g, *b];
-            let (jerlov, off) = nearest(k_d)?;
-            let from = format!(", nearest to a given {}{off}", words(k_d));
-            return self.rendered(jerlov, &UP_DEPTHS_M, from);
-        }
-        let fit = fit_daylight(&self.manifest, encoding).map_err(CliError::input)?;
-        let Some(fit) = fit else {
+        let known = match (&self.jerlov, &self.kd_per_m) {
+            (Some(jerlov), _) => Known::Jerlov(
+                jerlov
+                    .parse()
+                    .map_err(|e| CliError::input(format_args!("--jerlov: {e}")))?,
+            ),
+            (None, Some(k_d)) => Known::Attenuation(
+                attenuation(k_d).map_err(|e| CliError::input(format_args!("--kd-per-m {e}")))?,
+            ),
+            (None, None) => Known::Nothing,
+        };
+        let stand = stand_in(&self.manifest, encoding, known).map_err(CliError::input)?;
+        let Some(stand) = stand else {
             return Ok(Daylight::Pictures);
         };
-        let DaylightFit {
-            pictures,
-            depths_m: [least, most],
-            ..
-        } = fit;
-        let (jerlov, off) = nearest(fit.k_d_per_m)?;
-        let from = format!(
-            ", nearest to the {} of {pictures} pictures of the target with the lamps off, {least} to {most} m deep{off}",
-            words(fit.k_d_per_m)
-        );
-        let mut depths_m: Vec<f64> = UP_DEPTHS_M.into_iter().filter(|&z| z < most).collect();
-        depths_m.push(most);
-        self.rendered(jerlov, &depths_m, from)
-    }
-
-    /// K_z as the project's routine finds it in a water of Jerlov's scale; `from` says how that was found.
-    fn rendered(
-        &self,
-        jerlov: WaterKind,
-        depths_m: &[f64],
-        from: String,
-    ) -> Result<Daylight, CliError> {
-        let water = WaterBody {
-            jerlov,
-            backscatter_fraction: self.backscatter_fraction,
-        };
-        water.check().map_err(CliError::input)?;
-        let vehicle = Vehicle::default();
-        let assets = assets_dir().map_err(CliError::input)?;
-        let target = Target::read(Pattern::HullRed, &assets).map_err(CliError::input)?;
-        let quality = Quality {
-            samples_per_half: UP_SAMPLES,
-            seed: 1,
-            threads: None,
-        };
         let cancel = cancel_flag()?;
-        let (sensor, views) = look_up(&vehicle, &water, &target, depths_m, quality, &cancel)
-            .map_err(|e| match cancel.load(Ordering::Relaxed) {
-                true => CliError::Interrupted("interrupted; nothing was written".into()),
-                false => CliError::input(e),
-            })?;
-        let fraction = self.backscatter_fraction;
-        Ok(Daylight::Measured {
-            depth: measure_depths(&sensor, &views),
-            what: format!(
-                "rendered for Jerlov {jerlov} water at a backscatter fraction of {fraction}{from}"
-            ),
+        let rendered = stand.render(self.backscatter_fraction, &cancel);
+        rendered.map_err(|e| match cancel.load(Ordering::Relaxed) {
+            true => CliError::Interrupted("interrupted; nothing was written".into()),
+            false => CliError::input(e),
         })
-    }
-}
-
-fn words(k_d: [f64; 3]) -> String {
-    let [r, g, b] = k_d.map(|k| format!("{k:.3}"));
-    format!("K_d of {r}, {g}, {b} per m")
-}
-
-/// The water on Jerlov's scale, mixtures of neighbours included, with the diffuse attenuation nearest to `k_d` in logarithm,
-/// and a remark where that is not near.
-fn nearest(k_d: [f64; 3]) -> Result<(WaterKind, String), CliError> {
-    let mut best: Option<(WaterKind, f64)> = None;
-    for pair in WaterType::ALL.windows(2) {
-        // The ocean's types end where the coast's begin.
-        let last = if pair[1] == WaterType::C1 { 0 } else { 10 };
-        for tenths in 0..=last {
-            let water = match tenths {
-                0 => WaterKind::Type(pair[0]),
-                10 => WaterKind::Type(pair[1]),
-                tenths => WaterKind::Between {
-                    from: pair[0],
-                    to: pair[1],
-                    share: f64::from(tenths) / 10.0,
-                },
-            };
-            let known = diffuse_attenuation(&water.iops().map_err(CliError::failed)?);
-            let off = (0..3).map(|k| (k_d[k].max(LEAST_K_D) / known[k]).ln().powi(2));
-            let off = (off.sum::<f64>() / 3.0).sqrt();
-            if best.is_none_or(|b| off < b.1) {
-                best = Some((water, off));
-            }
-        }
-    }
-    let (water, off) = best.ok_or_else(|| CliError::failed("there are no water types"))?;
-    let remark = if off > FAR {
-        format!(" (though not near: off by a factor of {:.1})", off.exp())
-    } else {
-        String::new()
-    };
-    Ok((water, remark))
-}
-
-/// Smallest K_d that is told from none, 1/m: below that of the clearest water.
-const LEAST_K_D: f64 = 0.01;
-/// Logarithm of the ratio beyond which a water is not near.
-const FAR: f64 = 0.35;
-/// Kirk's share of scattering in K_d under a high sun (Limnol. Oceanogr. 29 (1984), 350).
-const KIRK: f64 = 0.256;
-
-/// K_d per channel by Kirk's formula, sqrt(a² + 0.256 a b) over the cosine of the default sun's zenith angle in water, 1/m;
-/// within 12 % of the fall of rendered pictures with depth in IB, 1C and 5C.
-fn diffuse_attenuation(iops: &Iops) -> [f64; 3] {
-    let sine = Vehicle::default().sun_zenith_deg.to_radians().sin() / WATER_INDEX;
-    let cosine = (1.0 - sine * sine).sqrt();
-    std::array::from_fn(|k| {
-        let (a, b) = (iops.a[k], iops.b[k]);
-        (a * a + KIRK * a * b).sqrt() / cosine
-    })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_water_is_found_again_by_its_attenuation() {
-        for name in ["I", "IB", "III", "1C", "5C", "9C", "3C-5C@0.5"] {
-            let water: WaterKind = name.parse().expect("a water");
-            let k_d = diffuse_attenuation(&water.iops().expect("coefficients"));
-            let (found, remark) = nearest(k_d.map(|k| 1.02 * k)).expect("a water");
-            let again = diffuse_attenuation(&found.iops().expect("coefficients"));
-            for k in 0..3 {
-                assert!((again[k] / k_d[k]).ln().abs() < 0.06, "{name} {found}");
-            }
-            assert_eq!(remark, "");
-        }
-        let (_, remark) = nearest([0.05, 0.9, 0.05]).expect("a water");
-        assert!(remark.contains("not near"), "{remark}");
     }
 }

@@ -122,25 +122,7 @@ impl FitArguments {
     }
 
     fn options(&self, encoding: Encoding) -> Result<Options, CliError> {
-        let errors = [
-            ("--backscatter-error", self.backscatter_error),
-            ("--gain-error", self.gain_error),
-        ];
-        for (name, value) in errors {
-            if !(value > 0.0 && value <= 3.0) {
-                return Err(CliError::input(format_args!(
-                    "{name} must be above 0 and at most 3 (relative), got {value}"
-                )));
-            }
-        }
-        let [least, most] = fit::BACKSCATTER_RANGE;
-        if !(least..=most).contains(&self.backscatter_fraction) {
-            return Err(CliError::input(format_args!(
-                "--backscatter-fraction must be from {least} to {most}, got {}",
-                self.backscatter_fraction
-            )));
-        }
-        Ok(Options {
+        let options = Options {
             encoding: self.encoding.map_or(encoding, CurveName::encoding),
             dark: self.dark,
             down: self.bottom,
@@ -149,7 +131,14 @@ impl FitArguments {
             gain_error: self.gain_error,
             paths: 1024 * self.kilo_paths as usize,
             seed: self.seed,
-        })
+        };
+        match options.wrong() {
+            Some((field, wrong)) => {
+                let option = field.replace('_', "-");
+                Err(CliError::input(format_args!("--{option} {wrong}")))
+            }
+            None => Ok(options),
+        }
     }
 }
 

@@ -81,6 +81,25 @@ pub struct Options {
     pub seed: u64,
 }
 
+impl Options {
+    /// The first field that has no usable value, with what would be right.
+    pub fn wrong(&self) -> Option<(&'static str, String)> {
+        let errors = [
+            ("backscatter_error", self.backscatter_error),
+            ("gain_error", self.gain_error),
+        ];
+        for (field, value) in errors {
+            if !(value > 0.0 && value <= 3.0) {
+                let wrong = format!("must be above 0 and at most 3 (relative), got {value}");
+                return Some((field, wrong));
+            }
+        }
+        let ([least, most], got) = (BACKSCATTER_RANGE, self.backscatter_fraction);
+        let wrong = || format!("must be from {least} to {most}, got {got}");
+        (!(least..=most).contains(&got)).then(|| ("backscatter_fraction", wrong()))
+    }
+}
+
 impl Default for Options {
     fn default() -> Self {
         Self {

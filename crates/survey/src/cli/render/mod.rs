@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use clap::{Args, value_parser};
-use uw_render::backend::Device;
+use uw_render::backend::{Device, needs_double};
 use uw_render::denoise::{self, DenoiseError};
 use uw_render::film::Film;
 use uw_render::image::ImageFormat;
@@ -221,19 +221,12 @@ impl RenderArguments {
         if self.device.backend != BackendChoice::Auto {
             return None;
         }
-        match rendered {
-            Err(DenoiseError::Render(RenderError::Gpu(error))) => Some(error.to_string()),
-            Err(error @ DenoiseError::Render(RenderError::LightLost { .. }))
-                if self.time_limit_s.is_none() =>
-            {
-                Some(error.to_string())
-            }
-            Ok((_, stats)) if stats.cut_paths > 0 => {
-                let goes_on = !stats.interrupted && self.time_limit_s.is_none();
-                goes_on.then(|| "limits of the kernels cut paths".to_owned())
-            }
-            _ => None,
-        }
+        let rendered = match rendered {
+            Ok((_, stats)) => Ok(stats),
+            Err(DenoiseError::Render(error)) => Err(error),
+            Err(_) => return None,
+        };
+        needs_double(rendered, self.time_limit_s.is_some())
     }
 
     /// What needs no scene: the names and places of the output files.
