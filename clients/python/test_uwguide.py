@@ -60,6 +60,12 @@ class Exchange(unittest.TestCase):
             self.assertTrue(client.predict([(1.0, 50.0)], depth_m=1.0)["ok"])
         self.assertEqual(self.server.requests[-1]["candidates"], [[1.0, 50.0]])
 
+    def test_host_and_port_can_be_given_apart(self):
+        host, port = self.server.server_address
+        for arguments, names in (((host, port), {}), ((), {"host": host, "port": port}), ((), {"port": port})):
+            with Client(*arguments, **names) as client:
+                self.assertTrue(client.suggest(depth_m=3.0)["valid"])
+
     def test_a_subscription_yields_its_messages(self):
         with Client(self.address) as client:
             messages = client.subscribe(2.0)

@@ -7,10 +7,12 @@ per channel (R, G, B) in 8-bit counts.
 import json
 import socket
 import ssl as _ssl
-from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple
+from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple, Union
 
 __all__ = ["Client", "Refused"]
 
+DEFAULT_HOST = "127.0.0.1"
+DEFAULT_PORT = 7475
 MAX_LINE_BYTES = 1 << 20
 
 
@@ -30,21 +32,32 @@ class Client:
 
     def __init__(
         self,
-        address: str = "127.0.0.1:7475",
-        token: Optional[str] = None,
+        address: Optional[str] = None,
+        token: Union[str, int, None] = None,
         timeout_s: float = 5.0,
         ssl: Optional[_ssl.SSLContext] = None,
+        *,
+        host: Optional[str] = None,
+        port: Optional[int] = None,
     ):
-        """Connects to HOST:PORT or unix:PATH; `timeout_s` bounds every wait for the daemon, which closes a
+        """Connects to HOST:PORT or unix:PATH, or to a host and a port, as in `Client("127.0.0.1", 7475)`: a whole number behind the
+        host is its port, and the token then goes by its name. `timeout_s` bounds every wait for the daemon, which closes a
         connection that asks nothing within 10 s."""
+        if isinstance(token, int):
+            token, port = None, token
+        if host is None and port is not None:
+            host, address = address, None
+        if address is None:
+            host, port = host or DEFAULT_HOST, DEFAULT_PORT if port is None else port
+            address = f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
         if address.startswith("unix:"):
             self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
             self._socket.settimeout(timeout_s)
             self._socket.connect(address[len("unix:"):])
         else:
-            host, _, port = address.rpartition(":")
+            host, _, service = address.rpartition(":")
             host = host.strip("[]")
-            self._socket = socket.create_connection((host, int(port)), timeout=timeout_s)
+            self._socket = socket.create_connection((host, int(service)), timeout=timeout_s)
             self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             if ssl is not None:
                 self._socket = ssl.wrap_socket(self._socket, server_hostname=host)
@@ -86,7 +99,8 @@ class Client:
         line = self._lines.readline()
         if not line.endswith(b"\n"):
             raise ConnectionError("the daemon closed the connection")
-        return json.loads(line)
+        reply: Dict[str, Any] = json.loads(line)
+        return reply
 
     def suggest(self, **state: Any) -> Dict[str, Any]:
         """The best distance and lamp level. What is not given comes from the latest state; act only when
