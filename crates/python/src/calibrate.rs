@@ -1,0 +1,80 @@
+//! Calibration from pictures.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+
+use pyo3::prelude::*;
+use uw_calib::{Calibration, Daylight, RoutineOptions, from_manifest};
+use uw_survey::daylight::{Known, attenuation, stand_in};
+use uw_survey::environment::WaterKind;
+
+use crate::errors::{value_error, warn};
+use crate::interrupt::interruptible;
+use crate::numbers::number;
+use crate::pictures;
+use crate::profile::Profile;
+
+const MADE_BY: &str = concat!("uwguide.calibrate ", env!("CARGO_PKG_VERSION"));
+
+/// Makes a profile of the pictures of a manifest. See ``uwguide.calibrate``.
+#[pyfunction]
+#[pyo3(signature = (manifest, *, light_pct, encoding, noise, jerlov, kd_per_m, backscatter_fraction))]
+#[expect(
+    clippy::too_many_arguments,
+    reason = "the keywords of uwguide.calibrate"
+)]
+pub(crate) fn calibrate(
+    py: Python<'_>,
+    manifest: PathBuf,
+    light_pct: Option<&Bound<'_, PyAny>>,
+    encoding: &str,
+    noise: Option<(f64, f64)>,
+    jerlov: Option<&str>,
+    kd_per_m: Option<Vec<f64>>,
+    backscatter_fraction: f64,
+) -> PyResult<Profile> {
+    let expected = "above 0 and at most 100";
+    let level = |given| number("light_pct", given, expected, |v| v > 0.0 && v <= 100.0);
+    let encoding = pictures::encoding(encoding)?;
+    let known = match (jerlov, kd_per_m) {
+        (Some(_), Some(_)) => {
+            return Err(value_error("jerlov and kd_per_m must not be given both"));
+        }
+        (Some(jerlov), None) => {
+            let parsed = jerlov.parse::<WaterKind>();
+            Known::Jerlov(parsed.map_err(|e| value_error(format_args!("jerlov: {e}")))?)
+        }
+        (None, Some(k_d)) => {
+            let checked = attenuation(&k_d);
+            Known::Attenuation(checked.map_err(|e| value_error(format_args!("kd_per_m {e}")))?)
+        }
+        (None, None) => Known::Nothing,
+    };
+    let options = RoutineOptions {
+        light_pct: light_pct.map(level).transpose()?,
+        encoding,
+        noise: pictures::noise(noise, encoding)?,
+        daylight: Daylight::Pictures,
+    };
+    let made = interruptible(py, None, |cancel| {
+        make(&manifest, known, backscatter_fraction, options, cancel)
+    })?;
+    let Calibration { profile, warnings } = made.map_err(value_error)?;
+    warn(py, 2, &warnings)?;
+    Ok(Profile::new(profile, warnings))
+}
+
+fn make(
+    manifest: &Path,
+    known: Known,
+    backscatter_fraction: f64,
+    mut options: RoutineOptions,
+    cancel: &AtomicBool,
+) -> Result<Calibration, String> {
+    let stand = stand_in(manifest, options.encoding, known).map_err(|e| e.to_string())?;
+    if let Some(stand) = stand {
+        let rendered = stand.render(backscatter_fraction, cancel);
+        options.daylight = rendered.map_err(|e| e.to_string())?;
+    }
+    from_manifest(manifest, MADE_BY, &options).map_err(|e| e.to_string())
+}

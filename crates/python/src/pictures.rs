@@ -1,0 +1,226 @@
+//! Pictures: exposed, written, measured.
+
+use std::path::PathBuf;
+
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use image::{ExtendedColorType, ImageEncoder};
+use numpy::{Element, PyReadonlyArray3};
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+use serde_json::{Value, json};
+use uw_calib::response::LinearNoise;
+use uw_calib::{
+    Detail, Encoding, ImageStats, Measured, NoiseModel, Processing, SensorNoise, StatsError,
+};
+use uw_render::image::{Counts, ExrImage, Frame, ImageFormat, write_frame};
+use uw_render::scene::Sensor;
+
+use crate::arrays;
+use crate::errors::value_error;
+use crate::interrupt::interruptible;
+use crate::numbers;
+use crate::scene::Scene;
+
+/// The numbers that the sensor of a scene, or the default one, makes of a picture. See ``uwguide.expose``.
+#[pyfunction]
+pub(crate) fn expose<'py>(
+    py: Python<'py>,
+    image: PyReadonlyArray3<'py, f32>,
+    scene: Option<&Bound<'py, Scene>>,
+    seed: &Bound<'py, PyAny>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let sensor = scene.and_then(|scene| scene.get().scene().sensor);
+    let sensor: Sensor = sensor.unwrap_or_default();
+    let seed = numbers::seed(seed)?;
+    let picture = arrays::to_picture(&image)?;
+    let frame = interruptible(py, None, |_| sensor.expose(&picture, seed))?;
+    let shape = [frame.height as usize, frame.width as usize, 3];
+    match frame.counts {
+        Counts::Bits8(counts) => arrays::owning(py, counts, shape),
+        Counts::Bits16(counts) => arrays::owning(py, counts, shape),
+    }
+}
+
+/// A picture to be written.
+#[derive(FromPyObject)]
+pub(crate) enum Pixels<'py> {
+    Bits8(PyReadonlyArray3<'py, u8>),
+    Bits16(PyReadonlyArray3<'py, u16>),
+    Radiance(PyReadonlyArray3<'py, f32>),
+}
+
+/// Writes a picture, whole or not at all. See ``uwguide.save``.
+#[pyfunction]
+pub(crate) fn save(py: Python<'_>, file: PathBuf, image: Pixels<'_>) -> PyResult<()> {
+    let is_exr = ImageFormat::of(&file).map_err(value_error)? == ImageFormat::Exr;
+    let counts = match (image, is_exr) {
+        (Pixels::Radiance(array), true) => {
+            let image = ExrImage::new(arrays::to_picture(&array)?);
+            return py.detach(|| image.write(&file)).map_err(value_error);
+        }
+        (Pixels::Bits8(array), false) => (arrays::size(&array)?, Counts::Bits8(samples(&array)?)),
+        (Pixels::Bits16(array), false) => (arrays::size(&array)?, Counts::Bits16(samples(&array)?)),
+        (_, is_exr) => {
+            let expected = match is_exr {
+                true => "an .exr file holds radiance: image must be float32",
+                false => {
+                    ".png and .tif files hold the numbers of a sensor: image must be uint8 or uint16, which uwguide.expose makes of radiance"
+                }
+            };
+            return Err(value_error(format_args!("{}: {expected}", file.display())));
+        }
+    };
+    let ((height, width), counts) = counts;
+    let frame = Frame {
+        width,
+        height,
+        counts,
+    };
+    py.detach(|| write_frame(&file, &frame))
+        .map_err(value_error)
+}
+
+/// Contrast per channel of pixels in 8-bit counts, fractions allowed.
+#[pyfunction]
+pub(crate) fn contrast_of_counts(
+    py: Python<'_>,
+    image: PyReadonlyArray3<'_, f64>,
+) -> PyResult<[f64; 3]> {
+    let (height, width) = arrays::size(&image)?;
+    let (pixels, _) = image.as_slice().map_err(value_error)?.as_chunks::<3>();
+    let stats = py.detach(|| ImageStats::from_counts(width as usize, height as usize, pixels));
+    stats.map(|stats| stats.contrast).map_err(value_error)
+}
+
+/// What ``uw stats --json`` tells of a file, as JSON.
+#[pyfunction]
+pub(crate) fn measure_file(
+    py: Python<'_>,
+    file: PathBuf,
+    noise: Option<(f64, f64)>,
+    encoding: &str,
+) -> PyResult<String> {
+    let noise = self::noise(noise, self::encoding(encoding)?)?;
+    let measured = py.detach(|| {
+        let measured = Measured::from_file(&file, &noise)?;
+        Ok::<_, StatsError>((measured, Processing::of_file(&file, &noise)?))
+    });
+    let (measured, processing) = measured.map_err(value_error)?;
+    Ok(told(&measured, Some(&processing)).to_string())
+}
+
+/// The same of an array.
+#[pyfunction]
+pub(crate) fn measure_rgb8(
+    py: Python<'_>,
+    image: PyReadonlyArray3<'_, u8>,
+    noise: Option<(f64, f64)>,
+    encoding: &str,
+) -> PyResult<String> {
+    measure(py, &image, noise, encoding, Measured::from_rgb8)
+}
+
+/// The same of an array of 16 bits.
+#[pyfunction]
+pub(crate) fn measure_rgb16(
+    py: Python<'_>,
+    image: PyReadonlyArray3<'_, u16>,
+    noise: Option<(f64, f64)>,
+    encoding: &str,
+) -> PyResult<String> {
+    measure(py, &image, noise, encoding, Measured::from_rgb16)
+}
+
+/// Measures the samples of a picture of a width and a height, with the noise taken from where the model says.
+type Measure<T> = fn(usize, usize, &[T], &NoiseModel) -> Result<Measured, StatsError>;
+
+fn measure<T: Element + Sync>(
+    py: Python<'_>,
+    image: &PyReadonlyArray3<'_, T>,
+    noise: Option<(f64, f64)>,
+    encoding: &str,
+    measure: Measure<T>,
+) -> PyResult<String> {
+    let noise = self::noise(noise, self::encoding(encoding)?)?;
+    let (height, width) = arrays::size(image)?;
+    let samples = image.as_slice().map_err(value_error)?;
+    let measured = py.detach(|| measure(width as usize, height as usize, samples, &noise));
+    Ok(told(&measured.map_err(value_error)?, None).to_string())
+}
+
+/// The encoding of that name.
+///
+/// # Errors
+/// There is none.
+pub(crate) fn encoding(name: &str) -> PyResult<Encoding> {
+    let choices = [("srgb", Encoding::Srgb), ("linear", Encoding::Linear)];
+    numbers::choice("encoding", name, choices)
+}
+
+/// Where the noise is taken from: the sensor's two numbers, or the picture.
+///
+/// # Errors
+/// Numbers that are no noise.
+pub(crate) fn noise(numbers: Option<(f64, f64)>, encoding: Encoding) -> PyResult<NoiseModel> {
+    let Some((a, b)) = numbers else {
+        return Ok(NoiseModel::Picture);
+    };
+    let noise = SensorNoise::new(encoding, LinearNoise { a, b });
+    noise.map(NoiseModel::Sensor).ok_or_else(|| {
+        value_error(format_args!(
+            "noise_a and noise_b must be finite and >= 0, got {a} and {b}"
+        ))
+    })
+}
+
+fn told(measured: &Measured, processing: Option<&Processing>) -> Value {
+    let (grid, detail) = (&measured.grid, measured.detail.as_ref());
+    let triple = |of: fn(&Detail) -> [f64; 3]| detail.map(of);
+    let mut warnings = detail.map_or_else(
+        || {
+            vec![
+                "too small to find its noise (patches of less than 3 x 3 pixels); give noise_a and noise_b"
+                    .to_owned(),
+            ]
+        },
+        Detail::warnings,
+    );
+    warnings.extend(processing.into_iter().flat_map(Processing::warnings));
+    json!({
+        "width": grid.width,
+        "height": grid.height,
+        "contrast": grid.stats.contrast,
+        "mean": grid.stats.mean,
+        "contrast_corrected": triple(|d| d.contrast),
+        "noise_floor": triple(|d| d.floor),
+        "noise": triple(|d| d.noise),
+        "noise_source": detail.map(|d| d.source.name()),
+        "black": triple(|d| d.black),
+        "saturated": triple(|d| d.saturated),
+        "jpeg_quality": processing.and_then(|p| p.jpeg_quality),
+        "noise_share": processing.map(|p| p.noise_share),
+        "warnings": warnings,
+    })
+}
+
+/// The bytes of a PNG file with the picture.
+#[pyfunction]
+pub(crate) fn encode_png<'py>(
+    py: Python<'py>,
+    image: PyReadonlyArray3<'py, u8>,
+) -> PyResult<Bound<'py, PyBytes>> {
+    let (height, width) = arrays::size(&image)?;
+    let samples = image.as_slice().map_err(value_error)?;
+    let encoded = py.detach(|| {
+        let mut bytes = Vec::new();
+        let encoder =
+            PngEncoder::new_with_quality(&mut bytes, CompressionType::Fast, FilterType::Adaptive);
+        let written = encoder.write_image(samples, width, height, ExtendedColorType::Rgb8);
+        written.map(|()| bytes)
+    });
+    Ok(PyBytes::new(py, &encoded.map_err(value_error)?))
+}
+
+fn samples<T: Element + Copy>(array: &PyReadonlyArray3<'_, T>) -> PyResult<Vec<T>> {
+    Ok(array.as_slice().map_err(value_error)?.to_vec())
+}
