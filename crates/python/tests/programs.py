@@ -26,15 +26,16 @@ def uw(*arguments):
     return done.stdout
 
 
-def uw_result(*arguments):
+def uw_result(*arguments, environment=None):
     """Runs `uw`, however it ends."""
     command = [PROGRAMS / "uw", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, timeout=LIMIT_S, check=False)
+    environment = {**os.environ, **(environment or {})}
+    return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=LIMIT_S, check=False)
 
 
-def uw_error(*arguments):
+def uw_error(*arguments, environment=None):
     """The text of the error that `uw` ends with."""
-    done = uw_result(*arguments)
+    done = uw_result(*arguments, environment=environment)
     if done.returncode == 0:
         raise AssertionError(f"uw {arguments} has not failed")
     # Warnings come before it; an error may have several lines.

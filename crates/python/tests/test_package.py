@@ -11,14 +11,14 @@ import unittest
 
 import numpy as np
 import uwguide
-from programs import LIMIT_S, REPOSITORY
+from programs import LIMIT_S, REPOSITORY, uw_error
 from uwguide import _native
 
 
-def python(program, folder, **environment):
+def python(program, folder, *arguments, **environment):
     """Runs a program in a folder with nothing but what it is given in its environment."""
     plain = {name: os.environ[name] for name in ("PATH", "LD_LIBRARY_PATH") if name in os.environ}
-    command = [sys.executable, "-I", "-c", program]
+    command = [sys.executable, "-I", "-c", program, *arguments]
     return subprocess.run(
         command, cwd=folder, env={**plain, **environment}, capture_output=True, text=True, timeout=LIMIT_S, check=False
     )
@@ -41,13 +41,17 @@ class Alone(unittest.TestCase):
         self.assertEqual((stats["width"], stats["height"]), (320, 180))
         self.assertGreater(min(stats["contrast"]), 1.0)
 
-    def test_a_folder_of_assets_that_is_none_is_told(self):
-        program = "import uwguide\ntry:\n    uwguide.render('flat_hull')\nexcept ValueError as error:\n    print(error)"
-        done = python(program, self.folder, UWGUIDE_ASSETS="/no/such/folder")
-        self.assertIn("/no/such/folder", done.stdout, done.stderr)
+    def test_shipped_files_that_cannot_be_had_are_told_as_by_uw(self):
+        program = "import sys, uwguide\ntry:\n    uwguide.render(sys.argv[1])\nexcept ValueError as error:\n    print(error)"
         (self.folder / "scenes").mkdir()
-        done = python(program, self.folder, UWGUIDE_ASSETS=str(self.folder))
-        self.assertIn("flat_hull", done.stdout, done.stderr)
+        for assets in ("/no/such/folder", str(self.folder)):
+            for scene in ("flat_hull", "shipped:scenes/flat_hull.toml"):
+                with self.subTest(assets=assets, scene=scene):
+                    done = python(program, self.folder, scene, UWGUIDE_ASSETS=assets)
+                    out = self.folder / "x.exr"
+                    told = uw_error("render", scene, "-o", out, environment={"UWGUIDE_ASSETS": assets})
+                    self.assertEqual(done.stdout.strip(), told, done.stderr)
+        self.assertIn(str(self.folder), told)
 
     def test_it_is_where_it_was_installed(self):
         self.assertFalse(pathlib.Path(uwguide.__file__).resolve().is_relative_to(REPOSITORY / "crates"))
