@@ -4,7 +4,7 @@ import package::common::ambient_flight::{draw_flight, scatter_ambient};
 import package::common::ambient_queue::numbers;
 import package::common::ambient_walk::{AmbientWalk, IN_AIR, LEADING, MET_SURFACE, SCATTERED_BEFORE, along, copies_made, copies_of, diffuse_irradiance, direction_numbers, has, has_reference, has_top, light_ahead, light_on_surface, pending, pop_walk, push_walk, relative_light, score, set_reference, sin2_half_to_sun, survival_of, turned_walk};
 import package::common::bvh::{SurfacePoint, closest, occluded, lit_point};
-import package::common::camera::{BOUNDARY, End, NOTHING, SCATTER, SURFACE, end_point, eye, full_segment, no_point};
+import package::common::camera::{BOUNDARY, End, NOTHING, SCATTER, SURFACE, end_point, full_segment, no_point};
 import package::common::daylight::{scattered_sunlight, sun_reaches};
 import package::common::interface::{depth_of, external_reflectance, flip, internal_reflectance, is_above, refract_into_water};
 import package::common::layout::{HAS_AIR, HAS_GEOMETRY_IN_AIR, HAS_MEDIUM, HAS_SCATTERING, HAS_SKY, HAS_SUN, HAS_SURFACE, INFINITE, NONE, PI, Spectrum, counters, dispatch, scene};
@@ -20,16 +20,16 @@ const SUN_SHARE_SURFACE: f32 = 0.3;
 
 var<private> segments: u32;
 
-/// Starts the walks of a sample that looks along `direction`.
-fn ambient_start(direction: vec3f) {
+/// Starts the walks of a sample that looks from `origin` along `direction`.
+fn ambient_start(origin: vec3f, direction: vec3f) {
     pending = 0u;
     has_top = false;
     has_reference = false;
     copies_made = 0u;
     segments = 0u;
-    let flags = LEADING | select(0u, IN_AIR, is_above(eye()));
+    let flags = LEADING | select(0u, IN_AIR, is_above(origin));
     let channels = channels_start(ambient_strategies(), numbers.chooser);
-    push_walk(AmbientWalk(eye(), direction, direction - scene.sun_towards, NONE, flags, 0u, channels));
+    push_walk(AmbientWalk(origin, direction, direction - scene.sun_towards, NONE, flags, 0u, channels));
 }
 
 /// Where a walk is to go on from a surface.

@@ -1,11 +1,10 @@
-// Rays through image points, and image points around small lamps in view.
-// Host: crates/render/src/scene/camera.rs (directions). Checked by: crates/render/src/gpu/functions/surfaces.rs,
-// tests/system/gpu.rs.
+// Rays to the first surface, and image points around small lamps in view.
+// Host: crates/render/src/kernels/records.rs (image points of lamps). Checked by: tests/system/gpu.rs.
 import package::common::bvh::{Hit, SurfacePoint, closest, lit_point};
 import package::common::interface::{distance_to_surface, external_reflectance, is_above, refract_into_water};
 import package::common::layer_tables::BY_SCATTERING;
 import package::common::layers::drawn_along;
-import package::common::layout::{GIVEN_RAYS, HAS_AIR, HAS_DISTORTION, HAS_SCATTERING, INFINITE, NONE, rays, scene};
+import package::common::layout::{GIVEN_RAYS, HAS_AIR, HAS_SCATTERING, INFINITE, NONE, rays, scene};
 import package::common::math::circle;
 import package::common::settings::spot_count;
 import package::common::tables::table_f32;
@@ -17,7 +16,6 @@ const SPOT_REACH_PX: f32 = 1.5;
 const SPOT_DISC: f32 = 0.5;
 /// Optical depth (scattering) of the camera ray below which unscattered light is sampled apart.
 const SPLIT_BELOW: f32 = 0.7;
-const UNDISTORT_STEPS: u32 = 12u;
 
 /// What ends a segment.
 const NOTHING: u32 = 0u;
@@ -60,51 +58,7 @@ fn no_point() -> SurfacePoint {
     return SurfacePoint(vec3f(0.0), vec3f(0.0), vec3f(0.0), vec3f(0.0), NONE);
 }
 
-fn distort(ideal: vec2f) -> vec2f {
-    let k = scene.distortion;
-    let r2 = dot(ideal, ideal);
-    let radial = 1.0 + r2 * (k.x + r2 * (k.y + r2 * scene.distortion_k3));
-    let tangential = vec2f(
-        2.0 * k.z * ideal.x * ideal.y + k.w * (r2 + 2.0 * ideal.x * ideal.x),
-        k.z * (r2 + 2.0 * ideal.y * ideal.y) + 2.0 * k.w * ideal.x * ideal.y,
-    );
-    return ideal * radial + tangential;
-}
-
-/// Inverse of `distort` by Newton's method.
-fn undistort(seen: vec2f) -> vec2f {
-    let k = scene.distortion;
-    var ideal = seen;
-    for (var i = 0u; i < UNDISTORT_STEPS; i++) {
-        let error = distort(ideal) - seen;
-        let x = ideal.x;
-        let y = ideal.y;
-        let r2 = x * x + y * y;
-        let radial = 1.0 + r2 * (k.x + r2 * (k.y + r2 * scene.distortion_k3));
-        let slope = 2.0 * (k.x + r2 * (2.0 * k.y + r2 * 3.0 * scene.distortion_k3));
-        let xx = radial + x * x * slope + 2.0 * k.z * y + 6.0 * k.w * x;
-        let xy = x * y * slope + 2.0 * k.z * x + 2.0 * k.w * y;
-        let yy = radial + y * y * slope + 6.0 * k.z * y + 2.0 * k.w * x;
-        let determinant = xx * yy - xy * xy;
-        if dot(error, error) < 1e-16 || determinant == 0.0 {
-            break;
-        }
-        ideal -= vec2f(yy * error.x - xy * error.y, xx * error.y - xy * error.x) / determinant;
-    }
-    return ideal;
-}
-
-/// Unit direction through the point `offset` of the pixel (`column`, `row`).
-fn camera_direction(column: u32, row: u32, offset: vec2f) -> vec3f {
-    let corner = vec2f(f32(column) - scene.centre_x_px, f32(row) - scene.centre_y_px);
-    var seen = (corner + offset) / vec2f(scene.focal_x_px, scene.focal_y_px);
-    if HAS_DISTORTION {
-        seen = undistort(seen);
-    }
-    return normalize(scene.camera_forward + scene.camera_right * seen.x + scene.camera_down * seen.y);
-}
-
-/// The point that samples look from: the camera, which is the origin, or that of given rays.
+/// The point that samples look from where no port is before it: the camera, which is the origin, or that of given rays.
 fn eye() -> vec3f {
     if GIVEN_RAYS {
         return rays[0].xyz;
@@ -112,10 +66,9 @@ fn eye() -> vec3f {
     return vec3f(0.0);
 }
 
-/// Follows the ray from the eye to the first surface, through the water surface if it is in the air.
-fn camera_ray(direction: vec3f) -> CameraRay {
+/// Follows the ray from `start` to the first surface, through the water surface if it is in the air.
+fn camera_ray(start: vec3f, direction: vec3f) -> CameraRay {
     let nothing = End(NOTHING, INFINITE, NONE, vec2f(0.0));
-    let start = eye();
     var ray = CameraRay(true, start, direction, INFINITE, 1.0, HAS_AIR && is_above(start), nothing);
     if ray.in_air {
         let down = -direction.z;

@@ -29,6 +29,10 @@ override HAS_LAYERS: bool = true;
 override HAS_SPECTRUM: bool = true;
 override HAS_DAYLIGHT_FIELD: bool = true;
 override HAS_DISTORTION: bool = true;
+override HAS_FISHEYE: bool = true;
+/// Whether the camera looks through a port, and whether that is a dome.
+override HAS_PORT: bool = true;
+override HAS_DOME: bool = true;
 override HAS_DISKS: bool = true;
 override HAS_FALLOFFS: bool = true;
 /// A single lamp, a single parallelogram: loads with a known index are the cheaper ones.
@@ -111,6 +115,15 @@ struct Scene {
     plume_count: u32,
     padding_1: u32,
     padding_2: u32,
+    /// Middle of a dome: right, down, forward.
+    dome_offset: vec3f,
+    /// Distance of a flat port's sides, radii of a dome's, and the difference of the squares of these.
+    port_inner_m: f32,
+    port_outer_m: f32,
+    port_shell_m2: f32,
+    /// Refractive indices of air over glass, and of glass over what is outside.
+    into_glass: f32,
+    out_of_glass: f32,
 }
 
 struct Dispatch {

@@ -1,11 +1,13 @@
 // Where a sample looks and what keys its numbers: through a point of its pixel, or along a ray that is given.
 // Host: crates/render/src/rays.rs. Checked by: tests/system/irradiance_sensors.rs, tests/system/gpu.rs.
-import package::common::camera::{camera_direction, choose_image_point};
+import package::common::camera::choose_image_point;
 import package::common::layout::{GIVEN_RAYS, dispatch, rays, scene};
+import package::common::lens::camera_look;
 import package::common::rng::{continue_draws, leading, start_draws};
 
-/// The direction of a sample, and the factor of what is seen there (0: nothing).
+/// Origin and direction of a sample, and the factor of what is seen there (0: nothing).
 struct Sight {
+    origin: vec3f,
     direction: vec3f,
     factor: f32,
 }
@@ -39,10 +41,11 @@ fn continue_sample(pixel: u32, index: u32, stream: u32) {
 /// Where the sample looks whose numbers, of stream 0, were started.
 fn sight(pixel: u32) -> Sight {
     if GIVEN_RAYS {
-        return Sight(rays[1u + pixel].xyz, 1.0);
+        return Sight(rays[0].xyz, rays[1u + pixel].xyz, 1.0);
     }
     let column = pixel % scene.width;
     let row = pixel / scene.width;
     let image_point = choose_image_point(column, row, leading(0u), leading(1u));
-    return Sight(camera_direction(column, row, image_point.offset), image_point.factor);
+    let look = camera_look(column, row, image_point.offset);
+    return Sight(look.origin, look.direction, image_point.factor);
 }

@@ -1,7 +1,7 @@
 // Sun, sky and emitting surfaces: one lane per pixel (or for pixel after pixel, MANY_PIXELS), some samples of a batch
 // per dispatch.
 // Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
-import package::common::ambient_queue::{first_numbers, enqueue, dequeue};
+import package::common::ambient_queue::{first_numbers, enqueue, dequeue, origin_of};
 import package::common::ambient_path::{ambient_start, ambient_step};
 import package::common::ambient_walk::pending;
 import package::common::film::share;
@@ -60,7 +60,7 @@ fn enqueue_samples(id: u32, each: u32, first: u32, count: u32) {
         start_sample(pixel, work.first + sample, 0u);
         let seen = sight(pixel);
         start_sample(pixel, work.first + sample, STREAM);
-        enqueue(i, seen.direction, seen.factor, first_numbers());
+        enqueue(i, seen.origin, vec4f(seen.direction, seen.factor), first_numbers());
         i += 1u;
         if i >= count {
             break;
@@ -105,6 +105,6 @@ fn start_walks(index: u32, queued_at: u32) {
     if held.w != 0.0 {
         share = held.w;
         continue_sample(work.pixel, index, STREAM);
-        ambient_start(held.xyz);
+        ambient_start(origin_of(queued_at), held.xyz);
     }
 }

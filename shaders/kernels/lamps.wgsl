@@ -1,6 +1,6 @@
 // Light of the lamps: one lane per pixel, some samples of a batch per dispatch.
 // Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
-import package::common::camera::{CameraRay, camera_direction, camera_ray, choose_image_point, is_clear};
+import package::common::camera::{CameraRay, camera_ray, choose_image_point, is_clear};
 import package::common::direct_lamps::direct_lamps;
 import package::common::film::share;
 import package::common::lamp_connect::vertex_count;
@@ -8,6 +8,7 @@ import package::common::lamp_flight::{FREE, SCATTERED, THROUGH};
 import package::common::lamp_path::lamp_walk;
 import package::common::lane::{LaneWork, lane_end, lane_start};
 import package::common::layout::{GIVEN_RAYS, HAS_SCATTERING, MANY_PIXELS, dispatch};
+import package::common::lens::camera_look;
 import package::common::rng::{leading, start_draws};
 import package::common::settings::max_events;
 import package::common::sight::{sight, start_sample};
@@ -53,7 +54,8 @@ fn make_pixel(id: u32) {
 /// Whether unscattered light has image points of its own: by the centre of the pixel, because a choice that hung on the
 /// sample's own ray would count light twice, or not at all, where rays of one pixel differ.
 fn is_clear_pixel(work: LaneWork) -> bool {
-    return is_clear(camera_ray(camera_direction(work.column, work.row, vec2f(0.5))));
+    let look = camera_look(work.column, work.row, vec2f(0.5));
+    return is_clear(camera_ray(look.origin, look.direction));
 }
 
 /// One sample; returns the number of its walks.
@@ -61,7 +63,7 @@ fn sample(work: LaneWork, index: u32, clear: bool) -> u32 {
     start_sample(work.pixel, index, 0u);
     choose_wavelengths(wavelength_number());
     let seen = sight(work.pixel);
-    let ray = camera_ray(seen.direction);
+    let ray = camera_ray(seen.origin, seen.direction);
     share = seen.factor;
     var walks = 0u;
     if seen.factor != 0.0 && ray.wet && max_events() > 0u {
@@ -103,7 +105,8 @@ fn sample_direct(work: LaneWork, index: u32, clear: bool, of_walks: CameraRay) {
             choose_wavelengths(wavelength_number());
             let image_point = choose_image_point(work.column, work.row, leading(0u), leading(1u));
             share = image_point.factor / f32(DIRECT_POINTS);
-            ray = camera_ray(camera_direction(work.column, work.row, image_point.offset));
+            let look = camera_look(work.column, work.row, image_point.offset);
+            ray = camera_ray(look.origin, look.direction);
         }
         if share != 0.0 {
             direct_lamps(ray);

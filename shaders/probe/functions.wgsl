@@ -1,10 +1,10 @@
 // Shared functions over tables of inputs: row i of the scratch buffer holds four numbers, of which function
 // `max_events` of the list below makes up to four, in the film. Checked by: crates/render/src/gpu/functions/.
 import package::common::bvh::{closest, surface_point};
-import package::common::camera::camera_direction;
 import package::common::film::lane;
 import package::common::interface::{external_reflectance, internal_reflectance, refract_into_water};
 import package::common::layout::{INFINITE, NONE, dispatch, film, scratch};
+import package::common::lens::camera_look;
 import package::common::math::{angle_of, cosine_hemisphere, expm1, ln_1p, minus_ln, sin2_half, turn};
 import package::common::order::{order_ln_tail, order_sample, order_sample_scattered, scattered_share};
 import package::common::phase::{phase_sample_x, phase_value};
@@ -61,7 +61,8 @@ fn evaluate(a: vec4f) -> vec4f {
             return vec4f(f32(order_sample(a.x, a.y)), f32(order_sample_scattered(a.x, a.y)), scattered_share(a.x), order_ln_tail(u32(a.z)));
         }
         default: {
-            return vec4f(camera_direction(bitcast<u32>(a.x), bitcast<u32>(a.y), a.zw), 0.0);
+            let look = camera_look(bitcast<u32>(a.x), bitcast<u32>(a.y), a.zw);
+            return vec4f(select(look.origin, look.direction, max_events() == 8u), 0.0);
         }
     }
 }

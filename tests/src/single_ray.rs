@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 use uw_media::{Iops, phase::Phase};
 use uw_render::scene::{
-    Camera, Falloff, Lamp, Layer, Material, Plume, Quad, RenderSettings, Scene, Sun, Water,
+    Camera, Falloff, Lamp, Layer, Lens, Material, Plume, Quad, RenderSettings, Scene, Sun, Water,
     WaterSurface,
 };
 
@@ -25,7 +25,8 @@ pub fn camera(origin: DVec3, direction: DVec3, width: u32) -> Camera {
         height: 1,
         focal_px: DVec2::splat(FOCAL_PX),
         centre_px: DVec2::new(0.5 * f64::from(width), 0.5),
-        distortion: [0.0; 5],
+        lens: Lens::default(),
+        port: None,
     }
 }
 

@@ -91,6 +91,14 @@ fn cameras_and_daylight() {
     let above = "position_m = [0.0, 0.0, 1.5]\nforward = [1.0, 0.0, -1.0]";
     let up = "position_m = [0.0, 0.0, -3.0]\nforward = [1.0, 0.0, 1.0]";
     let lens = format!("{CAMERA}\ndistortion = [-0.2, 0.05, 0.001, -0.002, 0.0]");
+    let fisheye = format!("{CAMERA}\nfisheye = [0.05, -0.01, 0.002, 0.0]");
+    let flat = format!(
+        "{CAMERA}\nport = {{ kind = \"flat\", distance_m = 0.02, thickness_m = 0.01, glass_index = 1.49 }}"
+    );
+    let dome = format!(
+        "{CAMERA}\nport = {{ kind = \"dome\", radius_m = 0.05, thickness_m = 0.005, offset_m = [0.002, 0.0, -0.01] }}"
+    );
+    let ahead = LAMP.replace("[0.0, -0.3, 0.1]", "[0.8, -0.1, 0.05]");
     let high = PLATE.replace("size_m = [2.0, 2.0]", "size_m = [4.0, 4.0]");
     let matched = "[surface]\nheight_m = 0.8\nrefractive = false\n";
     for (name, camera, rest) in [
@@ -101,6 +109,9 @@ fn cameras_and_daylight() {
         ),
         ("looking up", up, format!("{SURFACE}{SUN}{PLATE}")),
         ("lens", &lens, format!("{LAMP}{PLATE}")),
+        ("fisheye", &fisheye, format!("{LAMP}{PLATE}")),
+        ("flat port", &flat, format!("{SURFACE}{SUN}{ahead}{PLATE}")),
+        ("dome port", &dome, format!("{SURFACE}{SUN}{LAMP}{PLATE}")),
         (
             "plate through the surface",
             CAMERA,

@@ -6,7 +6,7 @@ use naga::{
     valid::{Capabilities, ValidationFlags, Validator},
 };
 use uw_render::gpu::{
-    layout::{QUEUED_ROWS, record_layouts},
+    layout::{QUEUED_ROWS, QUEUED_ROWS_WITH_PORT, record_layouts},
     shaders::{KERNELS, SOURCES, compose},
 };
 
@@ -80,14 +80,19 @@ fn shared_records_have_one_layout() {
 #[test]
 fn held_samples_have_room() {
     let module = module("kernels/ambient");
-    let rows = module.constants.iter().find_map(|(_, constant)| {
-        let named = constant.name.as_deref() == Some("QUEUED_ROWS");
-        named.then(|| &module.global_expressions[constant.init])
-    });
-    assert!(
-        matches!(rows, Some(Expression::Literal(Literal::U32(QUEUED_ROWS)))),
-        "{rows:?}"
-    );
+    for (name, expected) in [
+        ("QUEUED_ROWS", QUEUED_ROWS),
+        ("QUEUED_ROWS_WITH_PORT", QUEUED_ROWS_WITH_PORT),
+    ] {
+        let rows = module.constants.iter().find_map(|(_, constant)| {
+            let named = constant.name.as_deref() == Some(name);
+            named.then(|| &module.global_expressions[constant.init])
+        });
+        assert!(
+            matches!(rows, Some(Expression::Literal(Literal::U32(rows))) if *rows == expected),
+            "{name}: {rows:?}"
+        );
+    }
 }
 
 /// The comparison sees what it is for: two fields of one type exchanged, and one too many.

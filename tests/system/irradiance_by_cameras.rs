@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use uw_media::interface::fresnel_reflectance;
 use uw_render::{
     film::FilmLayer,
-    scene::{Camera, Scene},
+    scene::{Camera, Lens, Scene},
 };
 use uw_tests::{
     corpus_scene,
@@ -43,7 +43,8 @@ fn face(depth_m: f64, forward: DVec3) -> Camera {
         height: EDGE,
         focal_px: DVec2::splat(0.5 * f64::from(EDGE)),
         centre_px: DVec2::splat(0.5 * f64::from(EDGE)),
-        distortion: [0.0; 5],
+        lens: Lens::default(),
+        port: None,
     }
 }
 

@@ -6,6 +6,7 @@
 )]
 
 mod agreement;
+mod camera_models;
 mod closed_form;
 mod cloud_daylight;
 mod convergence;

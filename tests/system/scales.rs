@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use glam::{DQuat, DVec2, DVec3};
 use uw_render::{
     film::FilmLayer,
-    scene::{Camera, Material, Mesh, Scene, Sun},
+    scene::{Camera, Lens, Material, Mesh, Scene, Sun},
 };
 use uw_tests::single_ray::{add_plate, camera as ray_camera, empty};
 use uw_tests::{
@@ -95,7 +95,8 @@ fn camera(position_m: DVec3, forward: DVec3, right: DVec3, focal_px: f64) -> Cam
         height: 24,
         focal_px: DVec2::splat(focal_px),
         centre_px: DVec2::splat(12.0),
-        distortion: [0.0; 5],
+        lens: Lens::default(),
+        port: None,
     }
 }
 

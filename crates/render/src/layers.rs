@@ -20,6 +20,8 @@ pub enum RenderLayer {
     Backscatter,
     /// `depth`: distance of the first surface along the optical axis, m; infinite where there is none.
     Depth,
+    /// `position`: the point of the first surface, world frame, m; zero where there is none.
+    Position,
     /// `normal`: unit normal of the first surface towards the camera, world frame.
     Normal,
     /// `reflectance` of the first surface, in [0, 1].
@@ -31,11 +33,12 @@ pub enum RenderLayer {
 }
 
 /// The layers that every scene has, in the order in which `all` lists them; lamps follow.
-const FIXED: [RenderLayer; 8] = [
+const FIXED: [RenderLayer; 9] = [
     RenderLayer::Ambient,
     RenderLayer::Direct,
     RenderLayer::Backscatter,
     RenderLayer::Depth,
+    RenderLayer::Position,
     RenderLayer::Normal,
     RenderLayer::Reflectance,
     RenderLayer::Transmittance,
@@ -105,6 +108,7 @@ impl RenderLayer {
             Self::Direct => "direct",
             Self::Backscatter => "backscatter",
             Self::Depth => "depth",
+            Self::Position => "position",
             Self::Normal => "normal",
             Self::Reflectance => "reflectance",
             Self::Transmittance => "transmittance",
@@ -151,6 +155,7 @@ pub fn exr_image(scene: &Prepared, film: &Film, layers: &[RenderLayer]) -> ExrIm
         RenderLayer::Depth => {
             LayerData::Scalar(hits.iter().map(|hit| hit.depth_m as f32).collect())
         }
+        RenderLayer::Position => LayerData::Vector(of_hits(|hit| hit.position_m)),
         RenderLayer::Normal => LayerData::Vector(of_hits(|hit| hit.normal)),
         RenderLayer::Reflectance => LayerData::Colour(of_hits(|hit| hit.reflectance)),
         RenderLayer::Transmittance => LayerData::Colour(of_hits(|hit| hit.transmittance)),
@@ -206,8 +211,8 @@ mod tests {
     fn an_unknown_name_is_answered_with_the_known_ones() {
         let error =
             RenderLayer::by_names(&["depth", "lamp.middle"], &lamps()).map_err(|e| e.to_string());
-        let expected = "unknown layer \"lamp.middle\"; known: ambient, direct, backscatter, depth, normal, \
-             reflectance, transmittance, variance, lamp.left, lamp.right, lamps, all";
+        let expected = "unknown layer \"lamp.middle\"; known: ambient, direct, backscatter, depth, position, \
+             normal, reflectance, transmittance, variance, lamp.left, lamp.right, lamps, all";
         assert_eq!(error, Err(expected.to_owned()));
     }
 }

@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use uw_media::phase::{Phase, PhaseFunction};
 use uw_media::{Bands, WaterType, channel_iops};
 use uw_render::scene::{
-    Blur, Encoding, Exposure, Falloff, Noise, Scene, SceneError, Setting, Snow, TextureFilter,
+    Blur, Encoding, Exposure, Falloff, Lens, Noise, Scene, SceneError, Setting, Snow, TextureFilter,
 };
 
 const COMPLETE: &str = r#"
@@ -181,8 +181,13 @@ fn camera_objects_and_sensor_are_as_written() {
         (DVec2::new(300.0, 310.0), DVec2::new(150.0, 95.0))
     );
     assert_eq!(
-        (camera.width, camera.height, camera.distortion[4]),
-        (320, 180, 0.0)
+        (camera.width, camera.height, camera.lens, camera.port),
+        (
+            320,
+            180,
+            Lens::Perspective([-0.1, 0.01, 0.001, 0.002, 0.0]),
+            None
+        )
     );
     let [wall, floor, ceiling] = &scene.quads[..] else {
         panic!("three planes")

@@ -11,7 +11,7 @@ use glam::{DVec2, DVec3};
 use uw_media::MediaError;
 use uw_media::spectral::{Curve, WaterBands, sky_light, sunlight};
 use uw_render::scene::{
-    Camera, Encoding, Exposure, Falloff, Lamp, Material, Noise, Quad, RenderSettings, Scene,
+    Camera, Encoding, Exposure, Falloff, Lamp, Lens, Material, Noise, Quad, RenderSettings, Scene,
     Sensor, Spectral, Sun, Texture, TextureFilter, WaterSurface,
 };
 
@@ -212,7 +212,8 @@ fn camera(vehicle: &Vehicle, position_m: DVec3, forward: DVec3, up: DVec3) -> Ca
         height: vehicle.height,
         focal_px: DVec2::splat(focal),
         centre_px: 0.5 * DVec2::new(width, height),
-        distortion: [0.0; 5],
+        lens: Lens::default(),
+        port: None,
     }
 }
 

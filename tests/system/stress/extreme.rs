@@ -3,7 +3,9 @@
 use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 use uw_media::phase::{FournierForand, HenyeyGreenstein, Phase};
-use uw_render::scene::{Camera, Lamp, Material, Mesh, Scene, Sun, Texture, TextureFilter, Water};
+use uw_render::scene::{
+    Camera, Lamp, Lens, Material, Mesh, Scene, Sun, Texture, TextureFilter, Water,
+};
 use uw_tests::single_ray::{add_plate, empty, point_lamp, surface, water};
 
 /// Largest scattering coefficient of lossless water, per unit of length: without absorption a path can only be
@@ -184,7 +186,8 @@ impl Extreme {
             height: 3,
             focal_px: DVec2::splat(3.0),
             centre_px: DVec2::new(2.0, 1.5),
-            distortion: [0.0; 5],
+            lens: Lens::default(),
+            port: None,
         }
     }
 

@@ -6,7 +6,7 @@ use criterion::{Criterion, Throughput};
 use glam::{DVec2, DVec3};
 use uw_render::prepare::{Geometry, Primitive};
 use uw_render::sampling::Rng;
-use uw_render::scene::{Camera, Material, Mesh, RenderSettings, Scene};
+use uw_render::scene::{Camera, Lens, Material, Mesh, RenderSettings, Scene};
 
 /// Rays per iteration.
 const RAYS: u32 = 4096;
@@ -98,7 +98,8 @@ fn empty() -> Scene {
             height: 1,
             focal_px: DVec2::ONE,
             centre_px: DVec2::splat(0.5),
-            distortion: [0.0; 5],
+            lens: Lens::default(),
+            port: None,
         },
         snow: None,
         spectral: None,

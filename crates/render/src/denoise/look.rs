@@ -4,6 +4,7 @@ use glam::DVec3;
 use uw_media::Spectrum;
 
 use crate::prepare::{Hit, Prepared, Primitive};
+use crate::scene::CameraRay;
 
 /// Kinds of what is met: nothing, by way of the water surface or not; surfaces follow.
 const OPEN: u32 = 0;
@@ -58,7 +59,10 @@ struct Ray {
 impl Look {
     /// Along the ray through the image point (`x`, `y`), pixels from the top left corner.
     pub(super) fn through(scene: &Prepared, x: f64, y: f64) -> Self {
-        let (eye, direction) = (scene.camera.position_m, scene.camera.direction(x, y));
+        let CameraRay {
+            origin_m: eye,
+            direction,
+        } = scene.camera.ray(x, y);
         let geometry = &scene.geometry;
         let first = geometry.closest(eye, direction, f64::INFINITY, Primitive::None);
         let straight = Ray {
@@ -73,14 +77,13 @@ impl Look {
             direction,
             first.map_or(f64::INFINITY, |hit| hit.t),
         ) else {
-            return Self::at(scene, &straight, direction, first);
+            return Self::at(scene, &straight, (eye, direction), first);
         };
         let hit = geometry.closest(bent.origin, bent.direction, f64::INFINITY, Primitive::None);
-        Self::at(scene, &bent, direction, hit)
+        Self::at(scene, &bent, (eye, direction), hit)
     }
 
-    fn at(scene: &Prepared, ray: &Ray, sight: DVec3, hit: Option<Hit>) -> Self {
-        let eye = scene.camera.position_m;
+    fn at(scene: &Prepared, ray: &Ray, (eye, sight): (DVec3, DVec3), hit: Option<Hit>) -> Self {
         let Some(hit) = hit else {
             return Self {
                 kind: ray.kind,

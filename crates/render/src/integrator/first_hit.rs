@@ -5,22 +5,26 @@ use rayon::prelude::*;
 use uw_media::Spectrum;
 
 use crate::prepare::{Prepared, Primitive};
+use crate::scene::CameraRay;
 
 /// The first surface behind a pixel's centre. Where nothing is met: infinite depth and zeros.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FirstHit {
-    /// Distance along the optical axis, m.
+    /// Distance along the optical axis from the centre of projection, m.
     pub depth_m: f64,
+    /// The point met, world frame, m.
+    pub position_m: [f64; 3],
     /// Unit normal facing the camera, world frame.
     pub normal: [f64; 3],
     /// Reflectance per channel; of a spectral scene the mean over the channel's response.
     pub reflectance: Spectrum,
-    /// Transmittance of the water between camera and surface, per channel; of a spectral scene the mean over the channel's
+    /// Transmittance of the water between camera (the outer side of its port) and surface, per channel; of a spectral scene the mean over the channel's
     /// response.
     pub transmittance: Spectrum,
 }
 
-/// First hits of all pixels, row by row from the top, along straight rays (not bent at the water surface).
+/// First hits of all pixels, row by row from the top, along rays that are bent by the camera's
+/// port and straight from there (not bent at the water surface).
 pub fn first_hits(scene: &Prepared) -> Vec<FirstHit> {
     let camera = &scene.camera;
     let of_row = |row| (0..camera.width).map(move |column| first_hit(scene, column, row));
@@ -30,24 +34,29 @@ pub fn first_hits(scene: &Prepared) -> Vec<FirstHit> {
 
 fn first_hit(scene: &Prepared, column: u32, row: u32) -> FirstHit {
     let camera = &scene.camera;
-    let direction = camera.direction(f64::from(column) + 0.5, f64::from(row) + 0.5);
-    let Some(hit) =
-        scene
-            .geometry
-            .closest(camera.position_m, direction, f64::INFINITY, Primitive::None)
+    let CameraRay {
+        origin_m,
+        direction,
+    } = camera.ray(f64::from(column) + 0.5, f64::from(row) + 0.5);
+    let Some(hit) = scene
+        .geometry
+        .closest(origin_m, direction, f64::INFINITY, Primitive::None)
     else {
         return FirstHit {
             depth_m: f64::INFINITY,
+            position_m: [0.0; 3],
             normal: [0.0; 3],
             reflectance: [0.0; 3],
             transmittance: [0.0; 3],
         };
     };
     let point = scene.geometry.surface_point(&hit, direction);
-    let (start, wet) = wet_part(scene, direction, hit.t);
+    let (start, wet) = wet_part(scene, origin_m, direction, hit.t);
     let way = scene.way(start, direction, wet);
     FirstHit {
-        depth_m: hit.t * direction.dot(camera.forward),
+        depth_m: (origin_m - camera.position_m).dot(camera.forward)
+            + hit.t * direction.dot(camera.forward),
+        position_m: (origin_m + hit.t * direction).to_array(),
         normal: point.shading_normal.to_array(),
         reflectance: match &scene.spectrum {
             Some(spectrum) => spectrum.reflectance(point.reflectance, point.material),
@@ -61,8 +70,7 @@ fn first_hit(scene: &Prepared, column: u32, row: u32) -> FirstHit {
 }
 
 /// Start and length of the part of the ray that lies below the water surface, m.
-fn wet_part(scene: &Prepared, direction: DVec3, length: f64) -> (DVec3, f64) {
-    let origin = scene.camera.position_m;
+fn wet_part(scene: &Prepared, origin: DVec3, direction: DVec3, length: f64) -> (DVec3, f64) {
     let Some(boundary) = scene.boundary else {
         return (origin, length);
     };

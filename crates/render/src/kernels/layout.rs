@@ -10,6 +10,8 @@ pub const NONE: u32 = u32::MAX;
 pub const LN_ZERO: f64 = -1e30;
 /// Rows of four words of a sample that waits for its daylight walks; twin: `shaders/common/ambient_queue.wgsl`.
 pub const QUEUED_ROWS: u32 = 3;
+/// The same where rays start at a port.
+pub const QUEUED_ROWS_WITH_PORT: u32 = 4;
 
 /// A record: its name in the shaders, its size, and its fields with their offsets, in bytes.
 pub type RecordLayout = (&'static str, usize, Vec<(&'static str, usize)>);
@@ -143,6 +145,12 @@ exact_records! {
         plume_count: u32,
         padding_1: u32,
         padding_2: u32,
+        dome_offset: [f32; 3],
+        port_inner_m: f32,
+        port_outer_m: f32,
+        port_shell_m2: f32,
+        into_glass: f32,
+        out_of_glass: f32,
     }
     /// A lamp at 100 %.
     Lamp {

@@ -14,6 +14,7 @@ use super::{
     words::{Record, narrow},
 };
 use crate::prepare::{Medium, Prepared, PreparedLamp, Strategies};
+use crate::scene::{Lens, Port, PortShape};
 
 /// Contribution of an order, relative to the first, below which bridges need not reach.
 const LEAST_ORDER_SHARE: f64 = 1e-9;
@@ -162,21 +163,45 @@ pub(super) fn largest_order(albedo: f64) -> usize {
 
 fn camera(scene: &Prepared) -> Scene {
     let camera = &scene.camera;
-    let [k1, k2, p1, p2, k3] = camera.distortion;
-    Scene {
+    let (distortion, distortion_k3) = match camera.lens {
+        Lens::Perspective([k1, k2, p1, p2, k3]) => ([k1, k2, p1, p2], k3),
+        Lens::Fisheye(k) => (k, 0.0),
+    };
+    let record = Scene {
         camera_forward: camera.forward.to_array(),
         focal_x_px: camera.focal_px.x,
         camera_right: camera.right.to_array(),
         focal_y_px: camera.focal_px.y,
         camera_down: camera.down.to_array(),
         centre_x_px: camera.centre_px.x,
-        distortion: [k1, k2, p1, p2],
-        distortion_k3: k3,
+        distortion,
+        distortion_k3,
         centre_y_px: camera.centre_px.y,
         width: camera.width,
         height: camera.height,
         refractive_index: 1.0,
         ..Scene::ZERO
+    };
+    camera
+        .port
+        .as_ref()
+        .map_or(record, |port| with_port(record, port))
+}
+
+fn with_port(record: Scene, port: &Port) -> Scene {
+    let (inner_m, offset_m) = match port.shape {
+        PortShape::Flat { distance_m } => (distance_m, DVec3::ZERO),
+        PortShape::Dome { radius_m, offset_m } => (radius_m, offset_m),
+    };
+    let outer_m = inner_m + port.thickness_m;
+    Scene {
+        dome_offset: offset_m.to_array(),
+        port_inner_m: inner_m,
+        port_outer_m: outer_m,
+        port_shell_m2: port.thickness_m * (outer_m + inner_m),
+        into_glass: 1.0 / port.glass_index,
+        out_of_glass: port.glass_index / port.outside_index,
+        ..record
     }
 }
 
@@ -361,7 +386,7 @@ fn spots(scene: &Prepared, active: &[usize], tracer: Tracer) -> Vec<(DVec2, f64)
         let camera = &scene.camera;
         let centre = camera.project(position)?;
         let distance = position.distance(camera.position_m);
-        let focal_px = camera.focal_px.max_element();
+        let focal_px = camera.pixels_per_rad(position)?;
         let radius_px = lamp.radius / distance * focal_px;
         let size = DVec2::new(f64::from(camera.width), f64::from(camera.height));
         let seen = centre.cmpge(DVec2::splat(-SPOT_REACH_PX)).all()

@@ -1,7 +1,8 @@
 //! What a lane needs memory for, and what a kernel need not do for a scene.
 
-use super::layout::{QUEUED_ROWS, Scene};
+use super::layout::{QUEUED_ROWS, QUEUED_ROWS_WITH_PORT, Scene};
 use crate::prepare::Prepared;
+use crate::scene::{Camera, Lens, PortShape};
 
 /// Rows of four words of a place of the scratch buffer for vertices.
 const SLOT_ROWS: u32 = 3;
@@ -23,6 +24,8 @@ pub(crate) struct Room {
     slot_rows: u32,
     /// Samples that wait for their daylight walks.
     pub(crate) queued: u32,
+    /// Rows of four words of one of these.
+    queued_rows: u32,
     /// Segments of the daylight walks of a sample.
     pub(crate) most_segments: u32,
 }
@@ -42,6 +45,10 @@ impl Room {
                 None => SLOT_ROWS,
             },
             queued,
+            queued_rows: match scene.camera.port {
+                Some(_) => QUEUED_ROWS_WITH_PORT,
+                None => QUEUED_ROWS,
+            },
             most_segments: MOST_SEGMENTS,
         }
     }
@@ -57,13 +64,14 @@ impl Room {
 
     /// Rows of four words.
     pub(crate) fn rows(self) -> u32 {
-        self.slot_rows * self.slots + QUEUED_ROWS * self.queued
+        self.slot_rows * self.slots + self.queued_rows * self.queued
     }
 }
 
 /// Override constants: what the scene can reach.
 pub(crate) fn switches(scene: &Prepared, record: &Scene) -> Vec<(&'static str, f64)> {
     let features = &scene.features;
+    let Camera { lens, port, .. } = &scene.camera;
     [
         ("HAS_MEDIUM", features.medium),
         ("HAS_SCATTERING", features.scattering),
@@ -85,7 +93,13 @@ pub(crate) fn switches(scene: &Prepared, record: &Scene) -> Vec<(&'static str, f
         ("HAS_DAYLIGHT_FIELD", scene.daylight.is_some()),
         (
             "HAS_DISTORTION",
-            scene.camera.distortion.iter().any(|&k| k != 0.0),
+            matches!(lens, Lens::Perspective(_)) && !lens.is_ideal(),
+        ),
+        ("HAS_FISHEYE", matches!(lens, Lens::Fisheye(_))),
+        ("HAS_PORT", port.is_some()),
+        (
+            "HAS_DOME",
+            port.is_some_and(|port| matches!(port.shape, PortShape::Dome { .. })),
         ),
         ("HAS_DISKS", features.disks),
         ("HAS_FALLOFFS", features.falloffs),

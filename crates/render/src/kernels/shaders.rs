@@ -33,6 +33,7 @@ sources![
     "common/film",
     "common/lane",
     "common/camera",
+    "common/lens",
     "common/sight",
     "common/order",
     "common/bridge",

@@ -134,8 +134,9 @@ impl<'s> Setting<'s> {
 
     /// The light by two points that are seen at a fraction of the image's size: a surface, and water before it.
     fn seen(&self, (x, y): (f64, f64)) -> [Seen; 2] {
-        let (eye, camera) = (self.camera.position_m, self.camera);
-        let direction = camera.direction(x * f64::from(camera.width), y * f64::from(camera.height));
+        let camera = self.camera;
+        let ray = camera.ray(x * f64::from(camera.width), y * f64::from(camera.height));
+        let (eye, direction) = (ray.origin_m, ray.direction);
         let hit = self
             .geometry
             .closest(eye, direction, f64::INFINITY, Primitive::None);

@@ -118,7 +118,7 @@ impl Prepared {
         });
         Self {
             snow: scene.snow.filter(|_| medium.is_some() && !above),
-            camera: scene.camera.clone(),
+            camera: scene.placed_camera(),
             medium,
             layers,
             spectrum,

@@ -1,49 +1,21 @@
-//! The camera: its table in the scene file, and the map between pixels and directions.
+//! The camera: from image points to rays, and from points of the world to image points.
 
-use glam::{DMat2, DVec2, DVec3};
+use glam::{DVec2, DVec3};
 
-use super::range::Range;
-use super::reader::Table;
-use super::snow::BLUR_FIELDS;
-use super::{Camera, SceneError};
+use super::lens::Lens;
+use super::port::{Leaving, Port};
+use super::{Camera, Scene};
 
 /// Largest image side, pixels.
 pub(super) const MAX_SIDE_PX: u32 = 16_384;
-/// Smallest field of view, degrees.
-const LEAST_FIELD_DEG: f64 = 1e-6;
-/// Smallest focal length, pixels.
-const LEAST_FOCAL_PX: f64 = 1e-3;
 /// Most pixels of an image; about 1.5 GiB for one RGB picture and its variance in float32 and float64.
-const MAX_PIXELS: u64 = 1 << 26;
-/// Sine of the smallest angle between forward and up.
-const PARALLEL_SINE: f64 = 1e-9;
-/// Newton steps of the inverse of the distortion; four or five suffice for real lenses.
-const UNDISTORT_STEPS: usize = 40;
-/// Error of the inverse of the distortion that ends the iteration, in units of the focal length.
-const UNDISTORT_ERROR: f64 = 1e-14;
-/// Error of the inverse of the distortion at which a lens counts as not invertible.
-const INVERTIBLE_ERROR: f64 = 1e-9;
-/// Points per image side at which the distortion is checked when a scene is read.
+pub(super) const MAX_PIXELS: u64 = 1 << 26;
+/// Points per image side at which lens and port are checked when a scene is read.
 const CHECKED_POINTS: u32 = 16;
-
-pub(super) const FIELDS: [&str; 16] = [
-    "position_m",
-    "forward",
-    "up",
-    "hfov_deg",
-    "fx",
-    "fy",
-    "cx",
-    "cy",
-    "distortion",
-    "width",
-    "height",
-    "response",
-    BLUR_FIELDS[0],
-    BLUR_FIELDS[1],
-    BLUR_FIELDS[2],
-    BLUR_FIELDS[3],
-];
+/// Sine of the smallest angle from 90° off the optical axis that counts as ahead, which is 0.06°.
+pub(super) const LEAST_AHEAD: f64 = 1e-3;
+/// Angle by which directions differ for what an angle covers in the image, rad.
+const SMALL_ANGLE: f64 = 1e-5;
 
 /// A size that no picture can have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -59,111 +31,23 @@ pub struct SizeError {
     pub height: u32,
 }
 
-/// What the `[camera]` table says.
-pub(super) enum CameraTable {
-    /// A whole camera.
-    Complete(Camera),
-    /// Only the size of the image: the view comes from a glTF file.
-    SizeOnly {
-        /// Image width, pixels.
-        width: u32,
-        /// Image height, pixels.
-        height: u32,
-    },
+/// A ray that the camera looks along, in the world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CameraRay {
+    /// Where it starts, m: the centre of projection, or a point of the outer side of the port.
+    pub origin_m: DVec3,
+    /// Unit direction.
+    pub direction: DVec3,
 }
 
-/// Reads the `[camera]` table, `None` when the file has none.
-pub(super) fn read(root: &Table<'_>) -> Result<Option<CameraTable>, SceneError> {
-    let Some(table) = root.table("camera", &FIELDS)? else {
-        return Ok(None);
-    };
-    let (width, height) = read_size(&table)?;
-    if FIELDS[..9]
-        .iter()
-        .all(|field| table.optional(field).is_none())
-    {
-        return Ok(Some(CameraTable::SizeOnly { width, height }));
+impl Scene {
+    /// The camera with what its port looks into: the scene's water, or air where the camera is above the surface or there is no
+    /// water. A scene that was read has this camera already; one whose camera was moved may not.
+    pub fn placed_camera(&self) -> Camera {
+        let water_index = self.water.as_ref().map(|water| water.refractive_index);
+        let surface_m = self.surface.map(|surface| surface.height_m);
+        self.camera.placed(water_index, surface_m)
     }
-    let forward = table.direction("forward")?;
-    let up = table
-        .optional("up")
-        .map_or(Ok(DVec3::Z), |up| up.as_direction())?;
-    if forward.cross(up).length() < PARALLEL_SINE {
-        let (field, expected) = match table.optional("up") {
-            Some(up) => (up, "a direction not parallel to camera.forward"),
-            None => (
-                table.required("forward", "")?,
-                "a direction that is not vertical, where camera.up is left out",
-            ),
-        };
-        return Err(field.invalid(expected));
-    }
-    let (focal_px, centre_px) = read_intrinsics(&table, width, height)?;
-    let no_distortion = Ok([0.0; 5]);
-    let coefficients = table.optional("distortion");
-    let distortion = coefficients
-        .as_ref()
-        .map_or(no_distortion, |k| k.as_numbers(Range::finite("")))?;
-    let position_m = table.vector("position_m")?;
-    let camera = Camera {
-        focal_px,
-        centre_px,
-        distortion,
-        ..Camera::looking(position_m, forward, up, width, height)
-    };
-    match coefficients {
-        Some(value) if !camera.is_invertible() => {
-            Err(value
-                .invalid("k1, k2, p1, p2, k3 of a distortion that is one-to-one over the image"))
-        }
-        _ => Ok(Some(CameraTable::Complete(camera))),
-    }
-}
-
-fn read_size(table: &Table<'_>) -> Result<(u32, u32), SceneError> {
-    let side = |field| {
-        table
-            .required(field, "pixels")?
-            .as_whole(1, MAX_SIDE_PX, "pixels")
-    };
-    let (width, height) = (side("width")?, side("height")?);
-    if u64::from(width) * u64::from(height) > MAX_PIXELS {
-        let expected = format!(
-            "at most {} for this height ({MAX_PIXELS} pixels in all)",
-            MAX_PIXELS / u64::from(height)
-        );
-        return Err(table.required("width", "pixels")?.invalid(expected));
-    }
-    Ok((width, height))
-}
-
-fn read_intrinsics(
-    table: &Table<'_>,
-    width: u32,
-    height: u32,
-) -> Result<(DVec2, DVec2), SceneError> {
-    let centre = DVec2::new(f64::from(width), f64::from(height)) / 2.0;
-    if let Some(hfov) = table.optional("hfov_deg") {
-        for field in ["fx", "fy", "cx", "cy"] {
-            table.refuse(field, "where camera.hfov_deg is given")?;
-        }
-        let hfov_deg = hfov.as_number(Range::below(LEAST_FIELD_DEG, 180.0, "degrees"))?;
-        return Ok((DVec2::splat(focal_length_px(hfov_deg, width)), centre));
-    }
-    if table.optional("fx").is_none() {
-        return Err(table.missing("hfov_deg", "or fx, with fy, cx, cy, in pixels"));
-    }
-    let positive = Range::at_least(LEAST_FOCAL_PX, "pixels");
-    let fx = table.number("fx", positive)?;
-    let fy = table.number_or("fy", positive, fx)?;
-    let cx = table.number_or("cx", Range::finite("pixels"), centre.x)?;
-    let cy = table.number_or("cy", Range::finite("pixels"), centre.y)?;
-    Ok((DVec2::new(fx, fy), DVec2::new(cx, cy)))
-}
-
-/// Focal length, pixels, of a horizontal field of view.
-fn focal_length_px(hfov_deg: f64, width: u32) -> f64 {
-    f64::from(width) / 2.0 / (hfov_deg / 2.0).to_radians().tan()
 }
 
 impl Camera {
@@ -187,7 +71,8 @@ impl Camera {
             height,
             focal_px: DVec2::splat(size.x),
             centre_px: size / 2.0,
-            distortion: [0.0; 5],
+            lens: Lens::default(),
+            port: None,
         }
     }
 
@@ -229,105 +114,140 @@ impl Camera {
         })
     }
 
-    /// Unit direction, in the world, of the ray through the image point (`px`, `py`), pixels from the top left corner.
-    pub fn direction(&self, px: f64, py: f64) -> DVec3 {
+    /// The camera with what its port looks into: water of that refractive index below a surface at that height, m, or everywhere,
+    /// or air.
+    pub fn placed(&self, water_index: Option<f64>, surface_m: Option<f64>) -> Self {
+        let above = surface_m.is_some_and(|height_m| self.position_m.z > height_m);
+        let outside_index = water_index.filter(|_| !above).unwrap_or(1.0);
+        Self {
+            port: self.port.map(|port| Port {
+                outside_index,
+                ..port
+            }),
+            ..self.clone()
+        }
+    }
+
+    /// The ray through the image point (`px`, `py`), pixels from the top left corner, in the world; with a port as it goes on
+    /// outside. Meant for points within the image.
+    pub fn ray(&self, px: f64, py: f64) -> CameraRay {
         let seen = (DVec2::new(px, py) - self.centre_px) / self.focal_px;
-        let ideal = if self.distortion == [0.0; 5] {
-            seen
-        } else {
-            self.undistort(seen)
-        };
-        (self.forward + self.right * ideal.x + self.down * ideal.y).normalize()
+        let towards = self.lens.towards(seen);
+        match &self.port {
+            None => CameraRay {
+                origin_m: self.position_m,
+                direction: self.turned_to_world(towards).normalize(),
+            },
+            Some(port) => {
+                let Leaving { point, direction } = port.outwards(towards.normalize());
+                CameraRay {
+                    origin_m: self.position_m + self.turned_to_world(point),
+                    direction: self.turned_to_world(direction).normalize(),
+                }
+            }
+        }
+    }
+
+    /// Unit direction, in the world, of [`Camera::ray`].
+    pub fn direction(&self, px: f64, py: f64) -> DVec3 {
+        self.ray(px, py).direction
     }
 
     /// Image point, pixels from the top left corner, of a point in the world, m; it may lie outside the image.
-    /// `None` for points that are not in front of the camera.
+    /// `None` for points that the lens does not see, such as those behind a camera without fisheye, or that are not before the
+    /// port. What stands in between is not looked at.
     pub fn project(&self, point_m: DVec3) -> Option<DVec2> {
-        let offset = point_m - self.position_m;
-        let distance_m = offset.dot(self.forward);
-        let ideal = DVec2::new(offset.dot(self.right), offset.dot(self.down)) / distance_m;
-        (distance_m > 0.0).then(|| self.centre_px + self.distort(ideal).0 * self.focal_px)
+        let seen = self.lens.seen(self.inside(point_m)?)?;
+        Some(self.centre_px + seen * self.focal_px)
     }
 
     /// The image point of [`Camera::project`], and the area that a pixel there covers on a plane perpendicular to the
-    /// optical axis at a distance of 1 m along it, m².
+    /// optical axis at a distance of 1 m along it, m²; for cameras without a port, of points less than 90° off the axis.
     pub fn project_with_area(&self, point_m: DVec3) -> Option<(DVec2, f64)> {
-        let offset = point_m - self.position_m;
-        let distance_m = offset.dot(self.forward);
-        let ideal = DVec2::new(offset.dot(self.right), offset.dot(self.down)) / distance_m;
-        let (seen, jacobian) = self.distort(ideal);
-        let stretch = jacobian.determinant() * self.focal_px.x * self.focal_px.y;
-        let in_front = distance_m > 0.0 && stretch > 0.0;
-        in_front.then(|| (self.centre_px + seen * self.focal_px, 1.0 / stretch))
+        let (seen, stretch) = self.lens.seen_with_stretch(self.inside(point_m)?)?;
+        let area = 1.0 / (stretch * self.focal_px.x * self.focal_px.y);
+        Some((self.centre_px + seen * self.focal_px, area))
     }
 
-    /// Brown-Conrady distortion (OpenCV's model) of a point in the image plane at unit distance,
-    /// and its Jacobian.
-    fn distort(&self, ideal: DVec2) -> (DVec2, DMat2) {
-        let [k1, k2, p1, p2, k3] = self.distortion;
-        let DVec2 { x, y } = ideal;
-        let r2 = x * x + y * y;
-        let radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3));
-        // Derivative of `radial` by r2, twice: times x it is the derivative by x.
-        let slope = 2.0 * (k1 + r2 * (2.0 * k2 + r2 * 3.0 * k3));
-        let tangential = DVec2::new(
-            2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x),
-            p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y,
-        );
-        let by_x = DVec2::new(
-            radial + x * x * slope + 2.0 * p1 * y + 6.0 * p2 * x,
-            x * y * slope + 2.0 * p1 * x + 2.0 * p2 * y,
-        );
-        let by_y = DVec2::new(by_x.y, radial + y * y * slope + 6.0 * p1 * y + 2.0 * p2 * x);
-        (ideal * radial + tangential, DMat2::from_cols(by_x, by_y))
-    }
-
-    /// Inverse of [`Camera::distort`] by Newton's method from the distorted point itself.
-    fn undistort(&self, seen: DVec2) -> DVec2 {
-        let mut ideal = seen;
-        for _ in 0..UNDISTORT_STEPS {
-            let (distorted, jacobian) = self.distort(ideal);
-            let error = distorted - seen;
-            if error.length() <= UNDISTORT_ERROR * (1.0 + seen.length()) {
-                break;
-            }
-            ideal -= jacobian.inverse() * error;
+    /// How many pixels of the image a small angle has, per rad, about a point in the world as it is seen from the centre of
+    /// projection: for directions that differ across the optical axis, or, with a fisheye or a port, the larger one of two.
+    pub fn pixels_per_rad(&self, point_m: DVec3) -> Option<f64> {
+        if self.port.is_none() && matches!(self.lens, Lens::Perspective(_)) {
+            return Some(self.focal_px.max_element());
         }
-        ideal
+        let middle = self.project(point_m)?;
+        let offset = point_m - self.position_m;
+        let step_m = SMALL_ANGLE * offset.length();
+        let (u, v) = offset.try_normalize()?.any_orthonormal_pair();
+        let moved = |across: DVec3| {
+            let seen = self.project(point_m + step_m * across)?;
+            Some((seen - middle).length() / SMALL_ANGLE)
+        };
+        Some(moved(u)?.max(moved(v)?))
     }
 
-    /// Whether the inverse of the distortion is found all over the image, on the branch that holds its centre.
-    pub(super) fn is_invertible(&self) -> bool {
+    /// Right, down and forward parts of the way to a point in the world, m.
+    fn parts_of(&self, point_m: DVec3) -> DVec3 {
+        let offset = point_m - self.position_m;
+        DVec3::new(
+            offset.dot(self.right),
+            offset.dot(self.down),
+            offset.dot(self.forward),
+        )
+    }
+
+    /// A vector of the world from its right, down and forward parts.
+    fn turned_to_world(&self, parts: DVec3) -> DVec3 {
+        self.forward * parts.z + self.right * parts.x + self.down * parts.y
+    }
+
+    /// Direction (right, down, forward) along which the lens sees a point in the world; not of unit length.
+    fn inside(&self, point_m: DVec3) -> Option<DVec3> {
+        let towards = self.parts_of(point_m);
+        match &self.port {
+            None => Some(towards),
+            Some(port) => port.inwards(towards),
+        }
+    }
+
+    /// Whether `holds` at points all over the image, its edges included; they are in focal lengths from the principal point.
+    fn all_over(&self, holds: impl Fn(DVec2) -> bool) -> bool {
         let size = DVec2::new(f64::from(self.width), f64::from(self.height));
         (0..=CHECKED_POINTS).all(|j| {
             (0..=CHECKED_POINTS).all(|i| {
                 let corner = DVec2::new(f64::from(i), f64::from(j)) / f64::from(CHECKED_POINTS);
-                let seen = (corner * size - self.centre_px) / self.focal_px;
-                let ideal = self.undistort(seen);
-                let found = (self.distort(ideal).0 - seen).length()
-                    <= INVERTIBLE_ERROR * (1.0 + seen.length());
-                let growing = |k| {
-                    self.distort(ideal * f64::from(k) / f64::from(CHECKED_POINTS))
-                        .1
-                        .determinant()
-                        > 0.0
-                };
-                found && (0..=CHECKED_POINTS).all(growing)
+                holds((corner * size - self.centre_px) / self.focal_px)
             })
         })
+    }
+
+    /// Whether the inverse of the lens is found all over the image, on the branch that holds its centre.
+    pub(super) fn is_invertible(&self) -> bool {
+        self.all_over(|seen| self.lens.is_invertible_at(seen))
+    }
+
+    /// Whether the camera shows marine snow: without a port, and where all of the image is less than 90° off the optical axis.
+    pub fn shows_flakes(&self) -> bool {
+        self.port.is_none() && self.looks_ahead(LEAST_AHEAD)
+    }
+
+    /// Whether the lens looks ahead all over the image, by an angle of at least `least` (its sine) from 90° off the axis.
+    pub(super) fn looks_ahead(&self, least: f64) -> bool {
+        self.all_over(|seen| self.lens.towards(seen).normalize().z >= least)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::PortShape;
 
-    fn camera(distortion: [f64; 5]) -> Camera {
+    fn camera(lens: Lens) -> Camera {
         let forward = DVec3::new(1.0, 0.2, -0.1).normalize();
         Camera {
             focal_px: DVec2::new(280.0, 275.0),
             centre_px: DVec2::new(161.3, 88.8),
-            distortion,
+            lens,
             ..Camera::looking(DVec3::new(0.4, -2.0, 1.0), forward, DVec3::Z, 320, 180)
         }
     }
@@ -336,7 +256,8 @@ mod tests {
     fn direction_agrees_with_the_reference_scenes() {
         // The reference pictures say: the ray through (px, py) is (1, -(px - 160) / f, -(py - 90) / f), f = 277.13.
         let mut camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 320, 180);
-        camera.focal_px = DVec2::splat(focal_length_px(60.0, 320));
+        let focal_px = camera.lens.focal_length_px(60.0, 320);
+        camera.focal_px = DVec2::splat(focal_px.expect("perspective"));
         assert!((camera.focal_px.x - 277.13).abs() < 0.005);
         let f = camera.focal_px.x;
         for (px, py) in [(0.0, 0.0), (320.0, 0.0), (17.5, 170.5), (160.0, 90.0)] {
@@ -345,63 +266,103 @@ mod tests {
         }
     }
 
+    /// Lenses and ports of all kinds.
+    fn cameras() -> Vec<Camera> {
+        let lenses = [
+            Lens::default(),
+            Lens::Perspective([-0.28, 0.11, 0.001, -0.0007, -0.02]),
+            Lens::Perspective([0.2, 0.05, -0.002, 0.003, 0.01]),
+            Lens::Fisheye([0.02, -0.01, 0.003, -0.0004]),
+        ];
+        let shapes = [
+            PortShape::Flat { distance_m: 0.02 },
+            PortShape::Dome {
+                radius_m: 0.05,
+                offset_m: DVec3::ZERO,
+            },
+            PortShape::Dome {
+                radius_m: 0.05,
+                offset_m: DVec3::new(0.002, -0.004, -0.012),
+            },
+        ];
+        let ports = shapes.map(|shape| {
+            Some(Port {
+                shape,
+                thickness_m: 0.008,
+                glass_index: 1.49,
+                outside_index: 1.34,
+            })
+        });
+        let with = |lens| {
+            [None].into_iter().chain(ports).map(move |port| Camera {
+                port,
+                ..camera(lens)
+            })
+        };
+        lenses.into_iter().flat_map(with).collect()
+    }
+
     #[test]
-    fn projecting_a_direction_returns_to_its_pixel() {
-        for distortion in [
-            [0.0; 5],
-            [-0.28, 0.11, 0.001, -0.0007, -0.02],
-            [0.2, 0.05, -0.002, 0.003, 0.01],
-        ] {
-            let camera = camera(distortion);
+    fn projecting_a_point_of_a_ray_returns_to_its_pixel() {
+        for camera in cameras() {
             assert!(camera.is_invertible());
             for i in 0..=32 {
                 for j in 0..=18 {
                     let pixel = DVec2::new(f64::from(i), f64::from(j)) * 10.0;
-                    let direction = camera.direction(pixel.x, pixel.y);
-                    assert!((direction.length() - 1.0).abs() < 1e-14);
-                    let back = camera
-                        .project(camera.position_m + direction * 3.0)
-                        .expect("in front");
-                    assert!(
-                        (back - pixel).length() < 1e-9,
-                        "{pixel} came back as {back}"
-                    );
+                    let ray = camera.ray(pixel.x, pixel.y);
+                    assert!((ray.direction.length() - 1.0).abs() < 1e-14);
+                    for range_m in [0.05, 3.0, 1e4] {
+                        let back = camera.project(ray.origin_m + ray.direction * range_m);
+                        let back = back.unwrap_or_else(|| panic!("{pixel} of {camera:?}"));
+                        assert!(
+                            (back - pixel).length() < 1e-8,
+                            "{pixel} came back as {back}: {camera:?}"
+                        );
+                    }
                 }
             }
         }
     }
 
+    /// A wide fisheye behind a dome sees behind itself.
     #[test]
-    fn distortion_moves_points_as_the_model_says() {
-        // k1 = -0.2 at r = 0.5: the point moves to 0.5 (1 - 0.2 · 0.25) = 0.475 focal lengths from the centre.
-        let camera = camera([-0.2, 0.0, 0.0, 0.0, 0.0]);
-        let point = camera.position_m + camera.forward + camera.right * 0.5;
-        let pixel = camera.project(point).expect("in front");
-        assert!((pixel.x - (161.3 + 280.0 * 0.475)).abs() < 1e-9 && (pixel.y - 88.8).abs() < 1e-9);
-    }
-
-    #[test]
-    fn tangential_distortion_follows_opencv() {
-        // p1 = 0.01, p2 = 0.02 at (0.3, -0.2), r² = 0.13:
-        // x + 2 p1 x y + p2 (r² + 2 x²) = 0.3 - 0.0012 + 0.0062, y + p1 (r² + 2 y²) + 2 p2 x y = -0.2 + 0.0021 - 0.0024.
-        let camera = camera([0.0, 0.0, 0.01, 0.02, 0.0]);
-        let (distorted, jacobian) = camera.distort(DVec2::new(0.3, -0.2));
-        assert!((distorted - DVec2::new(0.305, -0.2003)).length() < 1e-15);
-        let step = 1e-6;
-        for (axis, column) in [(DVec2::X, jacobian.x_axis), (DVec2::Y, jacobian.y_axis)] {
-            let ahead = camera.distort(DVec2::new(0.3, -0.2) + axis * step).0;
-            assert!(((ahead - distorted) / step - column).length() < 1e-6);
-        }
-    }
-
-    #[test]
-    fn points_behind_are_not_seen_and_folding_lenses_are_recognised() {
-        let camera = camera([-0.2, 0.0, 0.0, 0.0, 0.0]);
-        assert_eq!(camera.project(camera.position_m - camera.forward), None);
-        let folding = Camera {
-            distortion: [-3.0, 0.0, 0.0, 0.0, 0.0],
-            ..camera
+    fn a_dome_shows_what_is_behind_the_camera() {
+        let dome = cameras()[3].port;
+        let camera = Camera {
+            focal_px: DVec2::splat(70.0),
+            port: dome,
+            ..camera(Lens::Fisheye([0.0; 4]))
         };
+        let ray = camera.ray(2.0, 90.0);
+        assert!(ray.direction.dot(camera.forward) < -0.5);
+        let back = camera.project(ray.origin_m + 2.0 * ray.direction);
+        assert!((back.expect("seen") - DVec2::new(2.0, 90.0)).length() < 1e-9);
+    }
+
+    #[test]
+    fn points_that_cannot_be_seen_have_no_place() {
+        let plain = camera(Lens::Perspective([-0.2, 0.0, 0.0, 0.0, 0.0]));
+        assert_eq!(plain.project(plain.position_m - plain.forward), None);
+        for camera in cameras().into_iter().filter(|camera| camera.port.is_some()) {
+            let (eye, ahead) = (camera.position_m, camera.forward);
+            assert_eq!(camera.project(eye + 0.01 * ahead), None, "{camera:?}");
+            assert!(camera.project(eye + 0.1 * ahead).is_some());
+        }
+        let folding = camera(Lens::Perspective([-3.0, 0.0, 0.0, 0.0, 0.0]));
         assert!(!folding.is_invertible());
+    }
+
+    /// Of a distant point, a flat port makes its angles as many times larger as the water's index says.
+    #[test]
+    fn pixels_of_a_small_angle() {
+        let plain = camera(Lens::default());
+        let flat = Camera {
+            port: cameras()[1].port,
+            ..plain.clone()
+        };
+        let far = plain.position_m + 1e4 * plain.forward;
+        assert_eq!(plain.pixels_per_rad(far), Some(280.0));
+        let behind_glass = flat.pixels_per_rad(far).expect("seen");
+        assert!((behind_glass / 280.0 - 1.34).abs() < 1e-3, "{behind_glass}");
     }
 }

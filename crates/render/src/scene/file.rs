@@ -6,7 +6,7 @@ use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::camera::{self, CameraTable};
+use super::camera_table::{self, CameraTable};
 use super::document::Document;
 use super::kind::check_kind;
 use super::reader::Table;
@@ -109,13 +109,14 @@ fn read_scene(root: &Table<'_>) -> Result<Scene, SceneError> {
     let surface = sections::read_surface(root)?;
     let sun = light::read_sun(root)?;
     let sky_radiance = light::read_sky(root)?;
-    let camera = camera::read(root)?;
+    let camera = camera_table::read(root)?;
     let mut lamps = light::read_lamps(root)?;
     let mut objects = object::read_objects(root)?;
     wavelengths.mean_reflectances(&mut objects.materials);
     let sensor = sections::read_sensor(root, wavelengths.spectral.as_ref())?;
     let render = sections::read_render(root)?;
     let camera = choose_camera(root, camera, objects.gltf.camera)?;
+    camera_table::check_port(root, &camera, (water.is_some(), snow.is_some()))?;
     let mut warnings = objects.gltf.warnings;
     let mut more_lamps = objects.gltf.lamps;
     if let (Some(_), Some(surface)) = (&water, &surface) {
@@ -140,11 +141,14 @@ fn read_scene(root: &Table<'_>) -> Result<Scene, SceneError> {
         warnings
             .push("the camera is above the water surface, from where no snow is seen".to_owned());
     }
+    if camera.port.is_some() && surface.is_some_and(|s| camera.position_m.z > s.height_m) {
+        warnings.push("the camera is above the water surface: its port looks into air".to_owned());
+    }
     let spectral = wavelengths.spectral;
     if let Some(spectral) = &spectral {
         warnings.extend(spectral.dark_channels(&lamps));
     }
-    Ok(Scene {
+    let mut scene = Scene {
         water,
         snow,
         surface,
@@ -160,7 +164,9 @@ fn read_scene(root: &Table<'_>) -> Result<Scene, SceneError> {
         sensor,
         render,
         warnings,
-    })
+    };
+    scene.camera = scene.placed_camera();
+    Ok(scene)
 }
 
 /// Lamps shine in the water only: their light through the surface from above is not rendered.

@@ -3,6 +3,7 @@
 //! World frame: right-handed, +z up, metres. Colour triples are R, G, B. Radiance is linear.
 
 mod camera;
+mod camera_table;
 mod document;
 mod error;
 mod file;
@@ -19,9 +20,11 @@ mod gltf_resource;
 mod gltf_rules;
 mod gltf_schema;
 mod kind;
+mod lens;
 mod light;
 mod object;
 mod phase;
+mod port;
 mod range;
 mod reader;
 mod sections;
@@ -33,9 +36,11 @@ mod texture;
 mod value;
 mod variation;
 
-pub use camera::SizeError;
+pub use camera::{CameraRay, SizeError};
 pub use error::SceneError;
 pub use gltf_resource::GltfError;
+pub use lens::Lens;
+pub use port::{Port, PortShape};
 pub use setting::Setting;
 pub use texels::Texels;
 
@@ -196,7 +201,7 @@ pub struct Sun {
     pub irradiance: Spectrum,
 }
 
-/// A pinhole camera with Brown-Conrady distortion.
+/// A camera: a centre of projection, a lens, and the port of a housing.
 #[derive(Clone, Debug)]
 pub struct Camera {
     /// Centre of projection, m.
@@ -215,8 +220,10 @@ pub struct Camera {
     pub focal_px: DVec2,
     /// Principal point (cx, cy), pixels from the top left corner of the image.
     pub centre_px: DVec2,
-    /// Distortion k1, k2, p1, p2, k3 (OpenCV's order); all zero for none.
-    pub distortion: [f64; 5],
+    /// What the lens makes of directions.
+    pub lens: Lens,
+    /// The port it looks through; `None` for an eye in the water itself.
+    pub port: Option<Port>,
 }
 
 /// A lamp: a point with a hard cone, or a one-sided Lambertian disk.

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::range::Range;
 use super::reader::Table;
-use super::{Blur, SceneError, Snow, camera, phase};
+use super::{Blur, SceneError, Snow, camera_table, phase};
 
 const FIELDS: [&str; 7] = [
     "share",
@@ -84,7 +84,7 @@ fn read_snow(table: &Table<'_>, blur: Blur) -> Result<Snow, SceneError> {
 
 /// The blur of flakes; `None` where nothing of it is given, or nothing that moves or opens anything.
 fn read_blur(root: &Table<'_>) -> Result<Option<Blur>, SceneError> {
-    let Some(table) = root.table("camera", &camera::FIELDS)? else {
+    let Some(table) = root.table("camera", &camera_table::FIELDS)? else {
         return Ok(None);
     };
     let aperture_mm = table.number_or("aperture_mm", Range::closed(0.0, 1e3, "mm"), 0.0)?;

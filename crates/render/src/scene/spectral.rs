@@ -65,7 +65,7 @@ fn read_water(water: &Value<'_>, response: &Response) -> Result<Option<WaterSpec
 pub(super) fn read(root: &Table<'_>) -> Result<Wavelengths, SceneError> {
     let in_water = root.optional("water");
     let given = spectra(root)?;
-    let response = match field_of(root, "camera", &super::camera::FIELDS, "response")? {
+    let response = match field_of(root, "camera", &super::camera_table::FIELDS, "response")? {
         Some(value) => {
             let response = read_response(&value)?;
             check_seen(&value, &response)?;
@@ -99,7 +99,7 @@ pub(super) fn read(root: &Table<'_>) -> Result<Wavelengths, SceneError> {
         });
     }
     if let (Some(table), Some(water)) = (&in_water, &water) {
-        let camera = field_of(root, "camera", &super::camera::FIELDS, "response")?;
+        let camera = field_of(root, "camera", &super::camera_table::FIELDS, "response")?;
         check_covered(camera.as_ref().unwrap_or(table), water, &response)?;
     }
     let of_lights = |value: &&Value<'_>| {
@@ -167,7 +167,7 @@ fn spectra<'d>(root: &Table<'d>) -> Result<Vec<Value<'d>>, SceneError> {
     found.extend(field_of(
         root,
         "camera",
-        &super::camera::FIELDS,
+        &super::camera_table::FIELDS,
         "response",
     )?);
     Ok(found)

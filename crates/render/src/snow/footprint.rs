@@ -208,7 +208,7 @@ impl Flakes<'_> {
             }
         }
         // A distorted edge may bend out between its corners.
-        let room = match camera.distortion == [0.0; 5] {
+        let room = match camera.lens.is_ideal() {
             true => DVec2::ZERO,
             false => 1.0 + 0.1 * (last - first),
         };

@@ -147,7 +147,7 @@ fn extent(camera: &Camera) -> (DVec2, DVec2) {
         upper = upper.max(ideal);
     }
     // Between the points a distorted edge may bend out a little.
-    let room = match camera.distortion == [0.0; 5] {
+    let room = match camera.lens.is_ideal() {
         true => 0.0,
         false => 0.01,
     };

@@ -25,6 +25,7 @@ mod phase_model;
 mod predict;
 mod predict_physics;
 pub(crate) mod progress;
+mod project;
 mod render;
 mod sensor;
 mod shell;
@@ -81,6 +82,8 @@ enum Command {
     Render(render::RenderArguments),
     /// List the graphics adapters, best first.
     Adapters,
+    /// Project points of the world to the picture of a scene's camera, or find the rays of image points.
+    Project(project::ProjectArguments),
     /// Plane and scalar irradiances at depths below the water surface.
     Irradiance(irradiance::IrradianceArguments),
     /// Error against time on a set of scenes, with plots; or the references it needs.
@@ -123,6 +126,7 @@ impl Command {
         match self {
             Self::Render(arguments) => arguments.run(json),
             Self::Adapters => adapters::run(json),
+            Self::Project(arguments) => arguments.run(json),
             Self::Irradiance(arguments) => arguments.run(json),
             Self::ErrorTime(arguments) => arguments.run(json),
             Self::Phase(arguments) => arguments.run(),

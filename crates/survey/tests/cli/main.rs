@@ -11,6 +11,7 @@ mod interruption;
 mod irradiance;
 mod pictures;
 mod predict;
+mod project;
 mod render;
 mod render_limits;
 mod render_options;

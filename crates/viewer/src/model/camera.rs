@@ -1,7 +1,7 @@
 //! The camera and how a person moves it.
 
 use glam::{DVec2, DVec3};
-use uw_render::scene::Camera;
+use uw_render::scene::{Camera, Lens, Port};
 
 use super::settings::rounded;
 
@@ -22,8 +22,10 @@ pub struct CameraSettings {
     pub focal_px: DVec2,
     /// Principal point, pixels.
     pub centre_px: DVec2,
-    /// Distortion k1, k2, p1, p2, k3.
-    pub distortion: [f64; 5],
+    /// What the lens makes of directions.
+    pub lens: Lens,
+    /// The port it looks through, as if into air: what is outside is the scene's to say.
+    pub port: Option<Port>,
 }
 
 /// How drags and keys move the camera.
@@ -61,13 +63,17 @@ impl From<&Camera> for CameraSettings {
             height: camera.height,
             focal_px: camera.focal_px,
             centre_px: camera.centre_px,
-            distortion: camera.distortion,
+            lens: camera.lens,
+            port: camera.port.map(|port| Port {
+                outside_index: 1.0,
+                ..port
+            }),
         }
     }
 }
 
 impl CameraSettings {
-    /// The camera as the renderer takes it.
+    /// The camera as the renderer takes it, its port in air.
     pub fn build(&self) -> Camera {
         let right = self.forward.cross(self.up).normalize_or(DVec3::Y);
         Camera {
@@ -79,7 +85,8 @@ impl CameraSettings {
             height: self.height,
             focal_px: self.focal_px,
             centre_px: self.centre_px,
-            distortion: self.distortion,
+            lens: self.lens,
+            port: self.port,
         }
     }
 
@@ -108,23 +115,20 @@ impl CameraSettings {
 
     /// Horizontal field of view, degrees.
     pub fn hfov_deg(&self) -> f64 {
-        rounded(
-            2.0 * (0.5 * f64::from(self.width) / self.focal_px.x)
-                .atan()
-                .to_degrees(),
-        )
+        rounded(self.lens.hfov_deg(self.focal_px.x, self.width))
     }
 
-    /// Sets the horizontal field of view, degrees in (0, 180), with square pixels.
+    /// Sets the horizontal field of view, degrees in (0, 180), with square pixels; nothing changes where a fisheye folds before
+    /// that.
     pub fn set_hfov_deg(&mut self, hfov_deg: f64) {
-        let half = (0.5 * hfov_deg.clamp(0.1, 179.0)).to_radians();
-        self.focal_px = DVec2::splat(0.5 * f64::from(self.width) / half.tan());
+        let wanted = (self.lens).focal_length_px(hfov_deg.clamp(0.1, 179.0), self.width);
+        self.focal_px = wanted.map_or(self.focal_px, DVec2::splat);
     }
 
-    /// Whether it is the ideal camera that a field of view describes.
+    /// Whether it is the ideal camera that a field of view describes, but for a port.
     pub fn is_ideal(&self) -> bool {
         let middle = DVec2::new(f64::from(self.width), f64::from(self.height)) / 2.0;
-        self.distortion == [0.0; 5]
+        self.lens.is_ideal()
             && (self.focal_px.x - self.focal_px.y).abs() < 1e-9 * self.focal_px.x
             && (self.centre_px - middle).length() < 1e-9
     }
@@ -221,7 +225,8 @@ mod tests {
             height: 180,
             focal_px: DVec2::splat(300.0),
             centre_px: DVec2::new(160.0, 90.0),
-            distortion: [0.0; 5],
+            lens: Lens::default(),
+            port: None,
         }
     }
 

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use uw_media::Iops;
-use uw_render::scene::Plume;
+use uw_render::scene::{Camera, Plume};
 
 use super::{CameraSettings, depth_profile::LARGEST_PER_M};
 
@@ -41,10 +41,9 @@ impl Cloud {
 
     /// Where the cloud is in the picture of a camera and how large: middle and radius of a circle at one standard deviation,
     /// pixels; `None` for one that is not in front of the camera.
-    pub fn circle(&self, camera: &CameraSettings) -> Option<(glam::DVec2, f64)> {
-        let built = camera.build();
-        let middle = built.project(self.centre_m)?;
-        let rim = built.project(self.centre_m + self.sigma_m * built.right)?;
+    pub fn circle(&self, camera: &Camera) -> Option<(glam::DVec2, f64)> {
+        let middle = camera.project(self.centre_m)?;
+        let rim = camera.project(self.centre_m + self.sigma_m * camera.right)?;
         Some((middle, (rim - middle).length()))
     }
 }

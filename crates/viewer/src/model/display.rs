@@ -184,7 +184,7 @@ impl ShownLayer {
     /// Unit of its values.
     pub fn unit(self) -> &'static str {
         match self {
-            Self::Layer(RenderLayer::Depth) => "m",
+            Self::Layer(RenderLayer::Depth | RenderLayer::Position) => "m",
             Self::Layer(
                 RenderLayer::Normal | RenderLayer::Reflectance | RenderLayer::Transmittance,
             ) => "",
@@ -303,6 +303,10 @@ fn photograph(
         ColorImage::new(size, pixels.collect())
     };
     let data = match (layer, values) {
+        (ShownLayer::Layer(RenderLayer::Position), Some(LayerData::Vector(places))) => {
+            // From black to bright with every metre along each axis.
+            return plain(places, |x| f64::from(x - x.floor()));
+        }
         (_, Some(LayerData::Vector(vectors))) => {
             return plain(vectors, |x| 0.5 + 0.5 * f64::from(x));
         }

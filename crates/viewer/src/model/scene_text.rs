@@ -3,11 +3,11 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use toml::Value;
 use uw_media::spectral::JerlovWater;
 use uw_render::image::{ImageError, write_atomically};
-use uw_render::scene::{Blur, Encoding, Exposure, Falloff, Sensor, Snow};
+use uw_render::scene::{Blur, Encoding, Exposure, Falloff, Lens, Port, PortShape, Sensor, Snow};
 
 use super::depth_profile::{DepthProfile, Entry, LayerWater};
 use super::paths::rebased;
@@ -45,7 +45,7 @@ pub fn scene_text(open: &OpenScene, settings: &Settings, folder: &Path) -> Strin
     // Writing to a string cannot fail; the results are dropped throughout.
     if let Some(water) = &settings.water {
         write_water(&mut text, water, &moved);
-        if let Some(snow) = &settings.snow {
+        if let Some(snow) = &settings.snow_in_view() {
             write_snow(&mut text, snow);
         }
     }
@@ -69,6 +69,9 @@ pub fn scene_text(open: &OpenScene, settings: &Settings, folder: &Path) -> Strin
         write_spectrum(&mut text, settings.sky_spectrum.as_ref(), &moved);
     }
     write_camera(&mut text, &settings.camera);
+    if let (Some(port), Some(_)) = (&settings.camera.port, &settings.water) {
+        write_port(&mut text, port);
+    }
     if let Some(snow) = &settings.snow {
         write_blur(&mut text, &snow.blur);
     }
@@ -228,14 +231,37 @@ fn write_camera(text: &mut String, camera: &CameraSettings) {
         let (f, c) = (camera.focal_px, camera.centre_px);
         let _ = write!(
             text,
-            "fx = {:?}\nfy = {:?}\ncx = {:?}\ncy = {:?}\ndistortion = {:?}\n",
-            f.x, f.y, c.x, c.y, camera.distortion
+            "fx = {:?}\nfy = {:?}\ncx = {:?}\ncy = {:?}\n",
+            f.x, f.y, c.x, c.y
         );
+        let _ = match camera.lens {
+            Lens::Perspective(k) => writeln!(text, "distortion = {k:?}"),
+            Lens::Fisheye(k) => writeln!(text, "fisheye = {k:?}"),
+        };
     }
     let _ = write!(
         text,
         "width = {}\nheight = {}\n",
         camera.width, camera.height
+    );
+}
+
+/// The port, where there is water before it.
+fn write_port(text: &mut String, port: &Port) {
+    let shape = match port.shape {
+        PortShape::Flat { distance_m } => format!("kind = \"flat\", distance_m = {distance_m:?}"),
+        PortShape::Dome { radius_m, offset_m } => format!(
+            "kind = \"dome\", radius_m = {radius_m:?}, offset_m = {}",
+            match offset_m.truncate() == DVec2::ZERO {
+                true => format!("{:?}", offset_m.z),
+                false => vector(offset_m),
+            }
+        ),
+    };
+    let _ = writeln!(
+        text,
+        "port = {{ {shape}, thickness_m = {:?}, glass_index = {:?} }}",
+        port.thickness_m, port.glass_index
     );
 }
 

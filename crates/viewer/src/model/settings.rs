@@ -4,8 +4,8 @@ use glam::DVec3;
 use uw_media::MediaError;
 use uw_media::spectral::{Curve, sky_light, sunlight};
 use uw_render::scene::{
-    Encoding, Exposure, Falloff, Lamp, Noise, RenderSettings, Scene, Sensor, Snow, Spectral,
-    WaterSurface, WhiteBalance,
+    Camera, Encoding, Exposure, Falloff, Lamp, Noise, RenderSettings, Scene, Sensor, Snow,
+    Spectral, WaterSurface, WhiteBalance,
 };
 
 use super::scene_text::inline;
@@ -244,8 +244,8 @@ impl Settings {
             }),
             sun: self.sun.as_ref().map(Sun::build),
             sky_radiance: self.sky_radiance,
-            camera: self.camera.build(),
-            snow: self.snow.filter(|_| water.is_some()),
+            camera: self.placed_camera(),
+            snow: self.snow_in_view(),
             spectral: self.spectral()?,
             lamps: self.lit_lamps().map(LampSettings::build).collect(),
             quads: Vec::new(),
@@ -259,6 +259,19 @@ impl Settings {
             },
             warnings: Vec::new(),
         })
+    }
+
+    /// The camera, its port in what the scene has there.
+    pub fn placed_camera(&self) -> Camera {
+        let water_index = self.water.as_ref().map(|water| water.refractive_index);
+        let surface_m = self.surface.map(|surface| surface.height_m);
+        self.camera.build().placed(water_index, surface_m)
+    }
+
+    /// Marine snow where there is water that holds it and a camera that shows it.
+    pub fn snow_in_view(&self) -> Option<Snow> {
+        let shown = self.water.is_some() && self.camera.build().shows_flakes();
+        self.snow.filter(|_| shown)
     }
 
     /// The scene by wavelength; `None` where the three channels are all there is, as scene files have it.

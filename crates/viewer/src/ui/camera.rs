@@ -2,6 +2,7 @@
 
 use egui::{ComboBox, DragValue, Ui};
 use uw_media::spectral::RESPONSES;
+use uw_render::scene::{Lens, PortShape};
 
 use super::knobs::{direction, heading, list_height, position, slider};
 use crate::app::Viewer;
@@ -52,8 +53,20 @@ pub fn show(app: &mut Viewer, ui: &mut Ui) {
     });
     response(ui, &mut app.settings.response);
     let camera = &app.settings.camera;
-    if camera.distortion != [0.0; 5] {
-        ui.weak(format!("distortion {:?}", camera.distortion));
+    match camera.lens {
+        Lens::Perspective(_) if camera.lens.is_ideal() => {}
+        Lens::Perspective(k) => {
+            ui.weak(format!("distortion {k:?}"));
+        }
+        Lens::Fisheye(k) => {
+            ui.weak(format!("fisheye {k:?}"));
+        }
+    }
+    if let Some(port) = &camera.port {
+        ui.weak(match port.shape {
+            PortShape::Flat { .. } => "behind a flat port",
+            PortShape::Dome { .. } => "behind a dome port",
+        });
     }
     ui.weak(format!(
         "{:.2} m to what is in the middle",

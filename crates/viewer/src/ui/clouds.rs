@@ -127,11 +127,11 @@ pub fn circles(app: &Viewer, ui: &Ui, rect: Rect) {
     if app.tab != Tab::Water || !app.clouds_shown {
         return;
     }
-    let camera = &app.settings.camera;
+    let camera = app.settings.placed_camera();
     let scale = rect.width() / camera.width as f32;
     let painter = ui.painter_at(rect);
     for (i, cloud) in water.clouds.iter().enumerate() {
-        let Some((middle, radius)) = cloud.circle(camera) else {
+        let Some((middle, radius)) = cloud.circle(&camera) else {
             continue;
         };
         let middle = rect.min + scale * egui::vec2(middle.x as f32, middle.y as f32);

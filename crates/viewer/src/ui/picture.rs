@@ -185,15 +185,15 @@ fn three(values: &[f32; 3]) -> String {
 /// The first surface behind a place of the picture, m.
 fn surface_at(frame: &Frame, at: DVec2) -> Option<DVec3> {
     let camera = &frame.camera;
-    let direction = camera.direction(
+    let ray = camera.ray(
         at.x * f64::from(camera.width),
         at.y * f64::from(camera.height),
     );
     let hit =
         frame
             .geometry
-            .closest(camera.position_m, direction, f64::INFINITY, Primitive::None)?;
-    Some(camera.position_m + hit.t * direction)
+            .closest(ray.origin_m, ray.direction, f64::INFINITY, Primitive::None)?;
+    Some(ray.origin_m + hit.t * ray.direction)
 }
 
 fn navigate(app: &mut Viewer, ui: &Ui, response: &egui::Response, frame: &Frame) {

@@ -32,6 +32,9 @@ pub fn show(app: &mut Viewer, ui: &mut Ui) {
         (false, Some(_)) => app.settings.snow = None,
         _ => {}
     }
+    if app.settings.snow.is_some() && !app.settings.camera.build().shows_flakes() {
+        ui.weak("not seen through a port, nor 90° off the axis and beyond");
+    }
     let Some(snow) = &mut app.settings.snow else {
         return;
     };

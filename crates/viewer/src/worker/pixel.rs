@@ -89,7 +89,7 @@ fn find(
             "the water is known in three bands: choose \"spectral\" in its panel".to_owned(),
         );
     }
-    let camera = &scene.camera;
-    let ray = (camera.position_m, camera.direction(pixel.x, pixel.y));
+    let ray = scene.camera.ray(pixel.x, pixel.y);
+    let ray = (ray.origin_m, ray.direction);
     ray_spectrum(&scene, geometry, ray, (SAMPLES, 1), stop).map_err(|error| error.to_string())
 }

@@ -5,7 +5,11 @@ use std::sync::atomic::Ordering;
 use std::sync::mpsc::Sender;
 use std::time::{Duration, Instant};
 
-use uw_render::{backend::Device, prepare::Prepared, scene::Scene};
+use uw_render::{
+    backend::Device,
+    prepare::Prepared,
+    scene::{Camera, Scene},
+};
 
 use crate::background::step_back;
 
@@ -118,7 +122,10 @@ impl Thread<'_> {
                 .settings
                 .camera
                 .resized((width / coarseness).max(1), (height / coarseness).max(1));
-            prepared.camera = small.build();
+            prepared.camera = Camera {
+                port: prepared.camera.port,
+                ..small.build()
+            };
             let mut stage = Stage {
                 job,
                 asked,

@@ -2,7 +2,9 @@
 
 use std::path::Path;
 
+use glam::DVec3;
 use uw_media::Iops;
+use uw_render::scene::{Lens, Port, PortShape, Snow};
 use uw_viewer::model::{Coefficients, OpenScene, PhaseModel, Settings, scene_text};
 
 use crate::support::{repository, small};
@@ -53,7 +55,7 @@ fn every_knob_is_saved() {
     settings.surface = None;
     settings.sun = None;
     settings.camera.set_hfov_deg(75.0);
-    settings.camera.distortion = [0.1, 0.0, 0.001, 0.0, 0.0];
+    settings.camera.lens = Lens::Perspective([0.1, 0.0, 0.001, 0.0, 0.0]);
     settings.lamps[0].level_pct = 12.5;
     settings.lamps[0].falloff = uw_render::scene::Falloff::Cosine;
     settings.lamps[0].radius_m = 0.05;
@@ -66,6 +68,47 @@ fn every_knob_is_saved() {
         let (_, read) = saved(&open, &settings, folder.path());
         assert_eq!(read, settings);
     }
+}
+
+/// Lenses and ports are kept; what is outside a port follows the scene's water, in pictures, in circles of clouds and when saved.
+#[test]
+fn lenses_and_ports_are_saved() {
+    let folder = tempfile::tempdir().expect("folder");
+    let (open, mut settings) = small();
+    let shapes = [
+        PortShape::Flat { distance_m: 0.02 },
+        PortShape::Dome {
+            radius_m: 0.05,
+            offset_m: DVec3::new(0.0, 0.0, -0.01),
+        },
+        PortShape::Dome {
+            radius_m: 0.05,
+            offset_m: DVec3::new(0.001, 0.002, -0.01),
+        },
+    ];
+    for (shape, fisheye) in shapes.into_iter().zip([false, true, true]) {
+        settings.camera.port = Some(Port {
+            shape,
+            thickness_m: 0.006,
+            glass_index: 1.52,
+            outside_index: 1.0,
+        });
+        if fisheye {
+            settings.camera.lens = Lens::Fisheye([0.02, -0.003, 0.0, 0.0]);
+        }
+        settings.camera.set_hfov_deg(70.0);
+        settings.water.as_mut().expect("water").refractive_index = 1.31;
+        let (_, read) = saved(&open, &settings, folder.path());
+        assert_eq!(read, settings);
+        assert!((settings.camera.hfov_deg() - 70.0).abs() < 1e-6);
+        let scene = settings.scene().expect("valid");
+        assert_eq!(scene.camera.port.map(|port| port.outside_index), Some(1.31));
+        assert_eq!(settings.snow_in_view(), None);
+    }
+    // Snow and a port do not go together: the file leaves the snow out.
+    settings.snow = Some(Snow::default());
+    let (_, read) = saved(&open, &settings, folder.path());
+    assert_eq!((read.snow, read.camera.port), (None, settings.camera.port));
 }
 
 #[test]

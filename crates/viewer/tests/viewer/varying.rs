@@ -412,7 +412,8 @@ fn a_cloud_is_added_placed_by_a_click_and_removed() {
         "{centre}"
     );
     let camera = &harness.state().settings.camera;
-    let (middle, radius) = clouds(&harness)[0].circle(camera).expect("ahead");
+    let circle = clouds(&harness)[0].circle(&camera.build());
+    let (middle, radius) = circle.expect("ahead");
     assert!((middle - glam::dvec2(80.0, 45.0)).length() < 1e-6);
     let expected = camera.focal_px.x * clouds(&harness)[0].sigma_m / 0.75;
     assert!((radius - expected).abs() < 1e-6, "{radius} {expected}");

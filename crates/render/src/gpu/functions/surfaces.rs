@@ -1,6 +1,8 @@
 //! The camera, the water surface, and surfaces in it.
 
-use super::{ROWS, absolute, adapter, compare, direction_of, probe, scene, uniform_rows};
+use super::{
+    ROWS, SCENE, absolute, adapter, compare, direction_of, parsed, probe, scene, uniform_rows,
+};
 use crate::prepare::Primitive;
 
 /// Rounding of the sum of three vectors.
@@ -24,6 +26,45 @@ fn camera_rays_agree() {
         let d = scene.camera.direction(at(r[0], r[2]), at(r[1], r[3]));
         [d.x, d.y, d.z, 0.0]
     });
+}
+
+/// Lenses and ports of all kinds: directions, and where rays leave the port, m.
+#[test]
+fn camera_rays_agree_through_every_lens_and_port() {
+    let Some(gpu) = adapter() else { return };
+    let lenses = [
+        "distortion = [-0.2, 0.05, 0.001, -0.002, 0.0]",
+        "fisheye = [0.03, -0.01, 0.002, 0.0]",
+    ];
+    let ports = [
+        "",
+        "port = { kind = \"flat\", distance_m = 0.03, thickness_m = 0.012 }",
+        "port = { kind = \"dome\", radius_m = 0.05, thickness_m = 0.006, offset_m = [0.004, -0.002, -0.012] }",
+    ];
+    let inputs: Vec<_> = uniform_rows(12)
+        .iter()
+        .map(|r| [r[0], r[1]].map(|whole| f32::from_bits((64.0 * whole) as u32)))
+        .zip(uniform_rows(13))
+        .map(|(whole, rest)| [whole[0], whole[1], rest[2], rest[3]])
+        .collect();
+    for (lens, port) in lenses
+        .iter()
+        .flat_map(|lens| ports.map(|port| (lens, port)))
+    {
+        let text = SCENE.replacen("width", &format!("{lens}\n{port}\nwidth"), 1);
+        let scene = parsed(&text);
+        let ray = |r: [f32; 4]| {
+            let at = |whole: f32, rest: f32| f64::from(whole.to_bits()) + f64::from(rest);
+            scene.camera.ray(at(r[0], r[2]), at(r[1], r[3]))
+        };
+        compare(gpu, &scene, 8, &inputs, [absolute(6e-7); 4], |r| {
+            ray(r).direction.extend(0.0).to_array()
+        });
+        compare(gpu, &scene, 9, &inputs, [absolute(5e-8); 4], |r| {
+            let left = ray(r).origin_m - scene.camera.position_m;
+            left.extend(0.0).to_array()
+        });
+    }
 }
 
 /// Near the critical angle the refracted cosine is the root of a small difference: 3e-4 of error there, 2e-6 elsewhere.

@@ -75,8 +75,8 @@ pub(super) struct RenderArguments {
     /// Without effect: pixels share no walks any more, the vector units are as fast without.
     #[arg(long, hide = true, value_name = "PIXELS", default_value_t = 1, value_parser = value_parser!(u32).range(1..=64))]
     share_walks: u32,
-    /// Layers to add to an EXR: ambient, lamp.NAME (at 100 %), lamps, direct, backscatter, depth, normal,
-    /// reflectance, transmittance, variance, all.
+    /// Layers to add to an EXR: ambient, lamp.NAME (at 100 %), lamps, direct, backscatter, depth, position,
+    /// normal, reflectance, transmittance, variance, all.
     #[arg(long, value_delimiter = ',')]
     layers: Vec<String>,
     /// Take the noise off: layers are fitted to what is known of the first surfaces. Biased, with an estimate of the error that

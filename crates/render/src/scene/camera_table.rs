@@ -1,0 +1,257 @@
+//! The `[camera]` table of the scene file.
+
+use glam::{DVec2, DVec3};
+
+use super::camera::{LEAST_AHEAD, MAX_PIXELS, MAX_SIDE_PX};
+use super::lens::Lens;
+use super::port::{Port, PortShape};
+use super::range::Range;
+use super::reader::Table;
+use super::snow::BLUR_FIELDS;
+use super::value::Value;
+use super::{Camera, SceneError};
+
+/// Smallest field of view, degrees.
+const LEAST_FIELD_DEG: f64 = 1e-6;
+/// Smallest focal length, pixels.
+const LEAST_FOCAL_PX: f64 = 1e-3;
+/// Sine of the smallest angle between forward and up.
+const PARALLEL_SINE: f64 = 1e-9;
+/// Smallest distance of a flat port and radius of a dome, m.
+const LEAST_PORT_M: f64 = 1e-4;
+/// How far the middle of a dome may be from the centre of projection, in radii.
+const MOST_OFFSET: f64 = 0.95;
+/// Refractive index of acrylic glass (PMMA) in the middle of the visible.
+const ACRYLIC: f64 = 1.49;
+
+pub(super) const FIELDS: [&str; 18] = [
+    "position_m",
+    "forward",
+    "up",
+    "hfov_deg",
+    "fx",
+    "fy",
+    "cx",
+    "cy",
+    "distortion",
+    "fisheye",
+    "port",
+    "width",
+    "height",
+    "response",
+    BLUR_FIELDS[0],
+    BLUR_FIELDS[1],
+    BLUR_FIELDS[2],
+    BLUR_FIELDS[3],
+];
+/// How many of them tell a view; without any of these it comes from a glTF file.
+const VIEW_FIELDS: usize = 11;
+
+/// What the `[camera]` table says.
+pub(super) enum CameraTable {
+    /// A whole camera.
+    Complete(Camera),
+    /// Only the size of the image: the view comes from a glTF file.
+    SizeOnly {
+        /// Image width, pixels.
+        width: u32,
+        /// Image height, pixels.
+        height: u32,
+    },
+}
+
+/// Reads the `[camera]` table, `None` when the file has none.
+pub(super) fn read(root: &Table<'_>) -> Result<Option<CameraTable>, SceneError> {
+    let Some(table) = root.table("camera", &FIELDS)? else {
+        return Ok(None);
+    };
+    let (width, height) = read_size(&table)?;
+    if FIELDS[..VIEW_FIELDS]
+        .iter()
+        .all(|field| table.optional(field).is_none())
+    {
+        return Ok(Some(CameraTable::SizeOnly { width, height }));
+    }
+    let forward = table.direction("forward")?;
+    let up = table
+        .optional("up")
+        .map_or(Ok(DVec3::Z), |up| up.as_direction())?;
+    if forward.cross(up).length() < PARALLEL_SINE {
+        let (field, expected) = match table.optional("up") {
+            Some(up) => (up, "a direction not parallel to camera.forward"),
+            None => (
+                table.required("forward", "")?,
+                "a direction that is not vertical, where camera.up is left out",
+            ),
+        };
+        return Err(field.invalid(expected));
+    }
+    let lens = read_lens(&table)?;
+    let (focal_px, centre_px) = read_intrinsics(&table, &lens, width, height)?;
+    let port = table.optional("port");
+    let camera = Camera {
+        focal_px,
+        centre_px,
+        lens,
+        port: port.as_ref().map(read_port).transpose()?,
+        ..Camera::looking(table.vector("position_m")?, forward, up, width, height)
+    };
+    check_lens(&table, &camera)?;
+    Ok(Some(CameraTable::Complete(camera)))
+}
+
+fn read_lens(table: &Table<'_>) -> Result<Lens, SceneError> {
+    if let Some(coefficients) = table.optional("fisheye") {
+        table.refuse("distortion", "where camera.fisheye is given")?;
+        return Ok(Lens::Fisheye(coefficients.as_numbers(Range::finite(""))?));
+    }
+    let coefficients = table.optional("distortion");
+    let distortion = coefficients.map_or(Ok([0.0; 5]), |k| k.as_numbers(Range::finite("")))?;
+    Ok(Lens::Perspective(distortion))
+}
+
+/// Refuses a lens without inverse, and one that looks past a flat port.
+fn check_lens(table: &Table<'_>, camera: &Camera) -> Result<(), SceneError> {
+    let (field, expected) = match camera.lens {
+        Lens::Perspective(_) => (
+            "distortion",
+            "k1, k2, p1, p2, k3 of a distortion that is one-to-one over the image",
+        ),
+        Lens::Fisheye(_) => (
+            "fisheye",
+            "k1, k2, k3, k4 of a lens that sees less than 180° off its axis and is one-to-one over the image",
+        ),
+    };
+    if let Some(value) = table.optional(field)
+        && !camera.is_invertible()
+    {
+        return Err(value.invalid(expected));
+    }
+    let flat = (camera.port).filter(|port| matches!(port.shape, PortShape::Flat { .. }));
+    match table.optional("port").filter(|_| flat.is_some()) {
+        Some(port) if !camera.looks_ahead(LEAST_AHEAD) => Err(port.invalid(
+            "a dome, where the image reaches 90° off the optical axis: a flat port is seen below that alone",
+        )),
+        _ => Ok(()),
+    }
+}
+
+fn read_port(value: &Value<'_>) -> Result<Port, SceneError> {
+    const FLAT: [&str; 4] = ["kind", "distance_m", "thickness_m", "glass_index"];
+    const DOME: [&str; 5] = ["kind", "radius_m", "thickness_m", "offset_m", "glass_index"];
+    let any = value.as_table(&[&FLAT[..], &DOME[1..2], &DOME[3..4]].concat())?;
+    let kind = any.required("kind", "\"flat\" or \"dome\"")?;
+    let flat = kind.as_choice(&[("flat", true), ("dome", false)])?;
+    let table = value.as_table(if flat { &FLAT[..] } else { &DOME[..] })?;
+    let size = Range::at_least(LEAST_PORT_M, "m");
+    let shape = if flat {
+        PortShape::Flat {
+            distance_m: table.number("distance_m", size)?,
+        }
+    } else {
+        let radius_m = table.number("radius_m", size)?;
+        PortShape::Dome {
+            radius_m,
+            offset_m: read_offset(&table, radius_m)?,
+        }
+    };
+    Ok(Port {
+        shape,
+        thickness_m: table.number("thickness_m", Range::non_negative("m"))?,
+        glass_index: table.number_or("glass_index", Range::closed(1.0, 3.0, ""), ACRYLIC)?,
+        outside_index: 1.0,
+    })
+}
+
+/// Middle of a dome (right, down, forward) from the centre of projection, m: a number is along the optical axis.
+fn read_offset(table: &Table<'_>, radius_m: f64) -> Result<DVec3, SceneError> {
+    let Some(value) = table.optional("offset_m") else {
+        return Ok(DVec3::ZERO);
+    };
+    let range = Range::finite("m");
+    let offset_m = match value.is_array() {
+        true => DVec3::from_array(value.as_numbers(range)?),
+        false => DVec3::new(0.0, 0.0, value.as_number(range)?),
+    };
+    if offset_m.length() > MOST_OFFSET * radius_m {
+        return Err(value.invalid(format!(
+            "at most {} m long ({MOST_OFFSET} of radius_m): the camera is inside the dome",
+            MOST_OFFSET * radius_m
+        )));
+    }
+    Ok(offset_m)
+}
+
+/// Refuses a port where there is no water before it, and with flakes, which are not bent.
+pub(super) fn check_port(
+    root: &Table<'_>,
+    camera: &Camera,
+    (has_water, has_snow): (bool, bool),
+) -> Result<(), SceneError> {
+    let Some(table) = root.table("camera", &FIELDS)? else {
+        return Ok(());
+    };
+    if !has_water {
+        table.refuse("port", "where there is no [water] before it")?;
+    }
+    if has_snow {
+        table.refuse(
+            "port",
+            "where there is [water.snow], which is not seen through ports",
+        )?;
+        if !camera.looks_ahead(LEAST_AHEAD) {
+            let reason = "where there is [water.snow], which is not seen 90° off the optical axis and beyond";
+            table.refuse("fisheye", reason)?;
+        }
+    }
+    Ok(())
+}
+
+fn read_size(table: &Table<'_>) -> Result<(u32, u32), SceneError> {
+    let side = |field| {
+        table
+            .required(field, "pixels")?
+            .as_whole(1, MAX_SIDE_PX, "pixels")
+    };
+    let (width, height) = (side("width")?, side("height")?);
+    if u64::from(width) * u64::from(height) > MAX_PIXELS {
+        let expected = format!(
+            "at most {} for this height ({MAX_PIXELS} pixels in all)",
+            MAX_PIXELS / u64::from(height)
+        );
+        return Err(table.required("width", "pixels")?.invalid(expected));
+    }
+    Ok((width, height))
+}
+
+fn read_intrinsics(
+    table: &Table<'_>,
+    lens: &Lens,
+    width: u32,
+    height: u32,
+) -> Result<(DVec2, DVec2), SceneError> {
+    let centre = DVec2::new(f64::from(width), f64::from(height)) / 2.0;
+    if let Some(hfov) = table.optional("hfov_deg") {
+        for field in ["fx", "fy", "cx", "cy"] {
+            table.refuse(field, "where camera.hfov_deg is given")?;
+        }
+        let most_deg = match lens {
+            Lens::Perspective(_) => 180.0,
+            Lens::Fisheye(_) => 360.0,
+        };
+        let hfov_deg = hfov.as_number(Range::below(LEAST_FIELD_DEG, most_deg, "degrees"))?;
+        let focal_px = lens.focal_length_px(hfov_deg, width).ok_or_else(|| {
+            hfov.invalid("a field of view up to which camera.fisheye is one-to-one, in degrees")
+        })?;
+        return Ok((DVec2::splat(focal_px), centre));
+    }
+    if table.optional("fx").is_none() {
+        return Err(table.missing("hfov_deg", "or fx, with fy, cx, cy, in pixels"));
+    }
+    let positive = Range::at_least(LEAST_FOCAL_PX, "pixels");
+    let fx = table.number("fx", positive)?;
+    let fy = table.number_or("fy", positive, fx)?;
+    let cx = table.number_or("cx", Range::finite("pixels"), centre.x)?;
+    let cy = table.number_or("cy", Range::finite("pixels"), centre.y)?;
+    Ok((DVec2::new(fx, fy), DVec2::new(cx, cy)))
+}

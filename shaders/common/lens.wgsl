@@ -1,0 +1,136 @@
+// Lens and port of the camera: from image points to rays.
+// Host: crates/render/src/scene/{lens,port}.rs. Checked by: crates/render/src/gpu/functions/surfaces.rs,
+// tests/system/camera_models.rs.
+import package::common::layout::{HAS_DISTORTION, HAS_DOME, HAS_FISHEYE, HAS_PORT, PI, scene};
+import package::common::math::quarter_turns;
+
+const UNDISTORT_STEPS: u32 = 12u;
+const FISHEYE_STEPS: u32 = 12u;
+/// Least part of a direction along the axis of a flat port.
+const LEAST_AHEAD: f32 = 1e-12;
+
+/// Where a sample looks from, relative to the camera, and the unit direction in which it looks.
+struct Look {
+    origin: vec3f,
+    direction: vec3f,
+}
+
+fn distort(ideal: vec2f) -> vec2f {
+    let k = scene.distortion;
+    let r2 = dot(ideal, ideal);
+    let radial = 1.0 + r2 * (k.x + r2 * (k.y + r2 * scene.distortion_k3));
+    let tangential = vec2f(
+        2.0 * k.z * ideal.x * ideal.y + k.w * (r2 + 2.0 * ideal.x * ideal.x),
+        k.z * (r2 + 2.0 * ideal.y * ideal.y) + 2.0 * k.w * ideal.x * ideal.y,
+    );
+    return ideal * radial + tangential;
+}
+
+/// Inverse of `distort` by Newton's method.
+fn undistort(seen: vec2f) -> vec2f {
+    let k = scene.distortion;
+    var ideal = seen;
+    for (var i = 0u; i < UNDISTORT_STEPS; i++) {
+        let error = distort(ideal) - seen;
+        let x = ideal.x;
+        let y = ideal.y;
+        let r2 = x * x + y * y;
+        let radial = 1.0 + r2 * (k.x + r2 * (k.y + r2 * scene.distortion_k3));
+        let slope = 2.0 * (k.x + r2 * (2.0 * k.y + r2 * 3.0 * scene.distortion_k3));
+        let xx = radial + x * x * slope + 2.0 * k.z * y + 6.0 * k.w * x;
+        let xy = x * y * slope + 2.0 * k.z * x + 2.0 * k.w * y;
+        let yy = radial + y * y * slope + 6.0 * k.z * y + 2.0 * k.w * x;
+        let determinant = xx * yy - xy * xy;
+        if dot(error, error) < 1e-16 || determinant == 0.0 {
+            break;
+        }
+        ideal -= vec2f(yy * error.x - xy * error.y, xx * error.y - xy * error.x) / determinant;
+    }
+    return ideal;
+}
+
+/// Angle from the axis that a fisheye shows at a distance from the principal point, in focal lengths, by Newton's method.
+fn fisheye_angle(radius: f32) -> f32 {
+    let k = scene.distortion;
+    var angle = min(radius, PI);
+    for (var i = 0u; i < FISHEYE_STEPS; i++) {
+        let t2 = angle * angle;
+        let error = angle * (1.0 + t2 * (k.x + t2 * (k.y + t2 * (k.z + t2 * k.w)))) - radius;
+        let slope = 1.0 + t2 * (3.0 * k.x + t2 * (5.0 * k.y + t2 * (7.0 * k.z + t2 * 9.0 * k.w)));
+        if slope <= 0.0 {
+            break;
+        }
+        let change = error / slope;
+        angle = clamp(angle - change, 0.0, PI);
+        // The next one would be its square.
+        if abs(change) < 1e-6 {
+            break;
+        }
+    }
+    return angle;
+}
+
+/// Direction (right, down, forward) that the lens sees at a point of the image in focal lengths; not of unit length.
+fn lens_direction(seen: vec2f) -> vec3f {
+    if HAS_FISHEYE {
+        let radius = length(seen);
+        let circle = quarter_turns(fisheye_angle(radius) * (2.0 / PI));
+        return vec3f(seen * (circle.y / max(radius, 1e-30)), circle.x);
+    }
+    if HAS_DISTORTION {
+        return vec3f(undistort(seen), 1.0);
+    }
+    return vec3f(seen, 1.0);
+}
+
+/// What a unit direction behind a flat port becomes before it; right, down, forward.
+fn through_plane(inside: vec3f) -> Look {
+    let in_glass = inside.xy * scene.into_glass;
+    let outside = in_glass * scene.out_of_glass;
+    let through_glass = (scene.port_outer_m - scene.port_inner_m) / sqrt(1.0 - dot(in_glass, in_glass));
+    let across = inside.xy * (scene.port_inner_m / max(inside.z, LEAST_AHEAD)) + in_glass * through_glass;
+    return Look(vec3f(across, scene.port_outer_m), vec3f(outside, sqrt(max(1.0 - dot(outside, outside), 0.0))));
+}
+
+/// Snell's law: the direction behind a surface with the unit `normal` along the way, from the index before over that behind.
+fn refracted(direction: vec3f, normal: vec3f, ratio: f32) -> vec3f {
+    let before = dot(direction, normal);
+    let behind = sqrt(max(1.0 - ratio * ratio * (1.0 - before * before), 0.0));
+    return ratio * direction + (behind - ratio * before) * normal;
+}
+
+/// What a unit direction behind a dome becomes before it; right, down, forward.
+fn through_sphere(inside: vec3f) -> Look {
+    let middle = scene.dome_offset;
+    let along = dot(inside, middle);
+    let reach = scene.port_inner_m * scene.port_inner_m - dot(middle, middle);
+    let to_glass = along + sqrt(along * along + reach);
+    let met = to_glass * inside - middle;
+    let in_glass = refracted(inside, met / scene.port_inner_m, scene.into_glass);
+    let outward = dot(met, in_glass);
+    let through_glass = scene.port_shell_m2 / (outward + sqrt(outward * outward + scene.port_shell_m2));
+    let left = met + through_glass * in_glass;
+    return Look(middle + left, refracted(in_glass, left / scene.port_outer_m, scene.out_of_glass));
+}
+
+/// A vector of the world from its right, down and forward parts.
+fn in_world(parts: vec3f) -> vec3f {
+    return scene.camera_forward * parts.z + scene.camera_right * parts.x + scene.camera_down * parts.y;
+}
+
+/// The ray through the point `offset` of the pixel (`column`, `row`), as it leaves the port where there is one.
+fn camera_look(column: u32, row: u32, offset: vec2f) -> Look {
+    let corner = vec2f(f32(column) - scene.centre_x_px, f32(row) - scene.centre_y_px);
+    let seen = (corner + offset) / vec2f(scene.focal_x_px, scene.focal_y_px);
+    let inside = lens_direction(seen);
+    if !HAS_PORT {
+        return Look(vec3f(0.0), normalize(in_world(inside)));
+    }
+    var left: Look;
+    if HAS_DOME {
+        left = through_sphere(normalize(inside));
+    } else {
+        left = through_plane(normalize(inside));
+    }
+    return Look(in_world(left.origin), normalize(in_world(left.direction)));
+}
