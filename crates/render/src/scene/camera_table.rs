@@ -50,7 +50,7 @@ const VIEW_FIELDS: usize = 11;
 /// What the `[camera]` table says.
 pub(super) enum CameraTable {
     /// A whole camera.
-    Complete(Camera),
+    Complete(Box<Camera>),
     /// Only the size of the image: the view comes from a glTF file.
     SizeOnly {
         /// Image width, pixels.
@@ -97,7 +97,7 @@ pub(super) fn read(root: &Table<'_>) -> Result<Option<CameraTable>, SceneError> 
         ..Camera::looking(table.vector("position_m")?, forward, up, width, height)
     };
     check_lens(&table, &camera)?;
-    Ok(Some(CameraTable::Complete(camera)))
+    Ok(Some(CameraTable::Complete(Box::new(camera))))
 }
 
 fn read_lens(table: &Table<'_>) -> Result<Lens, SceneError> {

@@ -200,7 +200,7 @@ fn choose_camera(
     gltf: Option<super::gltf_light::GltfCamera>,
 ) -> Result<Camera, SceneError> {
     match (own, gltf) {
-        (Some(CameraTable::Complete(camera)), _) => Ok(camera),
+        (Some(CameraTable::Complete(camera)), _) => Ok(*camera),
         (Some(CameraTable::SizeOnly { width, height }), Some(gltf)) => {
             Ok(gltf.with_size(width, height))
         }
