@@ -1,7 +1,7 @@
 //! How well contrast is predicted by physics, the water being known: pictures of targets that nothing was trained on, each used
 //! to predict the contrast of all others of its depth.
 //!
-//! `cargo run --release -p uw-survey --example physics_accuracy -- WATER B TEXTURE DEPTH_M MEMORY_TEXTURE`
+//! `cargo run --release -p uw-survey --example physics_accuracy -- WATER B TEXTURE DEPTH_M,.. MEMORY_TEXTURE,..`; `none` is no memory
 
 #![allow(clippy::print_stdout, reason = "that is what it is for")]
 
@@ -14,8 +14,8 @@ use uw_calib::picture::Counts;
 use uw_calib::response::{CountResponse, LinearNoise};
 use uw_guidance::features::Candidate;
 use uw_guidance::physics::Sight;
-use uw_guidance::physics::predict::{Contrast, Place};
-use uw_guidance::physics::{LinearPicture, Predictor};
+use uw_guidance::physics::predict::Place;
+use uw_guidance::physics::{LinearPicture, Predictor, WaterTables};
 use uw_render::scene::Scene;
 use uw_survey::assets::assets_dir;
 use uw_survey::environment::{EnvironmentError, Target, View, WaterBody, scene, sensor};
@@ -32,24 +32,62 @@ const LEVELS_PCT: [f64; 4] = [0.0, 33.0, 67.0, 100.0];
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [water, fraction, texture, depth, memory] = &arguments[..] else {
-        return Err("give WATER B TEXTURE DEPTH_M MEMORY_TEXTURE|none".into());
+    let [water, fraction, texture, depths, memories] = &arguments[..] else {
+        return Err("give WATER B TEXTURE DEPTH_M,.. MEMORY_TEXTURE|none,..".into());
     };
     let vehicle = Vehicle::default();
     let body = WaterBody {
         jerlov: water.parse()?,
         backscatter_fraction: fraction.parse()?,
     };
-    let depth_m: f64 = depth.parse()?;
     let pattern = Pattern::from_name(texture).ok_or("no such texture")?;
     let target = Target::read(pattern, &assets_dir()?)?;
-    let exposure = vehicle.exposure;
     let noise = LinearNoise {
         a: vehicle.noise_a,
         b: vehicle.noise_b,
     };
     let counts = CountResponse::new(Encoding::Srgb, noise);
+    let tables = tables(&vehicle, &body, pattern)?;
+    let shots_of = |target: &Target, depth_m: f64, levels: &[f64], seed: u64| {
+        shots(&vehicle, &body, target, depth_m, levels, seed)
+    };
+    let place_at = |depth_m: f64| Place {
+        tables: &tables,
+        response: &counts,
+        exposure: vehicle.exposure,
+        daylight: [1.0; 3],
+        lamps: [1.0; 3],
+        depth_m,
+    };
+    let mut sights = Vec::new();
+    for memory in memories.split(',') {
+        let mut remembered = Vec::new();
+        if let Some(pattern) = Pattern::from_name(memory) {
+            let target = Target::read(pattern, &assets_dir()?)?;
+            for (here, picture, _) in shots_of(&target, CALIBRATION_DEPTH_M, &[0.0], 77)? {
+                let place = place_at(CALIBRATION_DEPTH_M);
+                remembered.push(Sight::new(&place, &picture, &here));
+            }
+        }
+        sights.push((memory, remembered));
+    }
+    for depth in depths.split(',') {
+        let depth_m: f64 = depth.parse()?;
+        let shots = shots_of(&target, depth_m, &LEVELS_PCT, 11)?;
+        for (memory, remembered) in &sights {
+            println!("{water} {fraction} {texture} at {depth_m} m, memory of {memory}:");
+            cell(&place_at(depth_m), &shots, remembered);
+        }
+    }
+    Ok(())
+}
 
+/// The water's tables, as `uw water-tables` makes them.
+fn tables(
+    vehicle: &Vehicle,
+    body: &WaterBody,
+    pattern: Pattern,
+) -> Result<WaterTables, Box<dyn Error>> {
     let started = Instant::now();
     let even = Target {
         pattern,
@@ -69,78 +107,73 @@ fn main() -> Result<(), Box<dyn Error>> {
             depth_m,
             distance_m,
         };
-        scene(&vehicle, &body, &even, view)
+        scene(vehicle, body, &even, view)
     };
     let tables = water_tables(&plan, of)?;
     println!("tables: {:.1} s", started.elapsed().as_secs_f64());
+    Ok(tables)
+}
 
-    let shots_of = |target: &Target, depth_m: f64, levels: &[f64], seed: u64| {
-        shots(&vehicle, &body, target, depth_m, levels, seed)
-    };
-    let shots = shots_of(&target, depth_m, &LEVELS_PCT, 11)?;
-    let place_at = |depth_m: f64| Place {
-        tables: &tables,
-        response: &counts,
-        exposure,
-        daylight: [1.0; 3],
-        lamps: [1.0; 3],
-        depth_m,
-    };
-    let mut remembered = Vec::new();
-    if let Some(pattern) = Pattern::from_name(memory) {
-        let target = Target::read(pattern, &assets_dir()?)?;
-        for (here, picture, _) in shots_of(&target, CALIBRATION_DEPTH_M, &[0.0], 77)? {
-            remembered.push(Sight::new(&place_at(CALIBRATION_DEPTH_M), &picture, &here));
-        }
-    }
-    let place = place_at(depth_m);
+/// Each picture predicts all others.
+fn cell(place: &Place, shots: &[Shot], remembered: &[Sight]) {
     let mut sums = [[0.0; 3]; 3];
-    let mut n = [0.0; 3];
+    let mut n = [[0.0; 3]; 3];
+    let mut asked = 0.0;
     let mut within = [0.0; 3];
-    for (here, picture, stats) in &shots {
-        let predictor = Predictor::new(place.clone(), picture, (here, stats.contrast), &remembered);
+    for (here, picture, stats) in shots {
+        let predictor = Predictor::new(place.clone(), picture, (here, stats.contrast), remembered);
         let mut own = 0.0;
-        for (there, _, label) in &shots {
-            let Contrast {
-                counts: found,
-                error_counts,
-            } = predictor.contrast(there);
+        for (there, _, label) in shots {
+            let found = predictor.contrast(there);
             let kind = match there.distance_m.total_cmp(&here.distance_m) {
                 std::cmp::Ordering::Less => 0,
                 std::cmp::Ordering::Equal => 1,
                 std::cmp::Ordering::Greater => 2,
             };
-            n[kind] += 1.0;
-            for k in 0..3 {
-                let error = (found[k] - label.contrast[k]).abs() / 15.0;
+            asked += 3.0;
+            let told = predictor.unknown().map(|unknown| unknown.is_none());
+            for k in (0..3).filter(|&k| told[k]) {
+                let error = (found.counts[k] - label.contrast[k]).abs() / 15.0;
                 sums[kind][k] += error;
-                within[kind] += f64::from(u8::from(15.0 * error < 1.645 * error_counts[k])) / 3.0;
+                n[kind][k] += 1.0;
+                within[kind] += f64::from(u8::from(15.0 * error < 1.645 * found.error_counts[k]));
                 own += error / 3.0 / shots.len() as f64;
             }
+            if std::env::var_os("EACH").is_some() {
+                println!(
+                    "  {:.1} m {:3.0} % to {:.1} m {:3.0} %: found {:.2?} +- {:.2?}, true {:.2?}",
+                    here.distance_m,
+                    here.light_pct,
+                    there.distance_m,
+                    there.light_pct,
+                    found.counts,
+                    found.error_counts,
+                    label.contrast
+                );
+            }
         }
-        let here_found = predictor.contrast(here).counts;
         println!(
-            "from {:.1} m {:3.0} %: contrast {:.2?} predicted here {:.2?} mean {:.1?} reflectance {:.3?} state {:.2?}; error of all {:.4}",
+            "from {:.1} m {:3.0} %: contrast {:.2?} predicted here {:.2?} mean {:.1?} reflectance {:.3?} state {:.2?} unknown {:?}; error of all {:.4}",
             here.distance_m,
             here.light_pct,
             stats.contrast,
-            here_found,
+            predictor.contrast(here).counts,
             stats.mean,
             predictor.reflectance(),
             predictor.correction(),
+            predictor.unknown(),
             own
         );
     }
     for (kind, name) in ["nearer", "same", "farther"].iter().enumerate() {
-        println!(
-            "{name}: MAE/15 {:.4?}, {:.2} within 90 % intervals",
-            sums[kind].map(|s| s / n[kind]),
-            within[kind] / n[kind]
-        );
+        let told: f64 = n[kind].iter().sum();
+        let mean: [f64; 3] = std::array::from_fn(|k| sums[kind][k] / n[kind][k]);
+        let held = within[kind] / told;
+        println!("{name}: MAE/15 {mean:.4?}, {held:.2} of {told} within 90 % intervals");
     }
-    let all = sums.iter().flatten().sum::<f64>() / (3.0 * n.iter().sum::<f64>());
-    println!("{water} {fraction} {texture} {depth} ALL {all:.4}");
-    Ok(())
+    let told = n.iter().flatten().sum::<f64>();
+    let all = sums.iter().flatten().sum::<f64>() / told;
+    println!("ALL {all:.4}, {:.2} of the channels told", told / asked);
 }
 
 type Shot = (Candidate, LinearPicture, uw_calib::ImageStats);

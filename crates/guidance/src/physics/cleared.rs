@@ -188,7 +188,7 @@ impl Sums {
         })
     }
 
-    /// Mean variance inside such windows without the share of `noise`, >= 0, and their mean deviation over its root.
+    /// Mean variance inside such windows without the share of `noise`, below 0 where that is taken to be too large, and their mean deviation over its root.
     pub(super) fn inside(&self, w: usize, h: usize, noise: f64) -> (f64, f64) {
         let of_noise = noise * (1.0 - 1.0 / (w * h) as f64);
         let (mut sum, mut deviation, mut n) = (0.0, 0.0, 0.0);
@@ -198,10 +198,10 @@ impl Sums {
             n += 1.0;
         }
         let n = f64::max(n, 1.0);
-        let variance = (sum / n).max(0.0);
+        let variance = sum / n;
         match variance > 0.0 {
             true => (variance, (deviation / n / variance.sqrt()).clamp(0.2, 1.0)),
-            false => (0.0, 1.0),
+            false => (variance, 1.0),
         }
     }
 }

@@ -28,8 +28,18 @@ const MOST_CROPS: i32 = 6;
 const NOISE_ERROR: f64 = 0.15;
 /// What is open of the variance of an octave finer than a pixel, as a share of it.
 const FINER_DOUBT: f64 = 0.3;
+/// Least contrast left of a scale that is undone.
+const LEAST_LEFT: f64 = 0.02;
 /// Largest windows, in patches.
 const MOST_PATCHES: usize = 3;
+/// What a scale is expected to hold of the variance of the next coarser one, octave for octave, before the picture is asked: natural
+/// scenes have nearly as much in each octave (Field 1987, J. Opt. Soc. Am. A 4, 2379).
+const EXPECTED_FALL: f64 = 0.85;
+/// How well that is expected, as a share of it.
+const EXPECTED_DOUBT: f64 = 0.5;
+/// What is open of a scale's variance for each unit by which the logarithm of what the water leaves of its waves' variance differs between
+/// the picture and a prediction: one wave stands for a whole scale.
+const BLUR_DOUBT: f64 = 0.2;
 
 /// Detail of one channel.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -43,6 +53,9 @@ pub(super) struct ChannelDetail {
     pub(super) variance: Vec<f64>,
     /// What noise leaves open of each of them.
     pub(super) doubt: Vec<f64>,
+    /// Contrast that the water left of each scale in the picture; empty in files of earlier versions.
+    #[serde(default)]
+    pub(super) left: Vec<f64>,
     /// Side of a patch of the whole picture on the target, m.
     pub(super) patch_m: f64,
     /// Mean deviation inside windows over its root mean square, for the windows from the second on.
@@ -64,11 +77,19 @@ pub(super) struct Look<'a> {
     pub(super) deviation: f64,
     /// Standard error of its logarithm.
     pub(super) error: f64,
+    /// Root of the variance that is open beside that of `deviation`, which may be 0.
+    pub(super) open: f64,
     /// How both are spread.
     pub(super) shape: &'a Shape,
 }
 
 impl<'a> Look<'a> {
+    /// The deviation a standard error above.
+    pub(super) fn raised(&self) -> f64 {
+        let by_share = self.deviation * (1.0 + self.error.min(1.0));
+        by_share.max(self.deviation.hypot(self.open))
+    }
+
     /// Between this and another one.
     pub(super) fn towards(&self, other: &Self, share: f64) -> Self {
         let between = |a: f64, b: f64| grid::between(a, b, share);
@@ -76,6 +97,7 @@ impl<'a> Look<'a> {
             mean: between(self.mean, other.mean),
             deviation: between(self.deviation, other.deviation),
             error: between(self.error, other.error),
+            open: between(self.open, other.open),
             shape: match share < 0.5 {
                 true => self.shape,
                 false => other.shape,
@@ -142,6 +164,8 @@ impl ChannelDetail {
             && self.windows_m[0] > 0.0
             && self.windows_m.windows(2).all(|pair| pair[0] < pair[1])
             && lists.iter().all(|list| list.len() + 1 == n)
+            && (self.left.is_empty() || self.left.len() + 1 == n)
+            && self.left.iter().all(|left| *left > 0.0 && left.is_finite())
             && shape.iter().all(|list| list.len() == PATCHES)
             && lists.iter().chain(&shape).all(finite)
             && [self.mean, self.patch_m, self.error, self.clipped]
@@ -169,15 +193,14 @@ impl ChannelDetail {
                 false => 0.0,
             }
         };
-        let counted = |from: f64, to: f64| {
-            let left = left(WAVES_PER_WINDOW / from);
-            share(from, to) * left * left
-        };
+        let left_of = |from: f64| left(WAVES_PER_WINDOW / from).abs();
+        let counted = |from: f64, to: f64| share(from, to) * left_of(from).powi(2);
         let (mut sum, mut doubt) = (0.0, 0.0);
         for (i, pair) in windows.windows(2).enumerate() {
             let counts = counted(pair[0], pair[1]);
+            let of_blur = self.blur_doubt(i, left_of(pair[0]));
             sum += counts * self.variance[i];
-            doubt += counts * self.doubt[i];
+            doubt += counts * (self.doubt[i] + of_blur * self.variance[i]);
         }
         // Finer than a pixel of the picture, octave by octave.
         let [least, most] = FINER;
@@ -185,7 +208,8 @@ impl ChannelDetail {
             [finest, next, ..] if *next > 0.0 => (finest / next).clamp(least, most),
             _ => least,
         };
-        let (mut finer, mut open) = (self.variance[0], self.doubt[0]);
+        let of_blur = self.blur_doubt(0, left_of(windows[0]));
+        let (mut finer, mut open) = (self.variance[0], self.doubt[0] + of_blur * self.variance[0]);
         let mut to = windows[0];
         while to > pixel {
             finer *= falling;
@@ -199,20 +223,29 @@ impl ChannelDetail {
         if let (Some(&[a, b]), Some(last)) = (windows.last_chunk(), self.variance.last())
             && patch > b
         {
-            let left = left(WAVES_PER_WINDOW / b);
-            let beyond = (patch / b.max(pixel)).ln() / (b / a).ln() * last * left * left;
+            let beyond = (patch / b.max(pixel)).ln() / (b / a).ln() * last * left_of(b).powi(2);
             sum += beyond;
             doubt += beyond;
         }
+        let even = self.evenness_at(patch) / self.evenness_at(self.own_patch_m());
         Look {
             mean: self.mean,
-            deviation: sum.sqrt() * self.evenness_at(patch) / self.evenness_at(self.own_patch_m()),
+            deviation: sum.sqrt() * even,
+            open: doubt.sqrt() * even,
             error: match sum > 0.0 {
                 true => (0.5 * doubt / sum).min(UNKNOWN),
                 false => UNKNOWN,
             },
             shape: &self.shape,
         }
+    }
+
+    /// What is open of a scale's variance, as a share of it, where a prediction has `there` left of its contrast.
+    fn blur_doubt(&self, scale: usize, there: f64) -> f64 {
+        let Some(&here) = self.left.get(scale) else {
+            return 0.0;
+        };
+        2.0 * BLUR_DOUBT * (there.max(LEAST_LEFT) / here).ln().abs()
     }
 
     /// Side of the patches that the shape is of, m.
@@ -287,6 +320,44 @@ impl TargetDetail {
     }
 }
 
+/// What a picture shows scale by scale, from fine to coarse.
+#[derive(Default)]
+struct Scales {
+    variance: Vec<f64>,
+    doubt: Vec<f64>,
+    left: Vec<f64>,
+}
+
+impl Scales {
+    /// Where noise hides a scale it is taken to be like the next coarser one, as far as the picture does not contradict: the mean of
+    /// both, weighted by how well they are known.
+    fn expect(&mut self, windows_m: &[f64]) {
+        let octaves: Vec<f64> = windows_m
+            .windows(2)
+            .map(|pair| (pair[1] / pair[0]).log2())
+            .collect();
+        for i in (0..self.variance.len().saturating_sub(1)).rev() {
+            let coarser = self.variance[i + 1].max(0.0) / octaves[i + 1];
+            let expected = EXPECTED_FALL * coarser * octaves[i];
+            let (of_expected, of_measured) = (
+                (EXPECTED_DOUBT * (expected + self.doubt[i + 1])).powi(2)
+                    + self.doubt[i + 1].powi(2),
+                self.doubt[i].powi(2),
+            );
+            if !(of_expected > 0.0) {
+                continue;
+            }
+            let trust = of_expected / (of_expected + of_measured);
+            self.variance[i] = expected + trust * (self.variance[i] - expected);
+            self.doubt[i] *= trust.sqrt();
+        }
+        // What noise leaves below 0 is none.
+        for variance in &mut self.variance {
+            *variance = variance.max(0.0);
+        }
+    }
+}
+
 fn channel(
     cleared: &Cleared,
     (metres_per_px, patch_m): (f64, f64),
@@ -303,20 +374,22 @@ fn channel(
     windows.extend((1..=MOST_PATCHES).map(|n| (n * patch_w, n * patch_h)));
     let sums = Sums::new(cleared);
     let mut windows_m = vec![metres_per_px];
-    let (mut variance, mut doubt, mut evenness) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut scales, mut evenness) = (Scales::default(), Vec::new());
     let mut before = 0.0;
     let mut from_px = 1.0;
     for (w, h) in windows {
         let (inside, even) = sums.inside(w, h, cleared.noise);
         evenness.push(even);
-        let left = transfer(from_px).max(0.02);
-        variance.push((inside - before).max(0.0) / (left * left));
+        let left = transfer(from_px).max(LEAST_LEFT);
+        scales.variance.push((inside - before) / (left * left));
         let of_noise = cleared.noise * (1.0 / (from_px * from_px) - 1.0 / (w * h) as f64);
-        doubt.push(NOISE_ERROR * of_noise / (left * left));
-        before = inside.max(before);
+        scales.doubt.push(NOISE_ERROR * of_noise / (left * left));
+        scales.left.push(left);
+        before = inside;
         from_px = ((w * h) as f64).sqrt();
         windows_m.push(from_px * metres_per_px);
     }
+    scales.expect(&windows_m);
     let n = cleared.values.len() as f64;
     let mean = cleared.values.iter().sum::<f64>() / n;
     let patches: Vec<(f64, f64)> = sums.windows(patch_w, patch_h).collect();
@@ -331,8 +404,9 @@ fn channel(
     ChannelDetail {
         mean,
         windows_m,
-        variance,
-        doubt,
+        variance: scales.variance,
+        doubt: scales.doubt,
+        left: scales.left,
         patch_m,
         evenness,
         error: match detail > 0.0 {

@@ -19,8 +19,6 @@ const MODEL_ERROR: f64 = 0.01;
 const ROUNDING_COUNTS: f64 = 0.05;
 /// Least of the deviation measured over that predicted here which is put down to the closed form.
 const LEAST_CORRECTION: f64 = 0.8;
-/// Step of the deviation's logarithm by which the contrast's rise with it is measured.
-const STEP: f64 = 0.1;
 
 /// Water, sensor and place of a picture.
 #[derive(Clone, Debug)]
@@ -230,20 +228,20 @@ impl<'a> Predictor<'a> {
 
     /// Contrast of a channel and its standard error, 8-bit counts.
     fn with_error(&self, k: usize, seen: &Seen, look: &Look) -> (f64, f64) {
-        let whole = self.over_patches(k, seen, look, 1.0);
-        let rise = (self.over_patches(k, seen, look, 1.0 + STEP) - whole) / STEP;
-        let of_detail = rise * look.error.min(1.0);
+        let whole = self.over_patches(k, seen, look, look.deviation);
+        let raised = self.over_patches(k, seen, look, look.raised());
+        let of_detail = (raised - whole).abs();
         let of_model = MODEL_ERROR * whole;
         (whole, of_detail.hypot(of_model).hypot(ROUNDING_COUNTS))
     }
 
-    /// Mean over patches of the deviation of the stored count, the target's being `times` as large.
-    fn over_patches(&self, k: usize, seen: &Seen, look: &Look, times: f64) -> f64 {
+    /// Mean over patches of the deviation of the stored count, where the target's is `deviation`.
+    fn over_patches(&self, k: usize, seen: &Seen, look: &Look, deviation: f64) -> f64 {
         let exposure = self.place.exposure;
         let mean: [f64; PATCHES] =
             std::array::from_fn(|i| seen.veil[k][i] + seen.gain[k][i] * look.mean);
         let slope = slope_variance(&mean);
-        let (shape, deviation) = (look.shape, times * look.deviation * self.correction[k]);
+        let (shape, deviation) = (look.shape, deviation * self.correction[k]);
         let mut sum = 0.0;
         for i in 0..PATCHES {
             let gain = exposure * seen.gain[k][i];
@@ -300,7 +298,7 @@ impl AtDistance<'_> {
     pub(super) fn counts(&self, light_pct: f64) -> [f64; 3] {
         let mut counts = [0.0; 3];
         self.each(light_pct, &mut |k, seen, look| {
-            counts[k] = self.predictor.over_patches(k, seen, look, 1.0);
+            counts[k] = self.predictor.over_patches(k, seen, look, look.deviation);
         });
         counts
     }

@@ -204,6 +204,7 @@ impl Target {
             mean: blend(own.mean, there.mean * comparison.mean),
             deviation: blend(own.deviation, there.deviation * comparison.deviation),
             error: (own_square * trust).sqrt().min(memory_error),
+            open: (own.open * (1.0 - trust)).hypot(there.open * comparison.deviation * trust),
             shape: match trust > 0.5 {
                 true => there.shape,
                 false => own.shape,

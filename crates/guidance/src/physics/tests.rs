@@ -127,6 +127,20 @@ fn picture(file: &WaterFile, at: &Candidate, seed: u64) -> Counts {
     }
 }
 
+/// The same picture before a grey card: its mean and noise.
+fn even_picture(file: &WaterFile, at: &Candidate) -> Counts {
+    let mut counts = picture(file, at, 3);
+    let mean: f64 = counts.pixels.iter().map(|p| p[0]).sum::<f64>() / counts.pixels.len() as f64;
+    let mut noise = Noise(5);
+    let encoding = file.sensor.encoding;
+    let signal = encoding.light(mean);
+    let deviation = (file.sensor.noise_a * signal + file.sensor.noise_b).sqrt();
+    for pixel in &mut counts.pixels {
+        *pixel = [0, 1, 2].map(|_| encoding.counts(signal + deviation * noise.next()).round());
+    }
+    counts
+}
+
 fn at(distance_m: f64, light_pct: f64) -> Candidate {
     Candidate {
         distance_m,
@@ -205,21 +219,49 @@ fn farther_distances_are_told_by_earlier_sights_or_left_open() {
     }
 }
 
+/// Detail that noise hides is expected from what is seen of coarser detail, neither absent nor as noise has it, and the error holds the truth.
+#[test]
+fn detail_that_noise_hides_is_expected_from_coarser_detail() {
+    let mut file = even_water();
+    let there = at(1.0, 0.0);
+    let (mut off_counts, mut square, mut n) = (0.0, 0.0, 0.0);
+    for (noise, distance_m) in [
+        (1e-5, 2.5),
+        (1e-5, 3.5),
+        (4e-5, 2.5),
+        (4e-5, 3.5),
+        (1e-4, 2.5),
+        (1e-4, 3.5),
+        (2e-4, 2.5),
+        (2e-4, 3.5),
+    ] {
+        (file.sensor.noise_a, file.sensor.noise_b) = (5.0 * noise, noise);
+        let response = file.sensor.response();
+        let truth = contrast_of(&picture(&file, &there, 8));
+        let found = predictor(&file, &response, &at(distance_m, 0.0)).contrast(&there);
+        for k in 0..3 {
+            let off = found.counts[k] - truth[k];
+            off_counts += off.abs();
+            square += (off / found.error_counts[k]).powi(2);
+            n += 1.0;
+        }
+    }
+    let (off_counts, in_errors) = (off_counts / n, f64::sqrt(square / n));
+    assert!(off_counts < 0.4, "{off_counts} counts off");
+    assert!(
+        (0.3..1.5).contains(&in_errors),
+        "{off_counts} counts off are {in_errors} standard errors"
+    );
+}
+
 /// A grey card has no contrast but its noise, which is not taken for detail: nearer by, with more light, it stays noise.
 #[test]
 fn noise_is_not_detail() {
     let file = even_water();
     let response = file.sensor.response();
     let here = at(4.0, 0.0);
-    let mut counts = picture(&file, &here, 3);
-    let mean: f64 = counts.pixels.iter().map(|p| p[0]).sum::<f64>() / counts.pixels.len() as f64;
-    let mut noise = Noise(5);
-    let encoding = uw_calib::Encoding::Srgb;
-    let signal = encoding.light(mean);
-    let deviation = (file.sensor.noise_a * signal + file.sensor.noise_b).sqrt();
-    for pixel in &mut counts.pixels {
-        *pixel = [0, 1, 2].map(|_| encoding.counts(signal + deviation * noise.next()).round());
-    }
+    let encoding = file.sensor.encoding;
+    let counts = even_picture(&file, &here);
     let linear = LinearPicture::of_counts(&counts, encoding);
     let now = (&here, contrast_of(&counts));
     let predictor = Predictor::new(file.place(&response, 3.0), &linear, now, &[]);

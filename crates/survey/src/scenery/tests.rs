@@ -198,5 +198,5 @@ fn shipped_scenes_find_their_files() {
             );
         }
     }
-    assert_eq!(found, 8);
+    assert_eq!(found, 9);
 }

@@ -73,7 +73,7 @@ fn layers_add_up_to_the_picture() {
             .iter()
             .all(|share| *share > 0.0 && *share < 1.0)
     );
-    assert_eq!(image.layers.len(), 10);
+    assert_eq!(image.layers.len(), 11);
     let attribute = |name: &str| {
         let found = image.attributes.iter().find(|(known, _)| known == name);
         found.map(|(_, value)| value.as_str())
