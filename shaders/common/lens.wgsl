@@ -57,7 +57,7 @@ fn fisheye_angle(radius: f32) -> f32 {
         let t2 = angle * angle;
         let error = angle * (1.0 + t2 * (k.x + t2 * (k.y + t2 * (k.z + t2 * k.w)))) - radius;
         let slope = 1.0 + t2 * (3.0 * k.x + t2 * (5.0 * k.y + t2 * (7.0 * k.z + t2 * 9.0 * k.w)));
-        if slope <= 0.0 {
+        if max(slope, 0.0) == 0.0 {
             break;
         }
         let change = error / slope;
