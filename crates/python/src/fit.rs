@@ -29,7 +29,7 @@ struct Task {
 
 /// Fits the water and makes its tables. See ``uwguide.fit``.
 #[pyfunction]
-#[pyo3(signature = (manifest, *, vehicle, encoding, dark, bottom, backscatter_fraction, backscatter_error, gain_error, kilo_paths,
+#[pyo3(signature = (manifest, *, vehicle, encoding, dark, bottom, backscatter_fraction, backscatter_error, gain_error, depths_m, kilo_paths,
     table_kilo_paths, seed, report))]
 #[expect(clippy::too_many_arguments, reason = "the keywords of uwguide.fit")]
 pub(crate) fn fit(
@@ -42,6 +42,7 @@ pub(crate) fn fit(
     backscatter_fraction: f64,
     backscatter_error: f64,
     gain_error: f64,
+    depths_m: Vec<f64>,
     kilo_paths: &Bound<'_, PyAny>,
     table_kilo_paths: &Bound<'_, PyAny>,
     seed: &Bound<'_, PyAny>,
@@ -57,6 +58,7 @@ pub(crate) fn fit(
         backscatter_fraction,
         backscatter_error,
         gain_error,
+        depths_m,
         paths: 1024 * whole("kilo_paths", kilo_paths, 4..=1024_u32)? as usize,
         seed: self::seed(seed)?,
     };

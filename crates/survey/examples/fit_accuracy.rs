@@ -1,6 +1,7 @@
 //! How well `uw fit` finds hidden waters: calibration pictures of vehicles in waters drawn at random, fitted with the nominal vehicle.
 //!
-//! `cargo run --release -p uw-survey --example fit_accuracy -- SCENES SEED [spectral]`
+//! `cargo run --release -p uw-survey --example fit_accuracy -- SCENES SEED [spectral] [predict]`; with `predict` each fitted water also
+//! predicts the contrast of pictures of a target that was not calibrated with, from each of them for all others.
 
 #![allow(clippy::print_stdout, reason = "that is what it is for")]
 
@@ -9,29 +10,39 @@ mod hidden_truth;
 
 use std::error::Error;
 use std::fmt::Write as _;
+use std::path::Path;
 use std::time::Instant;
 
-use hidden_truth::Truth;
+use hidden_truth::{DISTANCES_M, LIGHT_PCT, Truth};
+use uw_calib::ImageStats;
+use uw_calib::picture::Counts;
+use uw_guidance::Candidate;
+use uw_guidance::physics::{LinearPicture, Predictor, WaterFile};
 use uw_media::spectral::WaterBands;
 use uw_survey::environment::MEAN;
-use uw_survey::fit::{Fit, Fitted, Options, fit};
+use uw_survey::fit::{Fit, Fitted, Options, fit, water_file};
+use uw_survey::scenery::textures::Pattern;
 use uw_survey::vehicle::Vehicle;
 
 /// 90 % of a normal variable lie within so many standard deviations.
 const NINETY: f64 = 1.645;
+/// Paths of the tables: an eighth of the default, whose error is below that of the fit.
+const TABLE_PATHS: u32 = 4096;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let (scenes, seed) = match &arguments[..] {
         [scenes, seed, ..] => (scenes.parse::<u32>()?, seed.parse::<u64>()?),
-        _ => return Err("give SCENES SEED [spectral]".into()),
+        _ => return Err("give SCENES SEED [spectral] [predict]".into()),
     };
-    let bands = match arguments.get(2).map(String::as_str) {
-        Some("spectral") => WaterBands::Spectral,
-        _ => MEAN,
+    let asked = |word: &str| arguments[2..].iter().any(|argument| argument == word);
+    let bands = match asked("spectral") {
+        true => WaterBands::Spectral,
+        false => MEAN,
     };
     let vehicle = Vehicle::default();
     let mut tally = Tally::default();
+    let mut predictions = Predictions::default();
     for scene in 0..scenes {
         let truth = Truth::draw(seed, scene, bands)?;
         let folder = tempfile::tempdir()?;
@@ -55,9 +66,113 @@ fn main() -> Result<(), Box<dyn Error>> {
             found.warnings
         );
         tally.add(&truth, &found);
+        if asked("predict") {
+            let water = water_file(&found, &vehicle, &options, TABLE_PATHS, "fit_accuracy")?;
+            let other = Truth {
+                pattern: other_target(&truth)?,
+                ..truth
+            };
+            let folder = tempfile::tempdir()?;
+            other.take(folder.path(), &vehicle, 500 + u64::from(scene))?;
+            predictions.add(&water, &other, folder.path())?;
+        }
     }
     tally.tell();
+    if asked("predict") {
+        predictions.tell();
+    }
     Ok(())
+}
+
+/// The next texture of which the camera sees the same side.
+fn other_target(truth: &Truth) -> Result<Pattern, Box<dyn Error>> {
+    let all = Pattern::ALL;
+    let own = (all.iter().position(|p| *p == truth.pattern)).ok_or("an unknown texture")?;
+    for step in 1..all.len() {
+        let other = Truth {
+            pattern: all[(own + step) % all.len()],
+            ..truth.clone()
+        };
+        if other.is_down()? == truth.is_down()? {
+            return Ok(other.pattern);
+        }
+    }
+    Err("no other texture".into())
+}
+
+/// Predictions of all scenes: from nearer, from the same distance and from farther than the picture.
+#[derive(Default)]
+struct Predictions {
+    off: [f64; 3],
+    within: [f64; 3],
+    n: [f64; 3],
+}
+
+impl Predictions {
+    /// Those from each picture of a target in `folder` for all others.
+    fn add(
+        &mut self,
+        water: &WaterFile,
+        truth: &Truth,
+        folder: &Path,
+    ) -> Result<(), Box<dyn Error>> {
+        let response = water.sensor.response();
+        let before = (self.off, self.n);
+        let mut shots = Vec::new();
+        for distance_m in DISTANCES_M {
+            for light_pct in [0.0, LIGHT_PCT] {
+                let picture = Counts::read(&folder.join(format!("d{distance_m}_{light_pct}.png")))?;
+                let stats =
+                    ImageStats::from_counts(picture.width, picture.height, &picture.pixels)?;
+                let at = Candidate {
+                    distance_m,
+                    light_pct,
+                };
+                let linear = LinearPicture::of_counts(&picture, water.sensor.encoding);
+                shots.push((at, linear, stats.contrast));
+            }
+        }
+        for (here, picture, contrast) in &shots {
+            let place = water.place(&response, truth.depth_m);
+            let predictor = Predictor::new(place, picture, (here, *contrast), &water.sights);
+            let unknown = predictor.unknown();
+            for (there, _, seen) in &shots {
+                let found = predictor.contrast(there);
+                let way = match there.distance_m.total_cmp(&here.distance_m) {
+                    std::cmp::Ordering::Less => 0,
+                    std::cmp::Ordering::Equal => 1,
+                    std::cmp::Ordering::Greater => 2,
+                };
+                for k in (0..3).filter(|&k| unknown[k].is_none()) {
+                    let off = (found.counts[k] - seen[k]).abs();
+                    let within = off <= NINETY * found.error_counts[k];
+                    self.off[way] += off / 15.0;
+                    self.within[way] += f64::from(u8::from(within));
+                    self.n[way] += 1.0;
+                }
+            }
+        }
+        let of = |way: usize| (self.off[way] - before.0[way]) / (self.n[way] - before.1[way]);
+        println!(
+            "    {}: MAE/15 nearer {:.4}, same {:.4}, farther {:.4}",
+            truth.pattern.name(),
+            of(0),
+            of(1),
+            of(2)
+        );
+        Ok(())
+    }
+
+    fn tell(&self) {
+        for (way, name) in ["nearer", "same", "farther"].iter().enumerate() {
+            println!(
+                "contrast {name}: MAE/15 {:.4}, {:.2} of {} within 90 % intervals",
+                self.off[way] / self.n[way],
+                self.within[way] / self.n[way],
+                self.n[way]
+            );
+        }
+    }
 }
 
 /// Errors of all scenes.

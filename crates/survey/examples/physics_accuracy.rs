@@ -58,6 +58,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         daylight: [1.0; 3],
         lamps: [1.0; 3],
         depth_m,
+        doubt: None,
     };
     let mut sights = Vec::new();
     for memory in memories.split(',') {

@@ -4,6 +4,7 @@ use std::process::Command;
 
 use uw_calib::Profile;
 use uw_guidance::advice::predict;
+use uw_guidance::physics::WaterFile;
 use uw_guidance::{Candidate, Model, Objective, Observation};
 
 #[test]
@@ -171,4 +172,45 @@ fn every_shipped_profile_goes_with_the_shipped_model() {
     }
     names.sort();
     assert_eq!(names, ["1C", "5C", "9C", "IB", "III"]);
+}
+
+/// A camera of which no shipped model is: the water is fitted to the calibration's pictures, and physics predicts what is rendered then.
+#[test]
+fn another_camera_is_advised_by_physics_in_the_water_of_its_own_pictures() {
+    let folder = tempfile::tempdir().expect("folder");
+    let vehicle = folder.path().join("mine.toml");
+    let text = "format = \"uw-vehicle/1\"\nwidth = 480\nheight = 270\nhfov_deg = 52.0\nexposure = 3.0\nnoise_a = 2e-4\nnoise_b = 4e-6\n";
+    std::fs::write(&vehicle, text).expect("written");
+    let demo = folder.path().join("demo");
+    let output = Command::new(env!("CARGO_BIN_EXE_uw"))
+        .args([
+            "demo",
+            "--jerlov",
+            "3C",
+            "--target",
+            "concrete_pier",
+            "--vehicle",
+        ])
+        .arg(&vehicle)
+        .arg("-o")
+        .arg(&demo)
+        .output()
+        .expect("the program runs");
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{told}");
+    assert!(told.contains("another camera or lamps"), "{told}");
+    let text = std::fs::read_to_string(demo.join("report.json")).expect("a report");
+    let report: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    assert_eq!(report["model"], "water.json");
+    WaterFile::read(&demo.join("water.json")).expect("a water file");
+    let visits = report["visits"].as_array().expect("a list");
+    assert_eq!(visits.len(), 3);
+    for visit in visits {
+        for k in 0..3 {
+            let counts = |name: &str| visit[name][k].as_f64().expect("a number");
+            let off = counts("predicted_contrast") - counts("rendered_contrast");
+            // Contrasts are 3 to 15 counts here; the network for the default camera is off by several.
+            assert!(off.abs() < 1.5, "channel {k}: {visit}");
+        }
+    }
 }

@@ -133,6 +133,7 @@ fn check(water: &str, backscatter_fraction: f64, pattern: Pattern, [alone, told]
         daylight: [1.0; 3],
         lamps: [1.0; 3],
         depth_m: DEPTH_M,
+        doubt: None,
     };
     let shots = shots(&body, &target);
     let sights: Vec<Sight> = (shots.iter().filter(|shot| shot.at.light_pct == 0.0))

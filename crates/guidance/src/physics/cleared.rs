@@ -174,10 +174,19 @@ impl Sums {
 
     /// Mean and variance of windows of `w` × `h` pixels side by side, row by row.
     pub(super) fn windows(&self, w: usize, h: usize) -> impl Iterator<Item = (f64, f64)> {
+        self.window_grid([self.width / w, self.height / h], w, h)
+    }
+
+    /// The same of the first columns and rows of windows alone.
+    pub(super) fn window_grid(
+        &self,
+        [columns, rows]: [usize; 2],
+        w: usize,
+        h: usize,
+    ) -> impl Iterator<Item = (f64, f64)> {
         let stride = self.width + 1;
         let area = (w * h) as f64;
-        let columns = self.width / w;
-        (0..self.height / h * columns).map(move |i| {
+        (0..rows * columns).map(move |i| {
             let (top, left) = (i / columns * h * stride, i % columns * w);
             let bottom = top + h * stride;
             let (a, b) = (self.sums[top + left], self.sums[top + left + w]);

@@ -6,6 +6,7 @@
 
 use serde::{Deserialize, Serialize};
 use uw_calib::response::CountResponse;
+use uw_calib::stats::{PATCH_COLUMNS, PATCH_ROWS};
 
 use super::cleared::{Cleared, LinearPicture, QUANTILES, Sums, clear, quantiles};
 use super::grid::{self, PATCHES};
@@ -77,6 +78,8 @@ pub(super) struct Look<'a> {
     pub(super) deviation: f64,
     /// Standard error of its logarithm.
     pub(super) error: f64,
+    /// Distance of the pictures that tell, m.
+    pub(super) from_m: f64,
     /// Root of the variance that is open beside that of `deviation`, which may be 0.
     pub(super) open: f64,
     /// How both are spread.
@@ -84,9 +87,9 @@ pub(super) struct Look<'a> {
 }
 
 impl<'a> Look<'a> {
-    /// The deviation a standard error above.
-    pub(super) fn raised(&self) -> f64 {
-        let by_share = self.deviation * (1.0 + self.error.min(1.0));
+    /// The deviation a standard error above, `of_water` being the share of it that the water leaves open.
+    pub(super) fn raised(&self, of_water: f64) -> f64 {
+        let by_share = self.deviation * (1.0 + self.error.hypot(of_water).min(1.0));
         by_share.max(self.deviation.hypot(self.open))
     }
 
@@ -97,6 +100,7 @@ impl<'a> Look<'a> {
             mean: between(self.mean, other.mean),
             deviation: between(self.deviation, other.deviation),
             error: between(self.error, other.error),
+            from_m: between(self.from_m, other.from_m),
             open: between(self.open, other.open),
             shape: match share < 0.5 {
                 true => self.shape,
@@ -174,11 +178,11 @@ impl ChannelDetail {
             && self.shape.quantiles.iter().all(|v| v.is_finite())
     }
 
-    /// How the target looks from `distance_m` through a camera of `focal_px`, where `left` is the contrast left of waves of a
+    /// How the target, of which a picture from `from_m` tells, looks from `distance_m` through a camera of `focal_px`, where `left` is the contrast left of waves of a
     /// frequency, 1/m.
     pub(super) fn look(
         &self,
-        distance_m: f64,
+        [from_m, distance_m]: [f64; 2],
         focal_px: f64,
         left: &dyn Fn(f64) -> f64,
     ) -> Look<'_> {
@@ -231,6 +235,7 @@ impl ChannelDetail {
         Look {
             mean: self.mean,
             deviation: sum.sqrt() * even,
+            from_m,
             open: doubt.sqrt() * even,
             error: match sum > 0.0 {
                 true => (0.5 * doubt / sum).min(UNKNOWN),
@@ -392,7 +397,10 @@ fn channel(
     scales.expect(&windows_m);
     let n = cleared.values.len() as f64;
     let mean = cleared.values.iter().sum::<f64>() / n;
-    let patches: Vec<(f64, f64)> = sums.windows(patch_w, patch_h).collect();
+    // Small parts have room for another column or row.
+    let patches: Vec<(f64, f64)> = sums
+        .window_grid([PATCH_COLUMNS, PATCH_ROWS], patch_w, patch_h)
+        .collect();
     let own = patches.iter().map(|(_, variance)| variance).sum::<f64>() / PATCHES as f64;
     let detail = own - cleared.noise;
     let of_patch = |patch: &(f64, f64)| {

@@ -9,6 +9,7 @@ use thiserror::Error;
 use uw_calib::response::{CountResponse, LinearNoise};
 use uw_calib::{Encoding, Rig};
 
+use super::doubt::WaterDoubt;
 use super::grid::PATCHES;
 use super::predict::Place;
 use super::target::Sight;
@@ -204,11 +205,18 @@ impl WaterFile {
             daylight: [1.0; 3],
             lamps: [1.0; 3],
             depth_m,
+            doubt: self.doubt().and_then(Result::ok),
         }
     }
 
+    /// What the fit leaves open of the water; `None` where it was not fitted.
+    fn doubt(&self) -> Option<Result<WaterDoubt, String>> {
+        let fit = self.fit.as_ref()?;
+        Some(WaterDoubt::new(fit, &self.water))
+    }
+
     /// Checks every number; the error names the field, what it must be and what it is.
-    fn check(&self) -> Result<(), String> {
+    pub(super) fn check(&self) -> Result<(), String> {
         let sensor = &self.sensor;
         let not_negative = [
             ("sensor.noise_a", sensor.noise_a),
@@ -228,6 +236,9 @@ impl WaterFile {
                 "sensor.exposure_m2_sr_per_w must be finite and > 0, got {}",
                 sensor.exposure_m2_sr_per_w
             ));
+        }
+        if let Some(Err(error)) = self.doubt() {
+            return Err(format!("fit.{error}"));
         }
         self.tables.check()?;
         for (i, sight) in self.sights.iter().enumerate() {

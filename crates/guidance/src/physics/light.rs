@@ -71,6 +71,8 @@ struct LitSource {
 pub(super) struct Seen<'a> {
     /// V per patch.
     pub(super) veil: [[f64; PATCHES]; 3],
+    /// Share of the lamps in all light that comes from the target.
+    pub(super) lamps: [f64; 3],
     /// E · (T + S) per patch: what an even target of reflectance 1 would add.
     pub(super) gain: [[f64; PATCHES]; 3],
     /// Contrast left of waves, relative to an even target.
@@ -221,7 +223,13 @@ impl<'a> Lit<'a> {
             };
             (0..self.waves.log.len()).map(wave).collect()
         };
+        let of_lamps = |k: usize| {
+            let light = |of: usize| channels[k][of].straight + channels[k][of].scattered;
+            let (day, lamp) = (daylight[k] * light(0), lamps[k] * light(LAMPS));
+            lamp / (day + lamp).max(f64::MIN_POSITIVE)
+        };
         Seen {
+            lamps: std::array::from_fn(of_lamps),
             veil: patches(&|source| &source.veil),
             gain: patches(&|source| &source.gain),
             transfer: std::array::from_fn(transfer),

@@ -7,7 +7,7 @@
 //! with the veil V, the irradiance over π of the target E, the transmittance T of the straight ray, and the share S and spread s
 //! of rays that scatter before they meet the target ([`water`]: V, E, S and s of daylight and of the lamps, by distance). The
 //! present picture, cleared of V and E, shows the target's detail by scale ([`detail`]); with the V, E, T, S and s of another
-//! distance and lamp level the same detail makes another contrast ([`predict`], of which a search looks at a sheet made once a
+//! distance and lamp level the same detail makes another contrast ([`predict`], with what a fit leaves open of the water in [`doubt`], of which a search looks at a sheet made once a
 //! picture, [`present`]). Nothing of the target is learned beforehand; pictures of it
 //! from other distances, kept in the water's [`file`], tell what the present one does not show.
 
@@ -15,6 +15,7 @@ mod blocks;
 mod brightness;
 mod cleared;
 pub mod detail;
+pub mod doubt;
 pub mod file;
 mod grid;
 mod light;
@@ -28,6 +29,7 @@ pub mod water;
 pub use brightness::Brightness;
 pub use cleared::LinearPicture;
 pub use detail::TargetDetail;
+pub use doubt::WaterDoubt;
 pub use file::{WaterFile, WaterFileError};
 pub use predict::{Contrast, Place, Predictor, Unknown};
 pub use present::{Present, Residual, ResidualFrom, Water};

@@ -7,6 +7,7 @@ use uw_calib::response::CountResponse;
 use super::blocks::Blocks;
 use super::cleared::{LinearPicture, QUANTILES};
 use super::detail::Look;
+use super::doubt::WaterDoubt;
 use super::grid::{PATCHES, slope_variance};
 use super::light::{Column, Lit, Seen};
 use super::target::{Sight, Target, by_distance};
@@ -35,6 +36,8 @@ pub struct Place<'a> {
     pub lamps: [f64; 3],
     /// Depth, m.
     pub depth_m: f64,
+    /// What is open of the water; `None` where it is known.
+    pub doubt: Option<WaterDoubt>,
 }
 
 impl Place<'_> {
@@ -55,8 +58,8 @@ impl Place<'_> {
 pub struct Contrast {
     /// Per channel, 8-bit counts.
     pub counts: [f64; 3],
-    /// Their standard errors, 8-bit counts: what the picture, the distance and the memory leave open of the target's detail, and the
-    /// tables' own error. Errors of the water that the tables were made for are not in it.
+    /// Their standard errors, 8-bit counts: what the picture, the distance and the memory leave open of the target's detail, what a fit
+    /// leaves open of the water, and the tables' own error.
     pub error_counts: [f64; 3],
 }
 
@@ -175,7 +178,7 @@ impl<'a> Predictor<'a> {
             let left = |frequency: f64| seen.left_of(k, frequency);
             let target = &self.known.target;
             let look = target.look_of_sights(k, candidate.distance_m, &left)?;
-            Some(self.with_error(k, &seen, &look))
+            Some(self.with_error(k, candidate.distance_m, &seen, &look))
         })
     }
 
@@ -227,9 +230,12 @@ impl<'a> Predictor<'a> {
     }
 
     /// Contrast of a channel and its standard error, 8-bit counts.
-    fn with_error(&self, k: usize, seen: &Seen, look: &Look) -> (f64, f64) {
+    fn with_error(&self, k: usize, distance_m: f64, seen: &Seen, look: &Look) -> (f64, f64) {
         let whole = self.over_patches(k, seen, look, look.deviation);
-        let raised = self.over_patches(k, seen, look, look.raised());
+        let of_water = self.place.doubt.as_ref().map_or(0.0, |doubt| {
+            doubt.relative(k, distance_m - look.from_m, seen.lamps[k])
+        });
+        let raised = self.over_patches(k, seen, look, look.raised(of_water));
         let of_detail = (raised - whole).abs();
         let of_model = MODEL_ERROR * whole;
         (whole, of_detail.hypot(of_model).hypot(ROUNDING_COUNTS))
@@ -289,7 +295,8 @@ impl AtDistance<'_> {
             error_counts: [0.0; 3],
         };
         self.each(light_pct, &mut |k, seen, look| {
-            (found.counts[k], found.error_counts[k]) = self.predictor.with_error(k, seen, look);
+            (found.counts[k], found.error_counts[k]) =
+                self.predictor.with_error(k, self.distance_m, seen, look);
         });
         found
     }

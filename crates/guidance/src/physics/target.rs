@@ -81,7 +81,8 @@ impl Sight {
         let last = parts.len() - 1;
         let nearer = ((distance_m / self.distance_m).ln() / CROP.ln()).clamp(0.0, last as f64);
         let (before, share) = (nearer as usize, nearer.fract());
-        let look = |i: usize| parts[i].look(distance_m, self.detail.focal_px, left);
+        let look =
+            |i: usize| parts[i].look([self.distance_m, distance_m], self.detail.focal_px, left);
         let wider = look(before);
         match before < last && share > 0.0 {
             true => wider.towards(&look(before + 1), share),
@@ -204,6 +205,7 @@ impl Target {
             mean: blend(own.mean, there.mean * comparison.mean),
             deviation: blend(own.deviation, there.deviation * comparison.deviation),
             error: (own_square * trust).sqrt().min(memory_error),
+            from_m: own.from_m + trust * (there.from_m - own.from_m),
             open: (own.open * (1.0 - trust)).hypot(there.open * comparison.deviation * trust),
             shape: match trust > 0.5 {
                 true => there.shape,

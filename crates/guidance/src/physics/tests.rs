@@ -4,13 +4,13 @@ use uw_calib::ImageStats;
 use uw_calib::picture::Counts;
 use uw_calib::response::CountResponse;
 
-use super::file::{SensorNumbers, WATER_FORMAT, WaterFile, WaterNumbers};
+use super::file::{FitNumbers, SensorNumbers, WATER_FORMAT, WaterFile, WaterNumbers};
 use super::grid::PATCHES;
 use super::water::{Field, SourceTables, ViewTables, WaterTables};
 use std::sync::Arc;
 
 use super::light::Column;
-use super::{LinearPicture, Predictor, Present, ResidualFrom, Sight, Unknown, Water};
+use super::{LinearPicture, Predictor, Present, ResidualFrom, Sight, Unknown, Water, WaterDoubt};
 use crate::features::Candidate;
 
 const WIDTH: usize = 320;
@@ -203,6 +203,8 @@ fn farther_distances_are_told_by_earlier_sights_or_left_open() {
     let sights = [(&remembered, seen), (&near, here)]
         .map(|(picture, from)| Sight::new(&file.place(&response, 3.0), picture, &from));
     file.sights = sights.to_vec();
+    // The smallest parts of these pictures have room for an eleventh column of patches.
+    file.check().expect("a good file");
     let told = predictor(&file, &response, &here).contrast(&there);
     for k in 0..3 {
         assert!(alone.error_counts[k] > 0.15 * alone.counts[k], "{alone:?}");
@@ -252,6 +254,71 @@ fn detail_that_noise_hides_is_expected_from_coarser_detail() {
         (0.3..1.5).contains(&in_errors),
         "{off_counts} counts off are {in_errors} standard errors"
     );
+}
+
+/// What a fit leaves open of the water grows with the way between the picture and the prediction, and errors of a and b that go against
+/// each other cancel as far as both count.
+#[test]
+fn errors_of_a_fitted_water_are_in_those_of_predictions() {
+    let mut file = even_water();
+    let response = file.sensor.response();
+    let here = at(1.0, 0.0);
+    let known = predictor(&file, &response, &here);
+    let places = [at(1.0, 0.0), at(2.0, 0.0), at(2.0, 100.0)];
+    let errors = |predictor: &Predictor| places.map(|p| predictor.contrast(&p).error_counts[0]);
+    let before = errors(&known);
+    let counts = places.map(|place| known.contrast(&place).counts[0]);
+    // a is 0.1 ± 0.05 1/m, b 0.3 ± 0.06 1/m; in the last file what is added to the one is taken from the other.
+    let added = |file: &mut WaterFile, correlation: f64| {
+        file.fit = Some(fitted(correlation));
+        let after = errors(&predictor(file, &response, &here));
+        std::array::from_fn::<f64, 3, _>(|i| {
+            (after[i].powi(2) - before[i].powi(2)).max(0.0).sqrt() / counts[i]
+        })
+    };
+    let [same, farther, lit] = added(&mut file, 0.0);
+    assert!(same < 1e-6, "{same}");
+    // Detail of 0.05² + 0.06² over a metre, of which the sensor's noise is a part that does not change.
+    assert!((0.04..0.09).contains(&farther), "{farther}");
+    assert!(lit > farther, "{lit} {farther}");
+    let doubt = WaterDoubt::new(&fitted(0.0), &file.water).expect("errors");
+    for (lamps, ways_of_a) in [(0.0, 1.0), (0.5, 1.5), (1.0, 2.0)] {
+        let error = doubt.relative(1, 2.0, lamps);
+        let exact = 2.0 * f64::hypot(0.05 * ways_of_a, 0.06);
+        assert!((error / exact - 1.0).abs() < 1e-9, "{lamps}: {error}");
+    }
+    let [_, cancelled, _] = added(&mut file, -1.0);
+    assert!(cancelled < 0.3 * farther, "{cancelled} {farther}");
+    for (broken, told) in [(f64::NAN, "correlation of a_r and b_r"), (1.5, "got 1.5")] {
+        file.fit = Some(fitted(broken));
+        let error = file.check().expect_err("refused");
+        assert!(error.contains(told), "{error}");
+    }
+}
+
+/// Numbers of a fit in which a and b of each channel are correlated.
+fn fitted(correlation: f64) -> FitNumbers {
+    let names = ["a_r", "a_g", "a_b", "b_r", "b_g", "b_b"];
+    let entry = |i: usize, j: usize| match (i == j, i % 3 == j % 3) {
+        (true, _) => 1.0,
+        (false, true) => correlation,
+        (false, false) => 0.0,
+    };
+    FitNumbers {
+        a_relative_error: [0.5; 3],
+        b_relative_error: [0.2; 3],
+        backscatter_relative_error: 0.3,
+        lamp_gain: [1.0; 3],
+        lamp_gain_relative_error: [0.3; 3],
+        daylight_gain: None,
+        reflectance: [0.3; 3],
+        names: names.map(str::to_owned).to_vec(),
+        correlation: (0..6)
+            .map(|i| (0..6).map(|j| entry(i, j)).collect())
+            .collect(),
+        not_identified: Vec::new(),
+        misfit: 1.0,
+    }
 }
 
 /// A grey card has no contrast but its noise, which is not taken for detail: nearer by, with more light, it stays noise.

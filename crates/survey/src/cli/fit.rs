@@ -40,6 +40,9 @@ pub(super) struct FitArguments {
     /// The vehicle looks down at the bottom rather than ahead at a wall.
     #[arg(long)]
     bottom: bool,
+    /// Depths that the water file is for besides those of the pictures, m, such as 1,3,6; without them a metre around.
+    #[arg(long, value_delimiter = ',')]
+    depths_m: Vec<f64>,
     /// Backscatter fraction that is expected.
     #[arg(long, default_value_t = Options::default().backscatter_fraction)]
     backscatter_fraction: f64,
@@ -129,6 +132,7 @@ impl FitArguments {
             backscatter_fraction: self.backscatter_fraction,
             backscatter_error: self.backscatter_error,
             gain_error: self.gain_error,
+            depths_m: self.depths_m.clone(),
             paths: 1024 * self.kilo_paths as usize,
             seed: self.seed,
         };

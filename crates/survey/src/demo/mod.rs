@@ -1,6 +1,7 @@
 //! The whole way, small: calibrate in a chosen water, ask the daemon over its socket, look at the result.
 
 mod ask;
+mod basis;
 mod folder;
 mod pairs;
 mod plot;
@@ -15,8 +16,8 @@ use std::time::Instant;
 
 use uw_calib::Profile;
 use uw_guidance::daemon::{self, Limits};
-use uw_guidance::service::{Loaded, Service, Settings};
-use uw_guidance::{Checks, Model, Strictness};
+use uw_guidance::service::{Basis, ImagePolicy, Loaded, Service, Settings};
+use uw_guidance::{Checks, Strictness};
 use uw_render::image::ImageError;
 use uw_render::integrator::RenderError;
 
@@ -28,6 +29,7 @@ use crate::scenery::textures::Pattern;
 use crate::vehicle::Vehicle;
 
 pub use ask::{Choice, Suggestion};
+use basis::{Predictor, Way};
 
 /// What to demonstrate.
 #[derive(Clone, Debug)]
@@ -38,7 +40,7 @@ pub struct DemoOptions {
     pub pattern: Pattern,
     /// The vehicle; the demonstration knows no wavelengths, so it may have no spectra.
     pub vehicle: Vehicle,
-    /// Model file; `None` for the shipped one.
+    /// Model file; `None` for the shipped one where it is of this vehicle, else for a water that is fitted to the calibration's pictures.
     pub model: Option<PathBuf>,
     /// Seed of all random numbers.
     pub seed: u64,
@@ -64,6 +66,12 @@ pub enum DemoError {
     /// A file cannot be written.
     #[error(transparent)]
     Write(#[from] ImageError),
+    /// The water cannot be fitted, or its tables cannot be made.
+    #[error("{0}; a model made for this vehicle (--model) needs none")]
+    Water(String),
+    /// It was interrupted.
+    #[error("interrupted")]
+    Interrupted,
     /// The daemon did not answer as it should.
     #[error("daemon: {0}")]
     Daemon(String),
@@ -97,11 +105,11 @@ pub struct Visit {
 }
 
 /// The daemon with its defaults, but that it warns where it would refuse to advise: a demonstration may go where the
-/// model has never been.
-fn daemon_of(model: Model, model_name: String, profile: Profile) -> Service {
+/// model has never been. It reads pictures in `folder`.
+fn daemon_of(basis: Basis, model_name: &str, profile: Profile, folder: &Path) -> Service {
     let loaded = Loaded {
-        basis: model.into(),
-        model_name,
+        basis,
+        model_name: model_name.to_owned(),
         model_digest: String::new(),
         profile: Some(Arc::new(profile)),
     };
@@ -112,6 +120,7 @@ fn daemon_of(model: Model, model_name: String, profile: Profile) -> Service {
     };
     let settings = Settings {
         checks,
+        images: ImagePolicy::Under(folder.to_path_buf()),
         ..Settings::default()
     };
     Service::with_settings(loaded, settings)
@@ -127,11 +136,7 @@ pub fn run(
     tell: &dyn Fn(&str),
 ) -> Result<PathBuf, DemoError> {
     let start = Instant::now();
-    let model_path = options
-        .model
-        .clone()
-        .unwrap_or_else(|| uw_assets::DEFAULT_MODEL.into());
-    let model = Model::read(&model_path).map_err(|e| DemoError::Input(e.to_string()))?;
+    let way = Way::of(options)?;
     let target = Target::read(options.pattern, assets)?;
     options.water.check()?;
     let vehicle = options.vehicle.clone();
@@ -140,12 +145,6 @@ pub fn run(
         return Err(DemoError::Input(format!(
             "vehicle.{field} counts by wavelength alone, and the demonstration renders in three bands; leave it out"
         )));
-    }
-    if options.model.is_none() && vehicle.encoding != uw_calib::Encoding::Srgb {
-        return Err(DemoError::Input(
-            "vehicle.encoding is \"linear\", and the shipped model is of pictures in sRGB; give a model made for this vehicle (--model)"
-                .to_owned(),
-        ));
     }
     folder::claim(folder)?;
     let pyramid = TexturePyramid::new(&target.texture, f64::from(options.pattern.tile_m()));
@@ -165,14 +164,16 @@ pub fn run(
         options.water.jerlov, options.water.backscatter_fraction
     ));
     let profile = stage.calibrate()?;
-    tell(&format!(
-        "2/4 Starting uwguide with {}",
-        model_path.display()
-    ));
-    let name = model_path
-        .file_name()
-        .map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-    let service = daemon_of(model, name, profile.clone());
+    if matches!(way, Way::Physics) {
+        tell(
+            "    the shipped model is of another camera or lamps: fitting the water to these pictures instead, about two minutes",
+        );
+    }
+    let down = stage.target.is_bottom();
+    let Predictor { basis, name } = way.predictor(options, down, folder, cancel)?;
+    let by_physics = matches!(basis, Basis::Physics(_));
+    tell(&format!("2/4 Starting uwguide with {name}"));
+    let service = daemon_of(basis, &name, profile.clone(), folder);
     let running = daemon::spawn("127.0.0.1:0", service, Limits::default())
         .map_err(|e| DemoError::Daemon(e.to_string()))?;
     tell(&format!(
@@ -180,7 +181,7 @@ pub fn run(
         stages::VISITS.len(),
         running.local_addr()
     ));
-    let visits = stage.visit(running.local_addr(), tell)?;
+    let visits = stage.visit(running.local_addr(), by_physics, tell)?;
     running.shutdown();
     tell("4/4 Writing plot and report");
     plot::write(
@@ -188,12 +189,5 @@ pub fn run(
         &folder.join("contrast.svg"),
         &visits,
     )?;
-    report::write(
-        folder,
-        options,
-        &model_path,
-        &profile,
-        &visits,
-        start.elapsed(),
-    )
+    report::write(folder, options, &name, &profile, &visits, start.elapsed())
 }

@@ -13,14 +13,11 @@ use super::{DemoError, DemoOptions, Visit, stages::write_text, why};
 pub(super) fn write(
     folder: &Path,
     options: &DemoOptions,
-    model: &Path,
+    model: &str,
     profile: &Profile,
     visits: &[Visit],
     elapsed: Duration,
 ) -> Result<PathBuf, DemoError> {
-    let model_name = model
-        .file_name()
-        .map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let rows: Vec<_> = visits
         .iter()
         .map(|v| {
@@ -39,11 +36,11 @@ pub(super) fn write(
         "format": "uw-demo/1", "jerlov": options.water.jerlov.to_string(),
         "backscatter_fraction": options.water.backscatter_fraction, "target": options.pattern.name(),
         "vehicle": &options.vehicle,
-        "seed": options.seed, "model": model_name, "elapsed_s": elapsed.as_secs_f64(), "visits": rows,
+        "seed": options.seed, "model": model, "elapsed_s": elapsed.as_secs_f64(), "visits": rows,
     });
     write_text(&folder.join("report.json"), &format!("{document:#}\n"))?;
     let path = folder.join("report.md");
-    write_text(&path, &text(options, &model_name, profile, visits, elapsed))?;
+    write_text(&path, &text(options, model, profile, visits, elapsed))?;
     Ok(path)
 }
 
@@ -59,7 +56,7 @@ fn text(
     // Writing to a string cannot fail.
     let _ = writeln!(
         out,
-        "# Demonstration\n\nJerlov {} water, backscatter fraction {}, target `{}`, model `{model}`, seed {}; {:.0} s.\n",
+        "# Demonstration\n\nJerlov {} water, backscatter fraction {}, target `{}`, predicted by `{model}`, seed {}; {:.0} s.\n",
         water.jerlov,
         water.backscatter_fraction,
         options.pattern.name(),

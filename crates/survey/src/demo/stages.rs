@@ -11,7 +11,7 @@ use uw_render::image::{ImageError, write_atomically, write_frame};
 use uw_render::integrator::RenderError;
 use uw_render::scene::Sensor;
 
-use super::{DemoError, Visit, ask, pairs};
+use super::{DemoError, Visit, ask::Connection, pairs};
 use crate::environment::{Target, View, WaterBody, scene, sensor};
 use crate::estimate::pyramid::TexturePyramid;
 use crate::estimate::response::CountResponse;
@@ -143,10 +143,12 @@ impl DemoRenders<'_> {
         Ok(profile)
     }
 
-    /// Visits each place: looks, asks the daemon at `address`, follows its suggestion, looks again.
+    /// Visits each place: looks, asks the daemon at `address`, follows its suggestion, looks again. Physics needs the picture, a network its
+    /// numbers, which here have no noise of paths.
     pub(super) fn visit(
         &self,
         address: SocketAddr,
+        by_physics: bool,
         tell: &dyn Fn(&str),
     ) -> Result<Vec<Visit>, DemoError> {
         let mut visits = Vec::new();
@@ -154,7 +156,8 @@ impl DemoRenders<'_> {
             let seed = 200 + 10 * i as u64;
             let before = self.look(depth_m, distance_m, seed)?;
             let stats = self.measure(&before, light_pct);
-            self.write_target(&format!("depth_{depth_m}m_before.png"), &before, light_pct)?;
+            let picture = format!("depth_{depth_m}m_before.png");
+            self.write_target(&picture, &before, light_pct)?;
             let observation = Observation {
                 depth_m,
                 distance_m,
@@ -163,7 +166,9 @@ impl DemoRenders<'_> {
                 std: stats.contrast,
                 quality: None,
             };
-            let suggestion = ask::suggest(address, &observation)?;
+            let mut connection = Connection::to(address)?;
+            let picture = by_physics.then_some(&picture[..]);
+            let suggestion = connection.suggest(&observation, picture)?;
             for warning in &suggestion.warnings {
                 tell(&format!("    warning: {}", warning.message));
             }
@@ -174,7 +179,7 @@ impl DemoRenders<'_> {
                 (there, 100.0),
                 (there, suggestion.light_pct),
             ];
-            let choices = ask::predict(address, &observation, &candidates)?;
+            let choices = connection.predict(&observation, &candidates)?;
             let after = self.look(depth_m, suggestion.distance_m, seed + 1)?;
             let contrast_after = self.measure(&after, suggestion.light_pct).contrast;
             let name = format!("depth_{depth_m}m_after.png");

@@ -57,6 +57,8 @@ const FIRST_ITERATIONS: usize = 8;
 /// Standard errors that a channel's light must have in the brightest blocks to be used at all.
 const LEAST_SIGNAL: f64 = 10.0;
 
+/// Depths that a water file may be for, m.
+const DEPTHS_M: std::ops::RangeInclusive<f64> = 0.1..=60.0;
 /// Least and greatest backscatter fraction that a fit finds.
 pub const BACKSCATTER_RANGE: [f64; 2] = [BACKSCATTER[0], BACKSCATTER[BACKSCATTER.len() - 1]];
 
@@ -75,6 +77,8 @@ pub struct Options {
     pub backscatter_error: f64,
     /// Error of the lamps' intensity times the exposure of the vehicle's file, of the logarithm.
     pub gain_error: f64,
+    /// Depths that the water file is for besides those of the pictures, m.
+    pub depths_m: Vec<f64>,
     /// Paths per distance and backscatter fraction.
     pub paths: usize,
     /// Seed of all random numbers.
@@ -94,6 +98,13 @@ impl Options {
                 return Some((field, wrong));
             }
         }
+        if let Some(got) = self.depths_m.iter().find(|z| !DEPTHS_M.contains(*z)) {
+            let (least, most) = (DEPTHS_M.start(), DEPTHS_M.end());
+            return Some((
+                "depths_m",
+                format!("must be from {least} to {most} (m), got {got}"),
+            ));
+        }
         let ([least, most], got) = (BACKSCATTER_RANGE, self.backscatter_fraction);
         let wrong = || format!("must be from {least} to {most}, got {got}");
         (!(least..=most).contains(&got)).then(|| ("backscatter_fraction", wrong()))
@@ -109,6 +120,7 @@ impl Default for Options {
             backscatter_fraction: 0.0183,
             backscatter_error: 0.6,
             gain_error: 0.5,
+            depths_m: Vec::new(),
             paths: 65_536,
             seed: 1,
         }

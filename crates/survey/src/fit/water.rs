@@ -68,7 +68,7 @@ pub fn water_file(
     let mean = fit.reflectance.iter().sum::<f64>() / 3.0;
     let plan = TablePlan {
         distances_m: distances_m(fit),
-        depths_m: depths_m(fit),
+        depths_m: depths_m(fit, &options.depths_m),
         reflectance: mean.clamp(*REFLECTANCES.start(), *REFLECTANCES.end()) as f32,
         paths_per_group,
         seed: options.seed,
@@ -122,9 +122,11 @@ fn distances_m(fit: &Fit) -> Vec<f64> {
     all
 }
 
-/// Depths of the pictures, and where that is one, others about it: a vehicle does not keep its depth to the centimetre.
-fn depths_m(fit: &Fit) -> Vec<f64> {
+/// Depths of the pictures and those that are asked for; where that is one, others about it: a vehicle does not keep its depth to the
+/// centimetre.
+fn depths_m(fit: &Fit, asked_m: &[f64]) -> Vec<f64> {
     let mut all: Vec<f64> = fit.places.iter().filter_map(|p| p[0].depth_m).collect();
+    all.extend(asked_m);
     all.sort_by(f64::total_cmp);
     all.dedup_by(|a, b| (*a - *b).abs() < SAME_M);
     if all.is_empty() {
