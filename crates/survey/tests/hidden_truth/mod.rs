@@ -42,7 +42,8 @@ pub struct Truth {
     pub depth_m: f64,
     /// The target.
     pub pattern: Pattern,
-    bands: WaterBands,
+    /// How the water is rendered.
+    pub bands: WaterBands,
 }
 
 impl Truth {
