@@ -1,6 +1,7 @@
 //! What layers are made of: sums of carriers, each known without noise, times polynomials of the place in the picture.
 
-use super::guides::{Fragment, Guides};
+use super::guides::{Fragment, Guides, Shown};
+use super::samples::Points;
 
 /// Most terms of a basis.
 pub(super) const MOST_TERMS: usize = 16;
@@ -31,92 +32,118 @@ pub(super) enum Carrier {
 /// A carrier times u^i v^j, (u, v) the place in cells.
 pub(super) type Term = (Carrier, u8, u8);
 
+/// Where carriers are looked at, for which half of the samples.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum View {
+    /// All over the pixel.
+    Shown(usize),
+    /// Where the samples looked.
+    Sampled(usize),
+}
+
 /// A basis.
 pub(super) struct Basis {
     pub(super) terms: Vec<Term>,
+    /// The image points that its light is seen at, but for sun and sky.
+    points: Points,
 }
 
 impl Basis {
     /// For light that met no surface.
     pub(super) fn of_veil() -> Self {
         let one = Carrier::One;
-        Self::new(&[
-            (one, 0, 0),
-            (one, 1, 0),
-            (one, 0, 1),
-            (one, 2, 0),
-            (one, 1, 1),
-            (one, 0, 2),
-            (Carrier::Transmittance, 0, 0),
-        ])
+        Self::new(
+            Points::Walks,
+            &[
+                (one, 0, 0),
+                (one, 1, 0),
+                (one, 0, 1),
+                (one, 2, 0),
+                (one, 1, 1),
+                (one, 0, 2),
+                (Carrier::Transmittance, 0, 0),
+            ],
+        )
     }
 
-    /// For light that came straight from surfaces and sources.
-    pub(super) fn of_straight() -> Self {
+    /// For light that came straight from surfaces and sources, where there are `lamps` or not.
+    pub(super) fn of_straight(lamps: usize) -> Self {
+        let points = Points::of_lamps(lamps);
         let (lamps, seen) = (Carrier::Lamps, Carrier::Seen);
-        Self::new(&[
-            (lamps, 0, 0),
-            (lamps, 1, 0),
-            (lamps, 0, 1),
-            (Carrier::Day, 0, 0),
-            (seen, 0, 0),
-            (seen, 1, 0),
-            (seen, 0, 1),
-            (Carrier::Turned(0), 0, 0),
-            (Carrier::Turned(1), 0, 0),
-            (Carrier::Turned(2), 0, 0),
-            (Carrier::One, 0, 0),
-        ])
+        Self::new(
+            points,
+            &[
+                (lamps, 0, 0),
+                (lamps, 1, 0),
+                (lamps, 0, 1),
+                (Carrier::Day, 0, 0),
+                (seen, 0, 0),
+                (seen, 1, 0),
+                (seen, 0, 1),
+                (Carrier::Turned(0), 0, 0),
+                (Carrier::Turned(1), 0, 0),
+                (Carrier::Turned(2), 0, 0),
+                (Carrier::One, 0, 0),
+            ],
+        )
     }
 
     /// For light that met a surface and scattered.
     pub(super) fn of_spread() -> Self {
         let (seen, one) = (Carrier::Seen, Carrier::One);
-        Self::new(&[
-            (seen, 0, 0),
-            (seen, 1, 0),
-            (seen, 0, 1),
-            (one, 0, 0),
-            (one, 1, 0),
-            (one, 0, 1),
-            (Carrier::Blurred(0), 0, 0),
-            (Carrier::Blurred(1), 0, 0),
-            (Carrier::Blurred(2), 0, 0),
-            (Carrier::Blurred(3), 0, 0),
-            (Carrier::Lamps, 0, 0),
-            (Carrier::Day, 0, 0),
-            (Carrier::Turned(0), 0, 0),
-            (Carrier::Turned(1), 0, 0),
-            (Carrier::Turned(2), 0, 0),
-        ])
+        Self::new(
+            Points::Walks,
+            &[
+                (seen, 0, 0),
+                (seen, 1, 0),
+                (seen, 0, 1),
+                (one, 0, 0),
+                (one, 1, 0),
+                (one, 0, 1),
+                (Carrier::Blurred(0), 0, 0),
+                (Carrier::Blurred(1), 0, 0),
+                (Carrier::Blurred(2), 0, 0),
+                (Carrier::Blurred(3), 0, 0),
+                (Carrier::Lamps, 0, 0),
+                (Carrier::Day, 0, 0),
+                (Carrier::Turned(0), 0, 0),
+                (Carrier::Turned(1), 0, 0),
+                (Carrier::Turned(2), 0, 0),
+            ],
+        )
     }
 
-    /// For all light of a source.
-    pub(super) fn of_source() -> Self {
+    /// For all light of a source, which is one of `lamps` or, of none, daylight.
+    pub(super) fn of_source(lamps: usize) -> Self {
+        let points = Points::of_lamps(lamps);
         let (lamps, seen, one) = (Carrier::Lamps, Carrier::Seen, Carrier::One);
-        Self::new(&[
-            (lamps, 0, 0),
-            (lamps, 1, 0),
-            (lamps, 0, 1),
-            (seen, 0, 0),
-            (seen, 1, 0),
-            (seen, 0, 1),
-            (one, 0, 0),
-            (one, 1, 0),
-            (one, 0, 1),
-            (Carrier::Transmittance, 0, 0),
-            (Carrier::Day, 0, 0),
-            (Carrier::Blurred(0), 0, 0),
-            (Carrier::Blurred(1), 0, 0),
-            (Carrier::Blurred(2), 0, 0),
-            (Carrier::Blurred(3), 0, 0),
-        ])
+        Self::new(
+            points,
+            &[
+                (lamps, 0, 0),
+                (lamps, 1, 0),
+                (lamps, 0, 1),
+                (seen, 0, 0),
+                (seen, 1, 0),
+                (seen, 0, 1),
+                (one, 0, 0),
+                (one, 1, 0),
+                (one, 0, 1),
+                (Carrier::Transmittance, 0, 0),
+                (Carrier::Day, 0, 0),
+                (Carrier::Blurred(0), 0, 0),
+                (Carrier::Blurred(1), 0, 0),
+                (Carrier::Blurred(2), 0, 0),
+                (Carrier::Blurred(3), 0, 0),
+            ],
+        )
     }
 
-    fn new(terms: &[Term]) -> Self {
+    fn new(points: Points, terms: &[Term]) -> Self {
         debug_assert!(terms.len() <= MOST_TERMS);
         Self {
             terms: terms.to_vec(),
+            points,
         }
     }
 
@@ -125,23 +152,38 @@ impl Basis {
         self.terms.len()
     }
 
-    /// The carriers of a fragment of a pixel in channel `k`, term by term.
+    /// The carriers of a fragment of a pixel in channel `k`, term by term, times the fragment's share of the pixel.
     pub(super) fn carriers(
         &self,
         fragment: &Fragment,
         blurred: &[[f32; 3]; BLURS.len()],
         k: usize,
+        view: View,
     ) -> [f64; MOST_TERMS] {
+        let (shown, own, walked) = match view {
+            View::Shown(half) => {
+                let shown = &fragment.shown[half];
+                (shown, shown.sampled(), shown.sampled())
+            }
+            View::Sampled(half) => {
+                let (walked, lit) = (fragment.walked[half], fragment.lit[half]);
+                let own = match self.points {
+                    Points::Walks => walked,
+                    Points::Lit => lit,
+                };
+                (&fragment.shown[half], own, walked)
+            }
+        };
         let mut values = [0.0; MOST_TERMS];
         for (value, (carrier, ..)) in values.iter_mut().zip(&self.terms) {
             *value = f64::from(match *carrier {
-                Carrier::One => 1.0,
-                Carrier::Transmittance => fragment.transmittance[k],
-                Carrier::Seen => fragment.seen[k],
-                Carrier::Turned(axis) => fragment.seen[k] * fragment.normal[axis],
-                Carrier::Lamps => fragment.lamps[k],
-                Carrier::Day => fragment.day[k],
-                Carrier::Blurred(width) => blurred[width][k],
+                Carrier::One => own.share,
+                Carrier::Transmittance => own.share * shown.transmittance[k],
+                Carrier::Seen => own.share * own.seen[k],
+                Carrier::Turned(axis) => own.share * own.seen[k] * fragment.normal[axis],
+                Carrier::Lamps => own.share * own.seen[k] * shown.lamps[k],
+                Carrier::Day => walked.share * walked.seen[k] * shown.day[k],
+                Carrier::Blurred(width) => own.share * blurred[width][k],
             });
         }
         values
@@ -199,8 +241,9 @@ pub(super) fn blurred_light(guides: &Guides) -> Vec<[[f32; 3]; BLURS.len()]> {
     for k in 0..3 {
         let light: Vec<f32> = (0..pixels)
             .map(|i| {
-                let of = |f: &Fragment| f.share * (f.lamps[k] + f.day[k]);
-                guides.pixel(i).iter().map(of).sum()
+                let of_half = |s: &Shown| s.share * s.seen[k] * (s.lamps[k] + s.day[k]);
+                let of = |f: &Fragment| f.shown.iter().map(of_half).sum::<f32>();
+                0.5 * guides.pixel(i).iter().map(of).sum::<f32>()
             })
             .collect();
         for (b, sigma) in BLURS.iter().enumerate() {

@@ -6,7 +6,7 @@
 //! only where it stands out of that noise.
 
 use super::blur::boxed;
-use super::selection::Halves;
+use super::selection::Chosen;
 
 /// Standard errors above which an octave of the bias counts.
 const SIGNIFICANT: f64 = 2.0;
@@ -25,8 +25,9 @@ pub(super) struct ErrorEstimate {
     pub(super) map: Vec<[f32; 3]>,
 }
 
-/// The error of the mean of `fitted`'s halves, made of those of `raw`; `width` is the picture's.
-pub(super) fn estimate(fitted: &Halves, raw: &Halves, width: usize) -> ErrorEstimate {
+/// The error of the mean of the halves that are shown; `width` is the picture's.
+pub(super) fn estimate(chosen: &Chosen, width: usize) -> ErrorEstimate {
+    let fitted = &chosen.shown;
     let pixels = fitted[0].len();
     let mut map = vec![[0.0; 3]; pixels];
     let (mut variance, mut bias) = (0.0, 0.0);
@@ -51,8 +52,10 @@ pub(super) fn estimate(fitted: &Halves, raw: &Halves, width: usize) -> ErrorEsti
             .sum::<f64>();
         let residuals = [0, 1].map(|half| {
             let of = |i: usize| {
-                let missed = f64::from(fitted[half][i][k]) - f64::from(raw[half][i][k]);
-                relative(i, missed * squares[i].sqrt())
+                relative(
+                    i,
+                    f64::from(chosen.residuals[half][i][k]) * squares[i].sqrt(),
+                )
             };
             (0..pixels).map(of).collect::<Vec<f64>>()
         });

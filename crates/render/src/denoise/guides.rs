@@ -1,37 +1,80 @@
 //! Layers without noise that guide the regression: for every pixel the shares of it that belong to connected surfaces
-//! ("fragments"), with what is known of each.
+//! ("fragments"), with what is known of each. Whatever rays have to find out, they find out twice, once for each half of the
+//! samples, so that what they miss is in the difference of the halves.
+
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
-use super::look::{Look, StraightLight};
+use super::gather::Gathered;
+use super::look::Look;
 use super::regions::Regions;
+use super::samples::{Half, Points, is_clear};
 use crate::prepare::Prepared;
+use crate::sampling::{Rng, sobol::scrambled};
 
-/// Rays through a pixel.
-pub(super) const LOOKS: usize = 16;
-/// Rays of them at whose ends the straight light is looked for.
-const LIT_LOOKS: usize = 4;
+/// Rays through a pixel for each half, where they differ, and where there is an edge: a sliver of a bright surface before a
+/// dark one rules the pixel.
+const LOOKS: u32 = 8;
+const VARIED_LOOKS: u32 = 32;
+const EDGE_LOOKS: u32 = 128;
+/// Of how many rays one finds the straight light.
+const LIT_EVERY: u32 = 4;
+/// Relative deviation of reflectance in a pixel, and relative difference of light, above which more rays are sent.
+const VARIED: f64 = 0.02;
+/// Key of the rays' numbers.
+const LOOK_SEED: u64 = 0x6c6f_6f6b;
 
 /// Of a fragment that belongs to no region: it is seen at no pixel's centre.
 pub(super) const NO_REGION: u32 = u32::MAX;
 
-/// The part of a pixel in which one connected surface is seen; values are means over that part.
+/// What is known of a fragment from rays through all of the pixel; values are means over the fragment.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Shown {
+    /// Part of the pixel's area.
+    pub(super) share: f32,
+    /// Reflectance times transmittance.
+    pub(super) seen: [f32; 3],
+    /// Transmittance of the water before it.
+    pub(super) transmittance: [f32; 3],
+    /// Light of lamps that comes straight from it over `seen`, W/(m² sr).
+    pub(super) lamps: [f32; 3],
+    /// The same of sun and sky.
+    pub(super) day: [f32; 3],
+}
+
+/// What image points of samples have seen of a fragment.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Sampled {
+    /// Part of the points.
+    pub(super) share: f32,
+    /// Mean reflectance times transmittance there.
+    pub(super) seen: [f32; 3],
+}
+
+impl Shown {
+    /// As points all over the pixel have seen it.
+    pub(super) fn sampled(&self) -> Sampled {
+        Sampled {
+            share: self.share,
+            seen: self.seen,
+        }
+    }
+}
+
+/// The part of a pixel in which one connected surface is seen, for each half of the samples.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Fragment {
     /// The connected surface.
     pub(super) region: u32,
-    /// Part of the pixel's area.
-    pub(super) share: f32,
-    /// Transmittance of the water before it.
-    pub(super) transmittance: [f32; 3],
-    /// Reflectance times transmittance.
-    pub(super) seen: [f32; 3],
-    /// Light of lamps that comes straight from it, W/(m² sr).
-    pub(super) lamps: [f32; 3],
-    /// Light of sun and sky that comes straight from it, W/(m² sr).
-    pub(super) day: [f32; 3],
-    /// Unit normal.
+    /// Mean of unit normals.
     pub(super) normal: [f32; 3],
+    /// As rays through all of the pixel show it.
+    pub(super) shown: [Shown; 2],
+    /// As walks have seen it.
+    pub(super) walked: [Sampled; 2],
+    /// As unscattered lamp light has seen it.
+    pub(super) lit: [Sampled; 2],
 }
 
 /// The guides of a picture.
@@ -42,39 +85,53 @@ pub(super) struct Guides {
     pub(super) fragments: Vec<Fragment>,
     /// Where those of each pixel begin, and the end.
     starts: Vec<u32>,
+    /// Whether samples of the pixel have seen something else than rays through all of it.
+    varied: Vec<bool>,
 }
 
 impl Guides {
-    /// Looks through every pixel.
-    pub(super) fn of(scene: &Prepared) -> Self {
-        let regions = Regions::of(scene);
-        let (width, height) = (regions.width, regions.height);
-        let rows: Vec<Vec<Vec<Fragment>>> = (0..height)
-            .into_par_iter()
-            .map(|y| {
-                (0..width)
-                    .map(|x| fragments(scene, &regions, x, y))
-                    .collect()
-            })
-            .collect();
-        let mut all = Vec::with_capacity(width * height);
-        let mut starts = Vec::with_capacity(width * height + 1);
-        for pixel in rows.iter().flatten() {
-            starts.push(all.len() as u32);
-            all.extend_from_slice(pixel);
-        }
-        starts.push(all.len() as u32);
-        Self {
+    /// Looks through every pixel, and along the rays of the samples where they may differ; none where it is cancelled.
+    pub(super) fn of(
+        scene: &Prepared,
+        halves: &[Half<'_>; 2],
+        cancel: &AtomicBool,
+    ) -> Option<Self> {
+        let looker = Looker {
+            scene,
+            halves,
+            regions: Regions::of(scene),
+        };
+        let (width, height) = (looker.regions.width, looker.regions.height);
+        let row = |y: usize| {
+            let is_wanted = !cancel.load(Ordering::Relaxed);
+            is_wanted.then(|| (0..width).map(|x| looker.pixel(x, y)).collect())
+        };
+        let rows: Option<Vec<Vec<(Vec<Fragment>, bool)>>> =
+            (0..height).into_par_iter().map(row).collect();
+        let mut guides = Self {
             width,
             height,
-            fragments: all,
-            starts,
+            fragments: Vec::with_capacity(width * height),
+            starts: Vec::with_capacity(width * height + 1),
+            varied: Vec::with_capacity(width * height),
+        };
+        for (fragments, varied) in rows?.iter().flatten() {
+            guides.starts.push(guides.fragments.len() as u32);
+            guides.fragments.extend_from_slice(fragments);
+            guides.varied.push(*varied);
         }
+        guides.starts.push(guides.fragments.len() as u32);
+        Some(guides)
     }
 
     /// The fragments of a pixel.
     pub(super) fn pixel(&self, index: usize) -> &[Fragment] {
         &self.fragments[self.starts[index] as usize..self.starts[index + 1] as usize]
+    }
+
+    /// Whether samples of a pixel have seen something else than rays through all of it.
+    pub(super) fn is_varied(&self, index: usize) -> bool {
+        self.varied[index]
     }
 
     /// The only fragment of a pixel that shows one region.
@@ -86,90 +143,86 @@ impl Guides {
     }
 }
 
-/// Places of the rays in a pixel: a net whose points have each of 16 columns and rows for themselves.
-pub(super) fn place(index: usize) -> (f64, f64) {
-    let reversed = (index as u32).reverse_bits() >> 28;
-    let n = LOOKS as f64;
-    ((index as f64 + 0.5) / n, (f64::from(reversed) + 0.5) / n)
+/// What looks through pixels.
+struct Looker<'a> {
+    scene: &'a Prepared,
+    halves: &'a [Half<'a>; 2],
+    regions: Regions,
 }
 
-fn fragments(scene: &Prepared, regions: &Regions, x: usize, y: usize) -> Vec<Fragment> {
-    let mut found: Vec<(u32, Sums)> = Vec::with_capacity(1);
-    for index in 0..LOOKS {
-        let (px, py) = place(index);
-        let look = Look::through(scene, x as f64 + px, y as f64 + py);
-        let region = regions.of_look(&look, x, y);
-        let sums = match found.iter_mut().find(|(own, _)| *own == region) {
-            Some((_, sums)) => sums,
-            None => {
-                found.push((region, Sums::default()));
-                &mut found.last_mut().expect("just added").1
+impl Looker<'_> {
+    /// The fragments of a pixel, and whether samples have seen something else.
+    fn pixel(&self, x: usize, y: usize) -> (Vec<Fragment>, bool) {
+        let mut gathered = Gathered::default();
+        for half in 0..2 {
+            self.look_through(&mut gathered, half, (x, y), 0..LOOKS, LIT_EVERY);
+        }
+        let light_varies = gathered.light_deviation() > VARIED;
+        if gathered.deviation() > VARIED || light_varies {
+            let lit_every = if light_varies { 1 } else { LIT_EVERY };
+            for half in 0..2 {
+                self.look_through(&mut gathered, half, (x, y), LOOKS..VARIED_LOOKS, lit_every);
             }
-        };
-        sums.add(&look);
-        if index % (LOOKS / LIT_LOOKS) == 0 || sums.lit.is_empty() {
-            sums.lit.push(index_light(scene, &look));
         }
+        if gathered.has_edge() {
+            for half in 0..2 {
+                let looks = VARIED_LOOKS..EDGE_LOOKS;
+                self.look_through(&mut gathered, half, (x, y), looks, LIT_EVERY);
+            }
+        }
+        let varied = gathered.deviation() > 0.0;
+        if varied {
+            self.follow_samples(&mut gathered, (x, y));
+        }
+        (gathered.fragments(), varied)
     }
-    found
-        .iter()
-        .map(|(region, sums)| sums.fragment(*region))
-        .collect()
-}
 
-/// Straight light over the reflectance that it is proportional to.
-fn index_light(scene: &Prepared, look: &Look) -> StraightLight {
-    let light = look.straight_light(scene);
-    let over = |light: [f64; 3]| {
-        std::array::from_fn(|k| {
-            let seen = look.reflectance[k] * look.transmittance[k];
-            if seen > 0.0 { light[k] / seen } else { 0.0 }
-        })
-    };
-    StraightLight {
-        lamps: over(light.lamps),
-        day: over(light.day),
-    }
-}
-
-#[derive(Default)]
-struct Sums {
-    count: f64,
-    transmittance: [f64; 3],
-    seen: [f64; 3],
-    normal: [f64; 3],
-    lit: Vec<StraightLight>,
-}
-
-impl Sums {
-    fn add(&mut self, look: &Look) {
-        self.count += 1.0;
-        let normal = look.shading_normal.to_array();
-        for k in 0..3 {
-            self.transmittance[k] += look.transmittance[k];
-            self.seen[k] += look.reflectance[k] * look.transmittance[k];
-            self.normal[k] += normal[k];
+    /// Adds rays to what is known for a half.
+    fn look_through(
+        &self,
+        gathered: &mut Gathered,
+        half: usize,
+        (x, y): (usize, usize),
+        looks: std::ops::Range<u32>,
+        lit_every: u32,
+    ) {
+        let pixel = (y * self.regions.width + x) as u32;
+        let key = Rng::new(LOOK_SEED, pixel, half as u32, 0).bits();
+        for index in looks {
+            let number = |dimension| scrambled(index, dimension, key);
+            let look = self.look(x, y, (number(0), number(1)));
+            let found = gathered.of_region(self.regions.of_look(&look, x, y));
+            found.show(half, &look);
+            if index % lit_every == 0 || found.is_dark(half) {
+                let light = look.straight_light(self.scene, (number(2), number(3)));
+                found.light(half, &look, &light);
+            }
         }
     }
 
-    fn fragment(&self, region: u32) -> Fragment {
-        let mean = |sum: [f64; 3]| sum.map(|sum| (sum / self.count) as f32);
-        let seen = mean(self.seen);
-        let lit = self.lit.len() as f64;
-        let light = |of: fn(&StraightLight) -> [f64; 3]| {
-            std::array::from_fn(|k| {
-                let mean = self.lit.iter().map(|light| of(light)[k]).sum::<f64>() / lit;
-                seen[k] * mean as f32
-            })
-        };
-        Fragment {
-            region,
-            share: (self.count / LOOKS as f64) as f32,
-            transmittance: mean(self.transmittance),
-            seen,
-            lamps: light(|light| light.lamps),
-            day: light(|light| light.day),
-            normal: mean(self.normal),
+    /// Looks along the rays of the samples.
+    fn follow_samples(&self, gathered: &mut Gathered, (x, y): (usize, usize)) {
+        let clear = is_clear(self.scene, self.regions.centre(x, y));
+        for (half, samples) in self.halves.iter().enumerate() {
+            for point in samples.points(x, y, Points::Walks) {
+                let look = self.look(x, y, point);
+                let found = gathered.of_region(self.regions.of_look(&look, x, y));
+                found.walked[half].add(&look);
+                if clear == Some(false) {
+                    found.lit[half].add(&look);
+                }
+            }
+            if clear == Some(true) && !self.scene.lamps.is_empty() {
+                for point in samples.points(x, y, Points::Lit) {
+                    let look = self.look(x, y, point);
+                    let found = gathered.of_region(self.regions.of_look(&look, x, y));
+                    found.lit[half].add(&look);
+                }
+            }
         }
+    }
+
+    fn look(&self, x: usize, y: usize, (px, py): (f64, f64)) -> Look {
+        Look::through(self.scene, x as f64 + px, y as f64 + py)
     }
 }

@@ -1,10 +1,9 @@
 //! Renders a picture as two halves with independent random numbers and denoises it.
 
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use super::denoise;
+use super::{Half, denoise};
 use crate::backend::Device;
 use crate::film::Film;
 use crate::integrator::{Plan, Progress, RenderError, RenderStats, ThreadsError, thread_pool};
@@ -67,7 +66,7 @@ pub fn render(
         rows_total: progress.rows_total.map(|total| 2 * total),
         elapsed: start.elapsed(),
     };
-    let (mut film, mut stats) = device.render(scene, &first, cancel, &|progress| {
+    let (film, mut stats) = device.render(scene, &first, cancel, &|progress| {
         observe(&twice(progress, 0))
     })?;
     if film.filled_pixels() > 0 {
@@ -77,26 +76,57 @@ pub fn render(
     let second = Plan {
         samples_per_pixel: u32::try_from(film.samples()).ok(),
         time_limit: None,
-        seed: plan.seed ^ OTHER_HALF,
-        ..first
+        ..other_half(&first)
     };
     let (other, more) = device.render(scene, &second, cancel, &|progress| {
         observe(&twice(progress, done))
     })?;
     let pool = thread_pool(plan.threads)?;
-    let denoised = pool.install(|| denoise(scene, [&film, &other], sources));
-    film.join(&other);
+    let batches = [batches(&first, &film), batches(&second, &other)];
+    let halves = [
+        Half {
+            film: &film,
+            seed: first.seed,
+            batches: &batches[0],
+        },
+        Half {
+            film: &other,
+            seed: second.seed,
+            batches: &batches[1],
+        },
+    ];
+    // What was rendered until an interruption is denoised too.
+    let never = AtomicBool::new(false);
+    let film = pool
+        .install(|| denoise(scene, halves, sources, &never))
+        .ok_or(DenoiseError::TooShort)?;
     add(&mut stats, &more, &film);
-    stats.denoised = Some(super::DenoiseFacts {
-        relative_error_before: film.relative_error(),
-        ..denoised.facts
-    });
-    stats.relative_error = Some(denoised.facts.relative_error);
-    film.show_denoised(Some(Arc::new(denoised)));
+    stats.denoised = film.denoised().map(|denoised| denoised.facts);
+    stats.relative_error = stats.denoised.map(|facts| facts.relative_error);
     film.check_finite(&scene.lamp_names)
         .map_err(RenderError::from)?;
     stats.render_s = start.elapsed().as_secs_f64() - stats.setup_s;
     Ok((film, stats))
+}
+
+/// The plan of the second half of the samples, where `first` is that of the first.
+pub fn other_half(first: &Plan) -> Plan {
+    Plan {
+        seed: first.seed ^ OTHER_HALF,
+        ..first.clone()
+    }
+}
+
+/// Samples per pixel of the batches that `plan` has made of `film`.
+fn batches(plan: &Plan, film: &Film) -> Vec<u32> {
+    let count = film.rows.iter().map(|row| row.batches).max();
+    let mut done = 0;
+    let of = |batch| {
+        let samples = plan.next_batch(batch, done)?;
+        done += samples;
+        Some(samples)
+    };
+    (0..count.unwrap_or(0)).map_while(of).collect()
 }
 
 fn first_half(plan: &Plan) -> Result<Plan, DenoiseError> {

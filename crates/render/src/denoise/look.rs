@@ -4,6 +4,7 @@ use glam::DVec3;
 use uw_media::Spectrum;
 
 use crate::prepare::{Hit, Prepared, Primitive};
+use crate::sampling::circle;
 use crate::scene::CameraRay;
 
 /// Kinds of what is met: nothing, by way of the water surface or not; surfaces follow.
@@ -34,6 +35,9 @@ pub(super) struct Look {
     pub(super) transmittance: Spectrum,
     /// Reflectance.
     pub(super) reflectance: Spectrum,
+    /// Length of the part of the ray on which samples scatter, m: from the eye or the water surface to what comes next; none
+    /// where there is no such part.
+    pub(super) wet_m: Option<f64>,
     primitive: Primitive,
     point: DVec3,
     emission: Spectrum,
@@ -84,6 +88,12 @@ impl Look {
     }
 
     fn at(scene: &Prepared, ray: &Ray, (eye, sight): (DVec3, DVec3), hit: Option<Hit>) -> Self {
+        let length_m = hit.as_ref().map_or(f64::INFINITY, |hit| hit.t);
+        let wet_m = match (scene.in_air(eye), ray.kind == OPEN) {
+            (true, true) => None,
+            (false, false) => Some(ray.before_m),
+            _ => Some(length_m),
+        };
         let Some(hit) = hit else {
             return Self {
                 kind: ray.kind,
@@ -94,6 +104,7 @@ impl Look {
                 shading_normal: DVec3::ZERO,
                 transmittance: [0.0; 3],
                 reflectance: [0.0; 3],
+                wet_m,
                 primitive: Primitive::None,
                 point: eye,
                 emission: [0.0; 3],
@@ -128,15 +139,16 @@ impl Look {
                 Some(spectrum) => spectrum.reflectance(surface.reflectance, surface.material),
                 None => surface.reflectance,
             },
+            wet_m,
             primitive: hit.primitive,
             point,
             emission: surface.emission,
         }
     }
 
-    /// Light that comes straight to the eye: as the point lamps, sun and even sky would light the point through water that
-    /// scatters nothing back.
-    pub(super) fn straight_light(&self, scene: &Prepared) -> StraightLight {
+    /// Light that comes straight to the eye: as the sun, an even sky and the points `disk` of the lamps' disks, two numbers in
+    /// [0, 1) by area and turn, would light the point through water that scatters nothing back.
+    pub(super) fn straight_light(&self, scene: &Prepared, disk: (f64, f64)) -> StraightLight {
         if self.primitive == Primitive::None {
             return StraightLight::default();
         }
@@ -145,7 +157,7 @@ impl Look {
             day: [0.0; 3],
         };
         for lamp in 0..scene.lamps.len() {
-            let irradiance = self.of_lamp(scene, lamp);
+            let irradiance = self.of_lamp(scene, lamp, disk);
             self.reflect(irradiance, &mut light.lamps);
         }
         let sun = self.of_sun(scene);
@@ -161,9 +173,11 @@ impl Look {
         }
     }
 
-    fn of_lamp(&self, scene: &Prepared, index: usize) -> Spectrum {
+    fn of_lamp(&self, scene: &Prepared, index: usize, (area, turn): (f64, f64)) -> Spectrum {
         let lamp = &scene.lamps[index];
-        let offset = lamp.position - self.point;
+        let (sine, cosine) = circle(turn);
+        let aside = cosine * lamp.tangent.0 + sine * lamp.tangent.1;
+        let offset = lamp.position + lamp.radius * area.sqrt() * aside - self.point;
         let distance_m = offset.length();
         let towards = offset / distance_m;
         let cosine = self.shading_normal.dot(towards);

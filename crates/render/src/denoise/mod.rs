@@ -8,18 +8,23 @@
 mod basis;
 mod blur;
 mod error;
+mod gather;
 mod guides;
 mod halves;
 mod look;
 mod regions;
 mod regression;
+mod samples;
 mod selection;
 mod solve;
 #[cfg(test)]
 mod tests;
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+use cpu_time::ProcessTime;
 use serde::Serialize;
 use uw_media::Spectrum;
 
@@ -27,9 +32,10 @@ use crate::film::{Film, FilmLayer};
 use crate::prepare::Prepared;
 use basis::Basis;
 use guides::Guides;
-pub use halves::{DenoiseError, render};
+pub use halves::{DenoiseError, other_half, render};
 use regression::Problem;
-use selection::Halves;
+pub use samples::Half;
+use selection::{Chosen, Halves};
 
 /// Edges of cells, pixels: each candidate's window is three of them wide.
 const CELLS_PX: [usize; 6] = [4, 8, 16, 32, 64, 128];
@@ -49,6 +55,24 @@ pub struct DenoiseFacts {
     pub relative_error_before: Option<f64>,
     /// Time that it took, s.
     pub seconds: f64,
+    /// The same of the processor, s.
+    pub cpu_s: f64,
+}
+
+impl DenoiseFacts {
+    /// What a file says of a denoised picture, name by name.
+    pub fn attributes(&self) -> Vec<(String, String)> {
+        let method = "regression on first surfaces, two halves of the samples; biased";
+        let facts = [
+            ("uw.denoised", method.to_owned()),
+            (
+                "uw.denoised_relative_error",
+                self.relative_error.to_string(),
+            ),
+            ("uw.denoised_relative_bias", self.relative_bias.to_string()),
+        ];
+        facts.map(|(name, value)| (name.to_owned(), value)).into()
+    }
 }
 
 /// Denoised layers of a picture, W/(m² sr), row by row from the top.
@@ -67,13 +91,39 @@ impl Denoised {
     }
 }
 
-/// Denoises what `halves`, two films of `scene` with as many samples each and independent random numbers, show together, on
-/// the rayon pool in which it is called. With `sources` the layers of daylight and of each lamp are denoised too.
-pub fn denoise(scene: &Prepared, halves: [&Film; 2], sources: bool) -> Denoised {
-    let start = Instant::now();
-    let guides = Guides::of(scene);
+/// The film of both `halves`, two films of `scene` with as many samples each and independent random numbers, with denoised
+/// layers, made on the rayon pool in which it is called. With `sources` those of daylight and of each lamp are denoised too.
+/// None where `cancel` was set before it was done.
+pub fn denoise(
+    scene: &Prepared,
+    halves: [Half<'_>; 2],
+    sources: bool,
+    cancel: &AtomicBool,
+) -> Option<Film> {
+    let denoised = layers(scene, &halves, sources, cancel)?;
+    let mut film = halves[0].film.clone();
+    film.join(halves[1].film);
+    let relative_error_before = film.relative_error();
+    film.show_denoised(Some(Arc::new(Denoised {
+        facts: DenoiseFacts {
+            relative_error_before,
+            ..denoised.facts
+        },
+        ..denoised
+    })));
+    Some(film)
+}
+
+fn layers(
+    scene: &Prepared,
+    halves: &[Half<'_>; 2],
+    sources: bool,
+    cancel: &AtomicBool,
+) -> Option<Denoised> {
+    let (start, cpu_start) = (Instant::now(), ProcessTime::now());
+    let guides = Guides::of(scene, halves, cancel)?;
     let blurred = basis::blurred_light(&guides);
-    let sampled = |layer| halves.map(|film| single(film.sampled(layer)));
+    let sampled = |layer| halves.map(|half| single(half.film.sampled(layer)));
     let total = sampled(FilmLayer::Total);
     let weights = weights(&total, guides.width);
     let fit = |raw: &Halves, basis: &Basis| {
@@ -83,34 +133,37 @@ pub fn denoise(scene: &Prepared, halves: [&Film; 2], sources: bool) -> Denoised 
             basis,
             halves: [&raw[0], &raw[1]],
             weights: &weights,
+            cancel,
         };
         let largest = guides.width.max(guides.height);
         let cells = CELLS_PX
             .into_iter()
             .filter(|cell| *cell <= CELLS_PX[0].max(largest / 4));
-        let fitted = cells.map(|cell| problem.fit(cell));
-        selection::select(problem.halves, fitted, &weights, guides.width)
+        let fitted = cells.map_while(|cell| problem.fit(cell));
+        let chosen = selection::select(problem.halves, fitted, &weights, guides.width);
+        (!cancel.load(Ordering::Relaxed)).then_some(chosen)
     };
     let (direct, veil) = (sampled(FilmLayer::Direct), sampled(FilmLayer::Backscatter));
     let spread = sum_of([&total, &direct, &veil], [1.0, -1.0, -1.0]);
     let parts = [
-        fit(&direct, &Basis::of_straight()),
-        fit(&veil, &Basis::of_veil()),
-        fit(&spread, &Basis::of_spread()),
+        fit(&direct, &Basis::of_straight(scene.lamps.len()))?,
+        fit(&veil, &Basis::of_veil())?,
+        fit(&spread, &Basis::of_spread())?,
     ];
-    let whole = sum_of([&parts[0], &parts[1], &parts[2]], [1.0; 3]);
-    let error = error::estimate(&whole, &total, guides.width);
+    let whole = together(&parts);
+    let error = error::estimate(&whole, guides.width);
     let mut layers = vec![
-        (FilmLayer::Total, mean_of(&whole)),
-        (FilmLayer::Direct, mean_of(&parts[0])),
-        (FilmLayer::Backscatter, mean_of(&parts[1])),
+        (FilmLayer::Total, mean_of(&whole.shown)),
+        (FilmLayer::Direct, mean_of(&parts[0].shown)),
+        (FilmLayer::Backscatter, mean_of(&parts[1].shown)),
         (FilmLayer::Variance, error.map),
     ];
     if sources {
-        let lamps = (0..scene.lamps.len()).map(FilmLayer::Lamp);
-        for layer in std::iter::once(FilmLayer::Ambient).chain(lamps) {
-            let fitted = fit(&sampled(layer), &Basis::of_source());
-            layers.push((layer, mean_of(&fitted)));
+        let ambient = fit(&sampled(FilmLayer::Ambient), &Basis::of_source(0))?;
+        layers.push((FilmLayer::Ambient, mean_of(&ambient.shown)));
+        for layer in (0..scene.lamps.len()).map(FilmLayer::Lamp) {
+            let fitted = fit(&sampled(layer), &Basis::of_source(scene.lamps.len()))?;
+            layers.push((layer, mean_of(&fitted.shown)));
         }
     }
     let facts = DenoiseFacts {
@@ -118,8 +171,9 @@ pub fn denoise(scene: &Prepared, halves: [&Film; 2], sources: bool) -> Denoised 
         relative_bias: error.bias.sqrt(),
         relative_error_before: None,
         seconds: start.elapsed().as_secs_f64(),
+        cpu_s: cpu_start.elapsed().as_secs_f64(),
     };
-    Denoised { layers, facts }
+    Some(Denoised { layers, facts })
 }
 
 /// One over the squared level around every pixel, per channel.
@@ -148,6 +202,15 @@ fn weights(total: &Halves, width: usize) -> Vec<[f32; 3]> {
 
 fn single(values: Vec<Spectrum>) -> Vec<[f32; 3]> {
     values.into_iter().map(|v| v.map(|c| c as f32)).collect()
+}
+
+/// The sum of layers.
+fn together(parts: &[Chosen; 3]) -> Chosen {
+    let sum = |of: fn(&Chosen) -> &Halves| sum_of([0, 1, 2].map(|i| of(&parts[i])), [1.0; 3]);
+    Chosen {
+        shown: sum(|part| &part.shown),
+        residuals: sum(|part| &part.residuals),
+    }
 }
 
 fn sum_of(parts: [&Halves; 3], factors: [f32; 3]) -> Halves {

@@ -11,6 +11,8 @@ use crate::prepare::Prepared;
 const LARGEST_SLOPE: f64 = 0.5;
 /// Largest distance of two neighbouring points over that of neighbours on a surface that faces the camera less.
 const LARGEST_GAP: f64 = 4.0;
+/// Farthest pixel whose centre may show the same surface as a ray.
+const REACH_PX: usize = 2;
 /// Least cosine towards the camera that counts.
 const LEAST_COSINE: f64 = 0.02;
 
@@ -55,16 +57,25 @@ impl Regions {
         if self.join(look, &self.centres[own]) {
             return self.labels[own];
         }
-        let columns = x.saturating_sub(1)..(x + 2).min(self.width);
-        for row in y.saturating_sub(1)..(y + 2).min(self.height) {
-            for column in columns.clone() {
-                let other = row * self.width + column;
-                if self.join(look, &self.centres[other]) {
-                    return self.labels[other];
-                }
-            }
-        }
-        NO_REGION
+        (1..=REACH_PX)
+            .find_map(|reach| self.of_neighbour(look, (x, y), reach))
+            .unwrap_or(NO_REGION)
+    }
+
+    /// The region of a neighbour at a distance of `reach` pixels.
+    fn of_neighbour(&self, look: &Look, (x, y): (usize, usize), reach: usize) -> Option<u32> {
+        let columns = x.saturating_sub(reach)..(x + reach + 1).min(self.width);
+        let rows = y.saturating_sub(reach)..(y + reach + 1).min(self.height);
+        let all = rows.flat_map(|row| columns.clone().map(move |column| (column, row)));
+        all.filter(|&(column, row)| column.abs_diff(x).max(row.abs_diff(y)) == reach)
+            .map(|(column, row)| row * self.width + column)
+            .find(|&other| self.join(look, &self.centres[other]))
+            .map(|other| self.labels[other])
+    }
+
+    /// What the centre of pixel (`x`, `y`) shows.
+    pub(super) fn centre(&self, x: usize, y: usize) -> &Look {
+        &self.centres[y * self.width + x]
     }
 
     fn connected(&self) -> Vec<u32> {

@@ -1,10 +1,13 @@
 //! Local weighted regression of a layer on what is known without noise, at one size of cells: each cell has a fit of every
 //! region in it, from the pixels in it and in the cells around it, and a pixel has the mean of the fits of the four nearest cells.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use rayon::prelude::*;
 
-use super::basis::{Basis, MOST_TERMS};
+use super::basis::{Basis, MOST_TERMS, View};
 use super::guides::{Fragment, Guides, NO_REGION};
+use super::selection::Halves;
 use super::solve::Moments;
 
 /// Cells whose moments are summed up at once, rows of them.
@@ -21,11 +24,18 @@ pub(super) struct Problem<'a> {
     pub(super) halves: [&'a [[f32; 3]]; 2],
     /// Weight of each pixel.
     pub(super) weights: &'a [[f32; 3]],
+    /// Whether nobody waits for it any more.
+    pub(super) cancel: &'a AtomicBool,
 }
 
-/// The fits of a layer at one size of cells, half by half.
+/// A layer as the fits of one size of cells show it.
 pub(super) struct Fitted {
-    pub(super) halves: [Vec<[f32; 3]>; 2],
+    /// By each half's fit, all over the pixel.
+    pub(super) shown: Halves,
+    /// By each half's fit where its own samples looked.
+    pub(super) own: Halves,
+    /// By each half's fit where the other's samples looked.
+    pub(super) crossed: Halves,
     /// Whether there was a fit for all of a pixel.
     pub(super) known: Vec<bool>,
 }
@@ -34,29 +44,37 @@ pub(super) struct Fitted {
 struct Block {
     region: u32,
     pixels: f64,
-    moments: [Moments; 3],
+    moments: [[Moments; 2]; 3],
 }
 
 /// Coefficients of a region in a cell, per channel and half.
 struct Fit {
     region: u32,
-    coefficients: [[[f32; MOST_TERMS]; 2]; 3],
+    coefficients: [[[f64; MOST_TERMS]; 2]; 3],
 }
 
 type Cells<T> = Vec<Vec<T>>;
+/// Values of a pixel by each half's fit: all over the pixel, where its own samples looked, where the other's did.
+type Values = [[[f32; 3]; 2]; 3];
+const SHOWN: usize = 0;
+const OWN: usize = 1;
+const CROSSED: usize = 2;
 /// Weight of a cell beside another, and of which terms there the terms here are made, and how much of each.
 type Shifted = (f64, Vec<Vec<(usize, f64)>>);
 
 impl Problem<'_> {
-    /// Fits at cells of `cell_px` pixels a side.
-    pub(super) fn fit(&self, cell_px: usize) -> Fitted {
+    /// Fits at cells of `cell_px` pixels a side; none where it is cancelled.
+    pub(super) fn fit(&self, cell_px: usize) -> Option<Fitted> {
         let (width, height) = (self.guides.width, self.guides.height);
         let (columns, rows) = (width.div_ceil(cell_px), height.div_ceil(cell_px));
         let shifts = self.shifts();
         let bands: Vec<usize> = (0..rows).step_by(ROWS_AT_ONCE).collect();
-        let fits: Vec<Cells<Fit>> = bands
+        let fits: Option<Vec<Cells<Fit>>> = bands
             .into_par_iter()
             .map(|first| {
+                if self.cancel.load(Ordering::Relaxed) {
+                    return None;
+                }
                 let last = (first + ROWS_AT_ONCE).min(rows);
                 let (from, to) = (first.saturating_sub(1), (last + 1).min(rows));
                 let blocks: Vec<Vec<Block>> = (from * columns..to * columns)
@@ -64,7 +82,7 @@ impl Problem<'_> {
                     .collect();
                 let at = |x: usize, y: usize| &blocks[(y - from) * columns + x];
                 let range = |y: usize| (y.saturating_sub(1), (y + 2).min(to));
-                (first * columns..last * columns)
+                let fits = (first * columns..last * columns)
                     .map(|cell| {
                         let (x, y) = (cell % columns, cell / columns);
                         let mut around = Vec::new();
@@ -77,11 +95,12 @@ impl Problem<'_> {
                         }
                         self.fits(&around)
                     })
-                    .collect()
+                    .collect();
+                Some(fits)
             })
             .collect();
-        let fits: Cells<Fit> = fits.into_iter().flatten().collect();
-        self.evaluate(&fits, columns, rows, cell_px)
+        let fits: Cells<Fit> = fits?.into_iter().flatten().collect();
+        Some(self.evaluate(&fits, columns, rows, cell_px))
     }
 
     /// For each of the nine cells around one, row by row, its weight and how its terms are made.
@@ -113,7 +132,7 @@ impl Problem<'_> {
                         blocks.push(Block {
                             region: fragment.region,
                             pixels: 0.0,
-                            moments: [Moments::ZERO; 3],
+                            moments: [[Moments::ZERO; 2]; 3],
                         });
                         blocks.len() - 1
                     }
@@ -130,13 +149,16 @@ impl Problem<'_> {
         let monomials = self.basis.monomials(u, v);
         block.pixels += 1.0;
         for k in 0..3 {
-            let mut terms = self.basis.carriers(fragment, &self.blurred[pixel], k);
-            for (term, monomial) in terms.iter_mut().zip(&monomials) {
-                *term *= monomial;
-            }
-            let values = [0, 1].map(|half| f64::from(self.halves[half][pixel][k]));
             let weight = f64::from(self.weights[pixel][k]);
-            block.moments[k].add(&terms[..count], weight, values);
+            for half in 0..2 {
+                let view = View::Sampled(half);
+                let mut terms = self.basis.carriers(fragment, &self.blurred[pixel], k, view);
+                for (term, monomial) in terms.iter_mut().zip(&monomials) {
+                    *term *= monomial;
+                }
+                let value = f64::from(self.halves[half][pixel][k]);
+                block.moments[k][half].add(&terms[..count], weight, value);
+            }
         }
     }
 
@@ -150,19 +172,21 @@ impl Problem<'_> {
         regions.sort_unstable();
         regions.dedup();
         let of = |region: u32| {
-            let (mut pixels, mut moments) = (0.0, [Moments::ZERO; 3]);
+            let (mut pixels, mut moments) = (0.0, [[Moments::ZERO; 2]; 3]);
             for ((weight, parts), blocks) in around {
                 for block in blocks.iter().filter(|block| block.region == region) {
                     pixels += weight * block.pixels;
-                    for k in 0..3 {
-                        moments[k].add_shifted(&block.moments[k], *weight, parts);
+                    let all = moments.iter_mut().zip(&block.moments);
+                    for (sum, own) in all.flat_map(|(sum, own)| sum.iter_mut().zip(own)) {
+                        sum.add_shifted(own, *weight, parts);
                     }
                 }
             }
-            (pixels >= PIXELS_PER_TERM * count as f64).then(|| Fit {
+            // A surface of few pixels has its first terms alone.
+            let terms = ((pixels / PIXELS_PER_TERM) as usize).min(count);
+            (terms > 0).then(|| Fit {
                 region,
-                coefficients: moments
-                    .map(|moments| moments.solve(count).map(|half| half.map(|c| c as f32))),
+                coefficients: moments.map(|channel| channel.map(|half| half.solve(terms))),
             })
         };
         regions.into_iter().filter_map(of).collect()
@@ -185,19 +209,25 @@ impl Problem<'_> {
                 })
                 .collect::<Vec<_>>()
         };
-        let rows: Vec<Vec<Option<[[f32; 3]; 2]>>> = (0..self.guides.height)
+        let rows: Vec<Vec<Option<Values>>> = (0..self.guides.height)
             .into_par_iter()
             .map(of_row)
             .collect();
         let pixels = || rows.iter().flatten();
-        let half = |half: usize| pixels().map(|v| v.map_or([0.0; 3], |v| v[half])).collect();
+        let plane = |way: usize, half: usize| {
+            let value = |v: &Option<Values>| v.map_or([0.0; 3], |v| v[way][half]);
+            pixels().map(value).collect::<Vec<_>>()
+        };
+        let halves = |way: usize| [plane(way, 0), plane(way, 1)];
         Fitted {
-            halves: [half(0), half(1)],
+            shown: halves(SHOWN),
+            own: halves(OWN),
+            crossed: halves(CROSSED),
             known: pixels().map(Option::is_some).collect(),
         }
     }
 
-    /// The value of a pixel, half by half: the sum over its fragments of what the fits of `cells` say.
+    /// The values of a pixel: sums over its fragments of what the fits of `cells` say.
     fn value(
         &self,
         fits: &Cells<Fit>,
@@ -205,50 +235,73 @@ impl Problem<'_> {
         (x, y): (usize, usize),
         cells: &[(usize, usize, f64); 4],
         cell_px: usize,
-    ) -> Option<[[f32; 3]; 2]> {
+    ) -> Option<Values> {
         let pixel = y * self.guides.width + x;
-        let count = self.basis.len();
-        let mut sum = [[0.0_f64; 3]; 2];
+        let varied = self.guides.is_varied(pixel);
+        let mut sum = [[[0.0_f64; 3]; 2]; 3];
         for fragment in self.guides.pixel(pixel) {
             if fragment.region == NO_REGION {
                 return None;
             }
-            let carriers =
-                [0, 1, 2].map(|k| self.basis.carriers(fragment, &self.blurred[pixel], k));
-            let (mut own, mut weights) = ([[0.0_f64; 3]; 2], 0.0);
-            for &(column, row, weight) in cells {
-                let found = fits[row * columns + column]
-                    .iter()
-                    .find(|fit| fit.region == fragment.region);
-                let Some(fit) = found.filter(|_| weight > 0.0) else {
-                    continue;
-                };
+            let near = cells.iter().filter_map(|&(column, row, weight)| {
+                let mut fits = fits[row * columns + column].iter();
+                let fit = fits.find(|fit| fit.region == fragment.region)?;
                 let (u, v) = place(x, y, column, row, cell_px);
-                let monomials = self.basis.monomials(u, v);
-                for k in 0..3 {
-                    for half in 0..2 {
-                        let coefficients = &fit.coefficients[k][half];
-                        let mut value = 0.0;
-                        for i in 0..count {
-                            value += f64::from(coefficients[i]) * carriers[k][i] * monomials[i];
-                        }
-                        own[half][k] += weight * value;
-                    }
-                }
-                weights += weight;
-            }
-            if weights <= 0.0 {
-                return None;
-            }
-            let share = f64::from(fragment.share) / weights;
+                (weight > 0.0).then(|| (fit, weight, self.basis.monomials(u, v)))
+            });
+            let coefficients = mean_coefficients(near)?;
+            self.add_fragment(&mut sum, fragment, pixel, &coefficients);
+        }
+        if !varied {
+            (sum[OWN], sum[CROSSED]) = (sum[SHOWN], sum[SHOWN]);
+        }
+        Some(sum.map(|way| way.map(|half| half.map(|v| v as f32))))
+    }
+
+    /// Adds what `coefficients` say of a fragment in every way; where samples have seen nothing else, only all over the pixel.
+    fn add_fragment(
+        &self,
+        sum: &mut [[[f64; 3]; 2]; 3],
+        fragment: &Fragment,
+        pixel: usize,
+        coefficients: &[[[f64; MOST_TERMS]; 2]; 3],
+    ) {
+        let (count, varied) = (self.basis.len(), self.guides.is_varied(pixel));
+        for k in 0..3 {
+            let say = |half: usize, carriers: &[f64; MOST_TERMS]| {
+                let own = coefficients[k][half].iter().zip(carriers);
+                own.take(count).map(|(c, carrier)| c * carrier).sum::<f64>()
+            };
+            let carriers = |view| self.basis.carriers(fragment, &self.blurred[pixel], k, view);
             for half in 0..2 {
-                for k in 0..3 {
-                    sum[half][k] += share * own[half][k];
+                sum[SHOWN][half][k] += say(half, &carriers(View::Shown(half)));
+                if varied {
+                    let sampled = carriers(View::Sampled(half));
+                    sum[OWN][half][k] += say(half, &sampled);
+                    sum[CROSSED][1 - half][k] += say(1 - half, &sampled);
                 }
             }
         }
-        Some(sum.map(|half| half.map(|v| v as f32)))
     }
+}
+
+/// The weighted mean of fits at one place, as coefficients of the carriers; none of no fits.
+fn mean_coefficients<'f>(
+    fits: impl Iterator<Item = (&'f Fit, f64, [f64; MOST_TERMS])>,
+) -> Option<[[[f64; MOST_TERMS]; 2]; 3]> {
+    let (mut mean, mut weights) = ([[[0.0; MOST_TERMS]; 2]; 3], 0.0);
+    for (fit, weight, monomials) in fits {
+        for (mean, own) in mean.iter_mut().zip(&fit.coefficients) {
+            for (mean, own) in mean.iter_mut().zip(own) {
+                for ((mean, c), m) in mean.iter_mut().zip(own).zip(&monomials) {
+                    *mean += weight * c * m;
+                }
+            }
+        }
+        weights += weight;
+    }
+    let mean = mean.map(|channel| channel.map(|half| half.map(|c| c / weights)));
+    (weights > 0.0).then_some(mean)
 }
 
 /// Place of a pixel's middle in cells from the middle of a cell.

@@ -5,31 +5,30 @@ use super::basis::MOST_TERMS;
 /// Share of a term's square that must be left beside the terms before it; below it is one of them again and left out.
 const LEAST_SHARE: f64 = 1e-5;
 
-/// Sums of weighted products of terms with each other (upper triangle) and with the values of both halves.
+/// Sums of weighted products of terms with each other (upper triangle) and with values.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Moments {
     /// Weighted products of terms.
     pub(super) products: [[f64; MOST_TERMS]; MOST_TERMS],
-    /// Weighted products of terms with values, half by half.
-    pub(super) values: [[f64; MOST_TERMS]; 2],
+    /// Weighted products of terms with values.
+    pub(super) values: [f64; MOST_TERMS],
 }
 
 impl Moments {
     pub(super) const ZERO: Self = Self {
         products: [[0.0; MOST_TERMS]; MOST_TERMS],
-        values: [[0.0; MOST_TERMS]; 2],
+        values: [0.0; MOST_TERMS],
     };
 
-    /// Adds `terms` of weight `weight` whose `values` were seen.
+    /// Adds `terms` of weight `weight` whose `value` was seen.
     #[inline]
-    pub(super) fn add(&mut self, terms: &[f64], weight: f64, values: [f64; 2]) {
+    pub(super) fn add(&mut self, terms: &[f64], weight: f64, value: f64) {
         for (i, term) in terms.iter().enumerate() {
             let weighted = weight * term;
             for (sum, other) in self.products[i][i..terms.len()].iter_mut().zip(&terms[i..]) {
                 *sum += weighted * other;
             }
-            self.values[0][i] += weighted * values[0];
-            self.values[1][i] += weighted * values[1];
+            self.values[i] += weighted * value;
         }
     }
 
@@ -46,15 +45,13 @@ impl Moments {
                 }
                 self.products[i][j] += factor * sum;
             }
-            for half in 0..2 {
-                let sum: f64 = own.iter().map(|&(a, f)| f * other.values[half][a]).sum();
-                self.values[half][i] += factor * sum;
-            }
+            let sum: f64 = own.iter().map(|&(a, f)| f * other.values[a]).sum();
+            self.values[i] += factor * sum;
         }
     }
 
-    /// The coefficients of `count` terms that fit the values of both halves best; terms that others make up have none.
-    pub(super) fn solve(&self, count: usize) -> [[f64; MOST_TERMS]; 2] {
+    /// The coefficients of `count` terms that fit the values best; terms that others make up have none.
+    pub(super) fn solve(&self, count: usize) -> [f64; MOST_TERMS] {
         let mut factor = [[0.0; MOST_TERMS]; MOST_TERMS];
         let mut kept = [false; MOST_TERMS];
         for j in 0..count {
@@ -76,8 +73,7 @@ impl Moments {
                 }
             }
         }
-        self.values
-            .map(|values| substitute(&factor, &kept, &values, count))
+        substitute(&factor, &kept, &self.values, count)
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use uw_render::denoise::DenoiseFacts;
 use uw_render::film::Film;
 use uw_render::image::{ImageFormat, write_frame};
 use uw_render::integrator::RenderStats;
@@ -86,20 +87,12 @@ impl RenderArguments {
             attributes.push(("uw.response", spectral.response.name.clone()));
             attributes.push(("uw.lights", spectral.lights.join("; ")));
         }
-        if let Some(denoised) = &stats.denoised {
-            let method = "regression on first surfaces, two halves of the samples; biased";
-            attributes.push(("uw.denoised", method.to_owned()));
-            let facts = [
-                ("uw.denoised_relative_error", denoised.relative_error),
-                ("uw.denoised_relative_bias", denoised.relative_bias),
-            ];
-            attributes.extend(facts.map(|(name, value)| (name, value.to_string())));
-        }
         if stats.filled_pixels > 0 {
             attributes.push(("uw.filled_pixels", stats.filled_pixels.to_string()));
         }
         let owned = |(name, value): (&str, String)| (name.to_owned(), value);
-        attributes.into_iter().map(owned).collect()
+        let denoised = stats.denoised.iter().flat_map(DenoiseFacts::attributes);
+        attributes.into_iter().map(owned).chain(denoised).collect()
     }
 }
 

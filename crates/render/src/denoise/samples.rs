@@ -1,0 +1,84 @@
+//! Where in their pixels the samples of a film looked: what they saw of textures and edges is no noise.
+
+use super::look::Look;
+use crate::film::Film;
+use crate::prepare::Prepared;
+use crate::sampling::Draws;
+
+/// Most image points of a pixel that are followed; more of them fill the pixel as evenly as one can look.
+const MOST_POINTS: u32 = 64;
+/// Streams of the numbers of walks and of unscattered lamp light in clear water, and points per sample of the latter, as in
+/// `shaders/kernels/lamps`.
+const WALK_STREAM: u32 = 0;
+const LIT_STREAM: u32 = 2;
+const LIT_POINTS: u32 = 4;
+/// Optical depth (scattering) below which unscattered lamp light has points of its own, as in `shaders/common/camera`.
+const SPLIT_BELOW: f64 = 0.7;
+
+/// A film of a scene and what its random numbers were keyed by.
+#[derive(Clone, Copy, Debug)]
+pub struct Half<'a> {
+    /// The film.
+    pub film: &'a Film,
+    /// Seed of its random numbers.
+    pub seed: u64,
+    /// Samples per pixel of each batch, from the first; a row has as many of them as it has batches.
+    pub batches: &'a [u32],
+}
+
+/// Which image points of a sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Points {
+    /// Those of its walks and of daylight.
+    Walks,
+    /// Those of lamp light that scatters nowhere, where that has points of its own.
+    Lit,
+}
+
+impl Points {
+    /// Those of straight light where there are `lamps`.
+    pub(super) fn of_lamps(lamps: usize) -> Self {
+        match lamps {
+            0 => Self::Walks,
+            _ => Self::Lit,
+        }
+    }
+}
+
+impl Half<'_> {
+    /// The image points of the samples of pixel (`x`, `y`), from its upper left corner; none where there are too many.
+    pub(super) fn points(&self, x: usize, y: usize, points: Points) -> Vec<(f64, f64)> {
+        let (stream, each) = match points {
+            Points::Walks => (WALK_STREAM, 1),
+            Points::Lit => (LIT_STREAM, LIT_POINTS),
+        };
+        let batches = self.film.rows[y].batches as usize;
+        let Some(batches) = self.batches.get(..batches) else {
+            return Vec::new();
+        };
+        if batches.iter().sum::<u32>() * each > MOST_POINTS {
+            return Vec::new();
+        }
+        let pixel = y as u32 * self.film.width + x as u32;
+        let of_batch = |(batch, samples): (usize, &u32)| {
+            let draws = Draws::new(self.seed, pixel, batch as u32, 0, stream);
+            (0..samples * each).map(move |index| {
+                let own = draws.at(index);
+                (own.leading(0), own.leading(1))
+            })
+        };
+        batches.iter().enumerate().flat_map(of_batch).collect()
+    }
+}
+
+/// Whether unscattered lamp light has points of its own in the pixel at whose centre `centre` is; unknown in water that varies.
+pub(super) fn is_clear(scene: &Prepared, centre: &Look) -> Option<bool> {
+    let (Some(medium), Some(wet_m)) = (&scene.medium, centre.wet_m) else {
+        return Some(true);
+    };
+    if !medium.scatters() {
+        return Some(true);
+    }
+    let mean = medium.b.iter().sum::<f64>() / 3.0;
+    scene.layers.is_none().then_some(mean * wet_m < SPLIT_BELOW)
+}
