@@ -4,6 +4,7 @@ mod alone;
 mod bad_input;
 mod calibrate;
 mod camera_fit;
+mod denoise;
 mod error_time;
 mod first_contact;
 mod fit;
