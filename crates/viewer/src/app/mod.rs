@@ -71,6 +71,8 @@ pub struct Viewer {
     pub tab: Tab,
     /// Layer and colours.
     pub display: Display,
+    /// Whether the picture is shown denoised, which is biased.
+    pub denoised: bool,
     /// When a picture is finished.
     pub goal: Goal,
     /// Whether no samples are added.
@@ -123,6 +125,7 @@ impl Viewer {
             display: Display::default(),
             sensor: settings.sensor(),
             probing: false,
+            denoised: false,
         };
         let for_worker = ctx.clone();
         let worker = Worker::start(options.render_device, view, options.goal, move || {
@@ -135,6 +138,7 @@ impl Viewer {
             settings,
             tab: Tab::default(),
             display: Display::default(),
+            denoised: false,
             goal: options.goal,
             paused: false,
             motion: Motion::default(),

@@ -40,6 +40,7 @@ impl Viewer {
             display: self.display,
             sensor: self.settings.sensor(),
             probing: self.picture.is_probing(),
+            denoised: self.denoised,
         };
         if self.view.as_ref() != Some(&view) {
             self.view_revision = self.worker.set_view(view.clone());

@@ -109,6 +109,11 @@ fn view(app: &mut Viewer, ui: &mut Ui) {
     );
     ui.ctx().set_zoom_factor(zoom);
     ui.checkbox(&mut app.lamps_follow, "Lamps move with the camera");
+    ui.checkbox(&mut app.denoised, "Denoise (biased)")
+        .on_hover_text(
+            "A second half of the samples is rendered, and layers are fitted to what is known of the first surfaces. \
+             The error that is told is then the estimated one of the denoised picture.",
+        );
 }
 
 /// Layer and false colours, always at hand.

@@ -103,6 +103,8 @@ pub fn show(app: &mut Viewer, ui: &mut Ui) {
         overlay::note(ui, rect, taken, "click where the cloud goes");
     } else if !app.is_current() {
         overlay::note(ui, rect, taken, "updating: earlier settings");
+    } else if frame.denoised.is_some() {
+        overlay::note(ui, rect, taken, "denoised (biased)");
     }
     app.picture.probe = response.hover_pos().map(|at| {
         let at = (at - rect.min) / rect.size();

@@ -52,8 +52,12 @@ fn figures(app: &Viewer, ui: &mut Ui) {
         Activity::Paused => "paused",
         Activity::Done => "done",
     };
+    let kind = match frame.denoised {
+        Some(_) => "denoised (biased), estimated ",
+        None => "",
+    };
     let error = match frame.relative_error {
-        Some(error) => format!("error {:.1} %", 100.0 * error),
+        Some(error) => format!("{kind}error {:.1} %", 100.0 * error),
         None => "error unknown yet".to_owned(),
     };
     let size = format!("{} x {}", frame.camera.width, frame.camera.height);

@@ -125,6 +125,17 @@ impl<'a> Engine<'a> {
         }
     }
 
+    /// Whether every pixel has as many samples.
+    pub fn is_even(&self) -> bool {
+        match self {
+            Self::Cpu { film, .. } => {
+                let samples = film.samples();
+                film.rows.iter().all(|row| row.samples == samples)
+            }
+            Self::Gpu { .. } => true,
+        }
+    }
+
     /// Tells the film from what it was before.
     pub fn mark(&self) -> u64 {
         match self {
@@ -153,8 +164,7 @@ impl<'a> Engine<'a> {
     }
 
     /// Shows marine snow from now on, or none.
-    pub fn show_snow(&mut self, layers: Option<SnowLayers>) {
-        let layers = layers.map(Arc::new);
+    pub fn show_snow(&mut self, layers: Option<Arc<SnowLayers>>) {
         match self {
             Self::Cpu { film, .. } => film.show_snow(layers),
             Self::Gpu { snow, .. } => *snow = layers,

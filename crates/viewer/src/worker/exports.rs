@@ -1,5 +1,6 @@
 //! Files of the film.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use uw_render::{
@@ -12,7 +13,7 @@ use uw_render::{
 
 use super::{Export, Mouth, News, Shared, engine::Engine, refine::Stage};
 
-/// Writes the files that were asked for.
+/// Writes the files that were asked for, of the denoised film where that is shown.
 ///
 /// # Errors
 /// The graphics adapter fails; the files are still wanted then.
@@ -21,11 +22,15 @@ pub(super) fn serve(
     mouth: &Mouth,
     stage: &Stage,
     engine: &Engine,
+    clean: Option<&Film>,
 ) -> Result<(), GpuError> {
     if shared.inbox().exports.is_empty() {
         return Ok(());
     }
-    let film = engine.film()?;
+    let film = match clean {
+        Some(film) => Cow::Borrowed(film),
+        None => engine.film()?,
+    };
     let sound = film.check_finite(&stage.scene.lamp_names);
     let (exports, sensor) = {
         let mut inbox = shared.inbox();
@@ -66,5 +71,8 @@ fn write_exr(
         ("seed".to_owned(), stage.job.seed.to_string()),
         ("size".to_owned(), format!("{width} x {height}")),
     ];
+    if let Some(denoised) = film.denoised() {
+        image.attributes.extend(denoised.facts.attributes());
+    }
     image.write(path)
 }

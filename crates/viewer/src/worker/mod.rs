@@ -4,6 +4,7 @@
 //! first coarse picture that takes no longer than its [`stages::Grace`] is finished, so that pictures go on coming while
 //! a slider is dragged. Pictures carry their generation: the window shows one of an older generation as such.
 
+mod clean;
 mod daylight;
 mod engine;
 mod exports;
@@ -23,6 +24,7 @@ use std::thread::JoinHandle;
 
 use uw_render::{
     backend::Device,
+    denoise::DenoiseFacts,
     layers::RenderLayer,
     prepare::Geometry,
     scene::{Camera, Sensor},
@@ -70,6 +72,8 @@ pub struct View {
     pub sensor: Sensor,
     /// Whether radiances are wanted on the host, for the probe; without a window's adapter they always come.
     pub probing: bool,
+    /// Whether the picture is wanted denoised, which is biased; a second half of the samples is rendered for it.
+    pub denoised: bool,
 }
 
 /// What the worker is about.
@@ -104,6 +108,8 @@ pub struct Frame {
     pub samples: u64,
     /// Estimated relative error; `None` before the second batch.
     pub relative_error: Option<f64>,
+    /// What denoising came to; `None` of a picture that is as it was rendered.
+    pub denoised: Option<DenoiseFacts>,
     /// Samples (paths from the camera) per second since the stage began.
     pub samples_per_s: f64,
     /// Time from the request to the start of this frame's stage, s.

@@ -6,6 +6,8 @@ use std::time::{Duration, Instant};
 
 use uw_render::{
     backend::Device,
+    denoise::other_half,
+    film::Film,
     gpu::GpuError,
     integrator::Plan,
     prepare::Prepared,
@@ -14,11 +16,13 @@ use uw_render::{
 
 use super::{
     Activity, Frame, Goal, Job, News, View,
+    clean::Clean,
     engine::Engine,
     exports,
     run::{NAP, Thread},
     stages,
 };
+use crate::model::display;
 
 /// Fewest samples per pixel before an estimated error ends a render.
 const TRUSTED_SAMPLES: u64 = 4;
@@ -87,7 +91,7 @@ impl Thread<'_> {
             relative_error: None,
             activity: Activity::Refining,
         };
-        self.publish(stage, &engine, &view, revision, figures)?;
+        self.publish(stage, (&engine, None), &view, revision, figures)?;
         Ok(End::Complete)
     }
 
@@ -98,20 +102,38 @@ impl Thread<'_> {
         let device = self.device.clone();
         let pool = Arc::clone(&self.pool);
         let mut engine = Engine::new(stage.scene, &plan, &pool, &device)?;
+        let other = other_half(&plan);
+        let mut clean = Clean::new(stage.scene, [&plan, &other], &pool, &device);
         let generation = stage.job.generation;
         let (mut batch, mut published, mut snow_is_due) = (0, None, stage.scene.snow.is_some());
         while !self.is_left(generation) {
             let (view, revision, goal, paused) = self.wishes();
             let complete = engine.is_complete();
-            let error = engine.relative_error().filter(|_| complete);
-            let activity = if complete && is_reached(&goal, engine.samples(), error) {
+            if complete && view.denoised && clean.is_due(&engine, &goal) {
+                let leave = || self.is_left(generation);
+                clean.make(&engine, &leave)?;
+                continue;
+            }
+            let shown = clean.film().filter(|_| view.denoised);
+            let error = match shown {
+                Some(film) => film
+                    .denoised()
+                    .map(|denoised| denoised.facts.relative_error),
+                None => engine.relative_error().filter(|_| complete),
+            };
+            let samples = shown.map_or(engine.samples(), Film::samples);
+            let activity = if complete && is_reached(&goal, samples, error) {
                 Activity::Done
             } else if paused {
                 Activity::Paused
             } else {
                 Activity::Refining
             };
-            let mark = (revision, activity, engine.mark());
+            let mark = (
+                revision,
+                activity,
+                shown.map_or(engine.mark(), Film::samples),
+            );
             if complete && published != Some(mark) {
                 if let Err(error) = engine.check_finite(&stage.scene.lamp_names) {
                     self.mouth.say(News::Failed {
@@ -125,17 +147,19 @@ impl Thread<'_> {
                     relative_error: error,
                     activity,
                 };
-                self.publish(stage, &engine, &view, revision, figures)?;
+                self.publish(stage, (&engine, shown), &view, revision, figures)?;
                 published = Some(mark);
             }
             if complete && snow_is_due {
                 // The first full picture comes without, because flakes take as long as many samples.
-                engine.show_snow(self.snow(stage));
+                let snow = self.snow(stage).map(Arc::new);
+                clean.show_snow(snow.clone());
+                engine.show_snow(snow);
                 (snow_is_due, published) = (false, None);
                 continue;
             }
             if complete {
-                exports::serve(self.shared, &self.mouth, stage, &engine)?;
+                exports::serve(self.shared, &self.mouth, stage, &engine, shown)?;
             }
             if activity != Activity::Refining {
                 stage.idle += self.sleep(generation);
@@ -148,7 +172,9 @@ impl Thread<'_> {
                 self.shared.attention.load(Ordering::Acquire)
                     || (complete && begun.elapsed() >= show_every)
             };
-            if engine.step(stages::batch_samples(batch), &leave, &pause)? {
+            if view.denoised && complete && clean.samples() < engine.samples() {
+                clean.step(&leave, &pause)?;
+            } else if engine.step(stages::batch_samples(batch), &leave, &pause)? {
                 batch += 1;
             }
         }
@@ -197,12 +223,17 @@ impl Thread<'_> {
     fn publish(
         &mut self,
         stage: &Stage,
-        engine: &Engine,
+        (engine, clean): (&Engine, Option<&Film>),
         view: &View,
         view_revision: u64,
         figures: Figures,
     ) -> Result<(), GpuError> {
-        let shown = engine.show(stage.scene, view, &self.pool, &mut self.textures)?;
+        let shown = match clean {
+            Some(film) => self
+                .pool
+                .install(|| display::compose(stage.scene, film, &view.display, &view.sensor)),
+            None => engine.show(stage.scene, view, &self.pool, &mut self.textures)?,
+        };
         self.mouth.publish(Frame {
             generation: stage.job.generation,
             view_revision,
@@ -211,8 +242,11 @@ impl Thread<'_> {
             shown,
             camera: stage.scene.camera.clone(),
             geometry: Arc::clone(&stage.job.geometry),
-            samples: engine.samples(),
+            samples: clean.map_or(engine.samples(), Film::samples),
             relative_error: figures.relative_error,
+            denoised: clean
+                .and_then(Film::denoised)
+                .map(|denoised| denoised.facts),
             samples_per_s: figures.samples_per_s,
             begun_after_s: (stage.start - stage.asked).as_secs_f64(),
             since_request_s: stage.asked.elapsed().as_secs_f64(),
@@ -232,7 +266,7 @@ fn plan(job: &Job) -> Plan {
     }
 }
 
-fn is_reached(goal: &Goal, samples: u64, error: Option<f64>) -> bool {
+pub(super) fn is_reached(goal: &Goal, samples: u64, error: Option<f64>) -> bool {
     let enough = goal
         .target_error
         .is_some_and(|target| samples >= TRUSTED_SAMPLES && error.is_some_and(|e| e <= target));
