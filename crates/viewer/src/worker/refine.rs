@@ -122,7 +122,8 @@ impl Thread<'_> {
                 None => engine.relative_error().filter(|_| complete),
             };
             let samples = shown.map_or(engine.samples(), Film::samples);
-            let activity = if complete && is_reached(&goal, samples, error) {
+            let is_wanted = shown.is_some() == view.denoised;
+            let activity = if complete && is_wanted && is_reached(&goal, samples, error) {
                 Activity::Done
             } else if paused {
                 Activity::Paused

@@ -4,6 +4,7 @@ mod advice;
 mod bad_files;
 #[path = "../common/mod.rs"]
 mod common;
+mod denoising;
 mod exports;
 mod layout;
 mod panels;
