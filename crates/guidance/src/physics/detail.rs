@@ -31,6 +31,8 @@ const NOISE_ERROR: f64 = 0.15;
 const FINER_DOUBT: f64 = 0.3;
 /// Least contrast left of a scale that is undone.
 const LEAST_LEFT: f64 = 0.02;
+/// Standard errors from 0 beyond which a variance is none, or is what was measured.
+const FAR_FROM_NONE: f64 = 6.0;
 /// Largest windows, in patches.
 const MOST_PATCHES: usize = 3;
 /// What a scale is expected to hold of the variance of the next coarser one, octave for octave, before the picture is asked: natural
@@ -342,7 +344,7 @@ impl Scales {
             .map(|pair| (pair[1] / pair[0]).log2())
             .collect();
         for i in (0..self.variance.len().saturating_sub(1)).rev() {
-            let coarser = self.variance[i + 1].max(0.0) / octaves[i + 1];
+            let coarser = positive(self.variance[i + 1], self.doubt[i + 1]) / octaves[i + 1];
             let expected = EXPECTED_FALL * coarser * octaves[i];
             let (of_expected, of_measured) = (
                 (EXPECTED_DOUBT * (expected + self.doubt[i + 1])).powi(2)
@@ -356,11 +358,24 @@ impl Scales {
             self.variance[i] = expected + trust * (self.variance[i] - expected);
             self.doubt[i] *= trust.sqrt();
         }
-        // What noise leaves below 0 is none.
-        for variance in &mut self.variance {
-            *variance = variance.max(0.0);
+        for (variance, doubt) in self.variance.iter_mut().zip(&self.doubt) {
+            *variance = positive(*variance, *doubt);
         }
     }
+}
+
+/// Mean of what is not below 0 and was measured as `value` with a normal `error`: a variance that noise has brought to 0 or below need not
+/// be none.
+fn positive(value: f64, error: f64) -> f64 {
+    let z = value / error;
+    if !(error > 0.0) || z > FAR_FROM_NONE {
+        return value.max(0.0);
+    }
+    // Below that the ratio of density to tail goes as -z - 1/z.
+    let z = z.max(-FAR_FROM_NONE);
+    let density = (-0.5 * z * z).exp() / std::f64::consts::TAU.sqrt();
+    let above = 0.5 * libm::erfc(-z * std::f64::consts::FRAC_1_SQRT_2);
+    error * (z + density / above)
 }
 
 fn channel(
@@ -388,7 +403,10 @@ fn channel(
         let left = transfer(from_px).max(LEAST_LEFT);
         scales.variance.push((inside - before) / (left * left));
         let of_noise = cleared.noise * (1.0 / (from_px * from_px) - 1.0 / (w * h) as f64);
-        scales.doubt.push(NOISE_ERROR * of_noise / (left * left));
+        // How well the noise is known, and what it happens to be in so many windows.
+        let happens = (2.0 * from_px * from_px / cleared.values.len() as f64).sqrt();
+        let open = NOISE_ERROR.hypot(happens) * of_noise;
+        scales.doubt.push(open / (left * left));
         scales.left.push(left);
         before = inside;
         from_px = ((w * h) as f64).sqrt();
@@ -403,9 +421,10 @@ fn channel(
         .collect();
     let own = patches.iter().map(|(_, variance)| variance).sum::<f64>() / PATCHES as f64;
     let detail = own - cleared.noise;
+    let positive = |patch: &(f64, f64)| (patch.1 - cleared.noise).max(0.0);
+    let of_all = patches.iter().map(positive).sum::<f64>() / PATCHES as f64;
     let of_patch = |patch: &(f64, f64)| {
-        let own = (patch.1 - cleared.noise).max(0.0);
-        (own / detail.max(f64::MIN_POSITIVE))
+        (positive(patch) / of_all.max(f64::MIN_POSITIVE))
             .sqrt()
             .min(MOST_UNEVEN)
     };
