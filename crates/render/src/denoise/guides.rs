@@ -89,6 +89,9 @@ pub(super) struct Guides {
     varied: Vec<bool>,
 }
 
+/// Per pixel of a row its fragments, and whether light or reflectance varies in it.
+type Row = Vec<(Vec<Fragment>, bool)>;
+
 impl Guides {
     /// Looks through every pixel, and along the rays of the samples where they may differ; none where it is cancelled.
     pub(super) fn of(
@@ -106,8 +109,7 @@ impl Guides {
             let is_wanted = !cancel.load(Ordering::Relaxed);
             is_wanted.then(|| (0..width).map(|x| looker.pixel(x, y)).collect())
         };
-        let rows: Option<Vec<Vec<(Vec<Fragment>, bool)>>> =
-            (0..height).into_par_iter().map(row).collect();
+        let rows: Option<Vec<Row>> = (0..height).into_par_iter().map(row).collect();
         let mut guides = Self {
             width,
             height,

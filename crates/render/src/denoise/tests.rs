@@ -145,12 +145,13 @@ fn in_even_light_a_texture_comes_back_exactly() {
         }
         for k in 0..3 {
             let off = most[k] / least[k] - 1.0;
+            // Single precision places a sample to some 1e-4 of a texel, and neighbouring texels differ by a tenth.
             assert!(off < 3e-5, "{samples} samples, channel {k}: {off}");
         }
-        // What rays through a pixel find of the texture is what many samples find.
+        // What rays through a pixel find of the texture is what many samples find: 128 rays over 50 x 50 texels that deviate by a fifth.
         let truth = rendered(&scene, 1024, 99).layer(FilmLayer::Total);
         let off = relative_square(&film, &truth).sqrt();
-        assert!(off < 0.01, "{samples} samples: {off}");
+        assert!(off < 0.03, "{samples} samples: {off}");
     }
 }
 

@@ -147,11 +147,6 @@ fn what_cannot_be_fitted_is_refused() {
         "demo --vehicle v.toml -o d",
         &["vehicle.lamp_spectrum counts by wavelength"],
     );
-    folder.write("v.toml", "format = \"uw-vehicle/1\"\nencoding = \"linear\"");
-    folder.refused(
-        "demo --vehicle v.toml -o d",
-        &["vehicle.encoding is \"linear\", and the shipped model is of pictures in sRGB"],
-    );
 }
 
 /// Frames that JPEG went over are measured, with a warning.
