@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use pyo3::prelude::*;
-use uw_calib::{Calibration, Daylight, RoutineOptions, from_manifest};
+use uw_calib::{Calibration, Daylight, Rig, RoutineOptions, from_manifest};
 use uw_survey::daylight::{Known, attenuation, stand_in};
 use uw_survey::environment::WaterKind;
 
@@ -55,6 +55,7 @@ pub(crate) fn calibrate(
         encoding,
         noise: pictures::noise(noise, encoding)?,
         daylight: Daylight::Pictures,
+        rig: Rig::default(),
     };
     let made = interruptible(py, None, |cancel| {
         make(&manifest, known, backscatter_fraction, options, cancel)

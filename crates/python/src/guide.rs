@@ -46,11 +46,11 @@ impl Answers {
             }
         };
         loaded.profile = profile.map(|profile| profile.get().shared());
-        warn(py, 2, loaded.warnings(None))?;
         let settings = Settings {
             tell_predictor: water.is_some(),
             ..Settings::default()
         };
+        warn(py, 2, loaded.warnings(None, &settings.vehicle))?;
         let service = Arc::new(Service::with_settings(loaded, settings));
         Ok(Self {
             session: Mutex::new(Session::new(service)),
