@@ -16,7 +16,7 @@ use crate::sampling::{Rng, sobol::scrambled};
 /// Rays through a pixel for each half, where they differ, and where there is an edge: a sliver of a bright surface before a
 /// dark one rules the pixel.
 const LOOKS: u32 = 8;
-const VARIED_LOOKS: u32 = 32;
+pub(super) const VARIED_LOOKS: u32 = 32;
 const EDGE_LOOKS: u32 = 128;
 /// Of how many rays one finds the straight light.
 const LIT_EVERY: u32 = 4;

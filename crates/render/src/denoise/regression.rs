@@ -250,7 +250,8 @@ impl Problem<'_> {
                 (weight > 0.0).then(|| (fit, weight, self.basis.monomials(u, v)))
             });
             let coefficients = mean_coefficients(near)?;
-            self.add_fragment(&mut sum, fragment, pixel, &coefficients);
+            let blurred = &self.blurred[self.nearest_pure((x, y), fragment.region)];
+            self.add_fragment(&mut sum, fragment, (varied, blurred), &coefficients);
         }
         if !varied {
             (sum[OWN], sum[CROSSED]) = (sum[SHOWN], sum[SHOWN]);
@@ -258,21 +259,40 @@ impl Problem<'_> {
         Some(sum.map(|way| way.map(|half| half.map(|v| v as f32))))
     }
 
-    /// Adds what `coefficients` say of a fragment in every way; where samples have seen nothing else, only all over the pixel.
+    /// The pixel beside (x, y) that shows nothing but `region`, itself where none does. Blurred light jumps at the edge of what is
+    /// bright, where fits were made beside it: they say nothing of values ten times larger than all that they have met.
+    fn nearest_pure(&self, (x, y): (usize, usize), region: u32) -> usize {
+        let (width, height) = (self.guides.width, self.guides.height);
+        let own = y * width + x;
+        let shows = |pixel: usize| self.guides.pure(pixel).is_some_and(|f| f.region == region);
+        if shows(own) {
+            return own;
+        }
+        let columns = x.saturating_sub(1)..(x + 2).min(width);
+        let rows = y.saturating_sub(1)..(y + 2).min(height);
+        let around = rows.flat_map(|row| columns.clone().map(move |column| (column, row)));
+        let distance = |&(column, row): &(usize, usize)| column.abs_diff(x) + row.abs_diff(y);
+        let near = around.filter(|&(column, row)| shows(row * width + column));
+        near.min_by_key(distance)
+            .map_or(own, |(column, row)| row * width + column)
+    }
+
+    /// Adds what `coefficients` say of a fragment in every way, with its blurred light; where samples have seen nothing else, which
+    /// `varied` says, only all over the pixel.
     fn add_fragment(
         &self,
         sum: &mut [[[f64; 3]; 2]; 3],
         fragment: &Fragment,
-        pixel: usize,
+        (varied, blurred): (bool, &[[f32; 3]; 4]),
         coefficients: &[[[f64; MOST_TERMS]; 2]; 3],
     ) {
-        let (count, varied) = (self.basis.len(), self.guides.is_varied(pixel));
+        let count = self.basis.len();
         for k in 0..3 {
             let say = |half: usize, carriers: &[f64; MOST_TERMS]| {
                 let own = coefficients[k][half].iter().zip(carriers);
                 own.take(count).map(|(c, carrier)| c * carrier).sum::<f64>()
             };
-            let carriers = |view| self.basis.carriers(fragment, &self.blurred[pixel], k, view);
+            let carriers = |view| self.basis.carriers(fragment, blurred, k, view);
             for half in 0..2 {
                 sum[SHOWN][half][k] += say(half, &carriers(View::Shown(half)));
                 if varied {

@@ -1,9 +1,6 @@
 //! Compiled kernels, kept for the next scene that asks for the same: compiling takes longer than a first picture may.
 
-use std::{
-    collections::HashMap,
-    sync::{Arc, Mutex, PoisonError},
-};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use super::Gpu;
 use crate::kernels::GpuError;
@@ -11,10 +8,37 @@ use crate::kernels::GpuError;
 /// The composed text and the constants, by name and bits. Constants are switches, so that there are few.
 type Key = (String, Vec<(&'static str, u64)>);
 
-/// Compiled kernels of a device.
+/// Kernels that are kept: of some scenes. On a driver that renders on the processor one holds hundreds of megabytes.
+const MOST_KEPT: usize = 10;
+
+/// Compiled kernels of a device, the one that was asked for last at the end.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Compiled {
-    pipelines: Arc<Mutex<HashMap<Key, wgpu::ComputePipeline>>>,
+    pipelines: Arc<Mutex<Vec<(Key, wgpu::ComputePipeline)>>>,
+}
+
+impl Compiled {
+    fn get(&self, key: &Key) -> Option<wgpu::ComputePipeline> {
+        let mut kept = self
+            .pipelines
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        let index = kept.iter().position(|(own, _)| own == key)?;
+        kept[index..].rotate_left(1);
+        kept.last().map(|(_, pipeline)| pipeline.clone())
+    }
+
+    /// Keeps `pipeline` and drops those that nobody has asked for in longest.
+    fn keep(&self, key: Key, pipeline: wgpu::ComputePipeline) {
+        let mut kept = self
+            .pipelines
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        kept.retain(|(own, _)| *own != key);
+        kept.push((key, pipeline));
+        let over = kept.len().saturating_sub(MOST_KEPT);
+        kept.drain(..over);
+    }
 }
 
 impl Gpu {
@@ -40,12 +64,8 @@ impl Gpu {
             .iter()
             .map(|(name, value)| (*name, value.to_bits()));
         let key = (text.to_owned(), bits.collect());
-        let kept = || {
-            let pipelines = self.compiled.pipelines.lock();
-            pipelines.unwrap_or_else(PoisonError::into_inner)
-        };
-        if let Some(pipeline) = kept().get(&key) {
-            return Ok(pipeline.clone());
+        if let Some(pipeline) = self.compiled.get(&key) {
+            return Ok(pipeline);
         }
         let module = self
             .device
@@ -67,7 +87,7 @@ impl Gpu {
                 cache: None,
             });
         self.check()?;
-        kept().insert(key, pipeline.clone());
+        self.compiled.keep(key, pipeline.clone());
         Ok(pipeline)
     }
 }
