@@ -22,8 +22,8 @@ static SETTINGS: LazyLock<Settings> = LazyLock::new(|| Settings {
     ..Settings::default()
 });
 
-fuzz_target!(|text: &str| {
-    let _ = replay(text, &MODEL, "", &SETTINGS);
-    let begun = format!("{}\n{text}", *START);
+fuzz_target!(|recording: &[u8]| {
+    let _ = replay(recording, &MODEL, "", &SETTINGS);
+    let begun = [START.as_bytes(), b"\n", recording].concat();
     let _ = replay(&begun, &MODEL, "", &SETTINGS);
 });

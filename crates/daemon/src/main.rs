@@ -86,6 +86,10 @@ struct Serve {
     /// Configuration file (TOML).
     #[arg(long)]
     config: Option<PathBuf>,
+    /// Record requests and replies in this file, for `uwguide replay`: MCAP where its name ends in .mcap, else JSON. Instead of
+    /// `operations.record` of the configuration.
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
     /// Check arguments, configuration, model, profile, token and certificates, and end.
     #[arg(long)]
     check_config: bool,
@@ -93,7 +97,7 @@ struct Serve {
 
 #[derive(Debug, Args)]
 struct Replay {
-    /// The recording (operations.record).
+    /// The recording (--record or operations.record), JSON or MCAP.
     log: PathBuf,
     /// The model file that was used.
     #[arg(long, required_unless_present = "water")]
@@ -215,17 +219,13 @@ fn answer_again(arguments: &Replay) -> Result<(), Failure> {
     let name = arguments.log.display();
     let bytes = std::fs::read(&arguments.log)
         .map_err(|error| bad_input(format!("{name}: cannot be read: {error}")))?;
-    // A line may have been cut within a character.
-    let text = String::from_utf8_lossy(&bytes);
-    let outcome = replay(&text, &basis, &digest, &config.settings)
+    let outcome = replay(&bytes, &basis, &digest, &config.settings)
         .map_err(|error| bad_input(format!("{name}: {error}")))?;
-    for (line, problem) in &outcome.torn {
-        tell(&format!(
-            "{name}: line {line} is torn and left out: {problem}"
-        ));
+    for (place, problem) in &outcome.torn {
+        tell(&format!("{name}: {place} is torn and left out: {problem}"));
     }
-    for (line, recorded, new) in &outcome.different {
-        print(&format!("line {line}\n- {recorded}\n+ {new}\n"))?;
+    for (place, recorded, new) in &outcome.different {
+        print(&format!("{place}\n- {recorded}\n+ {new}\n"))?;
     }
     let different = outcome.different.len();
     let torn = match outcome.torn.len() {
@@ -253,6 +253,7 @@ struct Ready {
 
 fn start(serve: Serve) -> Result<(), Failure> {
     let mut config = read_config(serve.config.as_ref(), serve.vehicle.as_ref())?;
+    config.record = serve.record.clone().or(config.record);
     let files = files(
         (serve.model.clone(), serve.water.clone()),
         serve.profile.clone(),
@@ -366,6 +367,7 @@ async fn run(ready: Ready) -> Result<(), Failure> {
     if let Some(path) = &config.record {
         let (begun, recording) = Recorder::begin(path, config.group_may_read, Arc::clone(&service))
             .map_err(|error| bad_input(format!("{}: {error}", path.display())))?;
+        tracing::info!(file = %recording.path().display(), "recording");
         daemon = daemon.with_recorder(begun.clone());
         (recorder, _recording) = (Some(begun), Some(recording));
     }

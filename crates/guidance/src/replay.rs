@@ -12,7 +12,7 @@ use uw_calib::{Processing, Profile, ProfileError};
 use crate::checks::Checks;
 use crate::feed::Picture;
 use crate::observation::Quality;
-use crate::record::RECORD_FORMAT;
+use crate::record::{self, Item, Place, RECORD_FORMAT};
 use crate::service::{Answered, Basis, Loaded, Moment, Service, Session, Settings};
 
 /// Operations whose replies tell of the process rather than of the vehicle.
@@ -33,19 +33,19 @@ const NEWER_SETTINGS: [(&str, &str); 8] = [
 /// Why a recording cannot be answered again.
 #[derive(Debug, Error)]
 pub enum ReplayError {
-    /// A line of the recording is no record.
-    #[error("line {line}: {problem}")]
-    Line {
-        /// Line, from 1.
-        line: usize,
+    /// A piece of the recording is no record.
+    #[error("{place}: {problem}")]
+    Record {
+        /// Where it stands.
+        place: Place,
         /// What is wrong.
         problem: String,
     },
     /// Model, objective or settings are not those of the recording.
-    #[error("line {line}: {what} must be that of the recording ({recorded}), got {given}")]
+    #[error("{place}: {what} must be that of the recording ({recorded}), got {given}")]
     Other {
-        /// Line, from 1.
-        line: usize,
+        /// Where it stands.
+        place: Place,
         /// What differs.
         what: &'static str,
         /// In the recording.
@@ -62,20 +62,20 @@ pub struct Outcome {
     pub same: usize,
     /// Replies that are not compared.
     pub skipped: usize,
-    /// Replies that differ: line of the recording, the recorded and the new reply.
-    pub different: Vec<(usize, String, String)>,
-    /// Lines, from 1, that a full disk or a lost process has cut, and why they are no records.
-    pub torn: Vec<(usize, String)>,
+    /// Replies that differ: where they stand, the recorded and the new reply.
+    pub different: Vec<(Place, String, String)>,
+    /// What a full disk or a lost process has cut, and why it is no record.
+    pub torn: Vec<(Place, String)>,
 }
 
-/// A line of a recording.
+/// A record that is read.
 enum Record {
     Loaded(Value),
     Answer(Box<Answer>),
 }
 
-/// Lines of the recording with their place among all uses of the shared state.
-type Run = Vec<(usize, u64, Record)>;
+/// Records with their place in the recording and among all uses of the shared state.
+type Run = Vec<(Place, u64, Record)>;
 
 struct Answer {
     connection: u64,
@@ -86,12 +86,12 @@ struct Answer {
     reply: String,
 }
 
-/// Answers the lines of a recording again with this model or water file and these settings.
+/// Answers a recording, JSON or MCAP, again with this model or water file and these settings.
 ///
 /// A recording holds one start of the daemon at least; each further start begins anew. Checks that a recording does
 /// not name, because an older program made it, are not made.
 pub fn replay(
-    text: &str,
+    recording: &[u8],
     basis: &Basis,
     digest: &str,
     settings: &Settings,
@@ -101,31 +101,32 @@ pub fn replay(
         ..settings.clone()
     };
     let mut outcome = Outcome::default();
-    for run in runs(text, &mut outcome)? {
+    for run in runs(recording, &mut outcome)? {
         replay_run(run, basis, digest, &settings, &mut outcome)?;
     }
     Ok(outcome)
 }
 
-/// Numbered records of each start of the daemon, in the order in which they used the shared state. Torn
-/// lines are left out, and with a torn start all that was answered after it.
-fn runs(text: &str, outcome: &mut Outcome) -> Result<Vec<Run>, ReplayError> {
+/// Records of each start of the daemon, in the order in which they used the shared state. What is torn is left out,
+/// and with a torn start all that was answered after it.
+fn runs(recording: &[u8], outcome: &mut Outcome) -> Result<Vec<Run>, ReplayError> {
     let mut runs: Vec<Run> = Vec::new();
     let mut started = false;
-    for (index, line) in text.lines().enumerate() {
-        let number = index + 1;
-        let problem = |problem: String| ReplayError::Line {
-            line: number,
-            problem,
-        };
-        let value: Value = match serde_json::from_str(line) {
-            Ok(value) => value,
-            Err(error) if is_torn(line) => {
-                outcome.torn.push((number, error.to_string()));
-                started &= !may_be_start(line);
+    let items = record::read(recording);
+    let first = items.first().map_or(Place::Line(1), |(place, _)| *place);
+    for (place, item) in items {
+        let problem = |problem: String| ReplayError::Record { place, problem };
+        let value = match item {
+            Item::Record(value) => value,
+            Item::Torn {
+                problem,
+                may_be_start,
+            } => {
+                outcome.torn.push((place, problem));
+                started &= !may_be_start;
                 continue;
             }
-            Err(error) => return Err(problem(error.to_string())),
+            Item::Wrong(wrong) => return Err(problem(wrong)),
         };
         let (kind, sequence, record) = read(&value).map_err(|error| problem(error.to_string()))?;
         if kind == "start" {
@@ -133,7 +134,7 @@ fn runs(text: &str, outcome: &mut Outcome) -> Result<Vec<Run>, ReplayError> {
             started = true;
         }
         match runs.last_mut().filter(|_| started) {
-            Some(run) => run.push((number, sequence, record)),
+            Some(run) => run.push((place, sequence, record)),
             None if outcome.torn.is_empty() => {
                 return Err(problem("a recording must begin with its start".to_owned()));
             }
@@ -141,12 +142,12 @@ fn runs(text: &str, outcome: &mut Outcome) -> Result<Vec<Run>, ReplayError> {
         }
     }
     if runs.is_empty() && !outcome.torn.is_empty() {
-        let (line, problem) = outcome.torn.swap_remove(0);
-        return Err(ReplayError::Line { line, problem });
+        let (place, problem) = outcome.torn.swap_remove(0);
+        return Err(ReplayError::Record { place, problem });
     }
     if runs.is_empty() {
-        return Err(ReplayError::Line {
-            line: 1,
+        return Err(ReplayError::Record {
+            place: first,
             problem: "the recording is empty; it must begin with its start".to_owned(),
         });
     }
@@ -154,20 +155,6 @@ fn runs(text: &str, outcome: &mut Outcome) -> Result<Vec<Run>, ReplayError> {
         run.sort_by_key(|&(_, sequence, _)| sequence);
     }
     Ok(runs)
-}
-
-/// Whether a line that is no JSON was a record once: cut, cut with another glued to it, or the zeros that a
-/// file system leaves where it lost power.
-pub fn is_torn(line: &str) -> bool {
-    let rest = line.trim_start_matches('\0');
-    rest.starts_with('{') || (rest.is_empty() && !line.is_empty())
-}
-
-/// Whether a torn line may have been a start: its fields are in the order of the alphabet.
-fn may_be_start(line: &str) -> bool {
-    let line = line.trim_start_matches('\0');
-    let start = format!("{{\"format\":\"{RECORD_FORMAT}\",\"kind\":\"start\"");
-    line.starts_with(&start) || start.starts_with(line)
 }
 
 fn read(value: &Value) -> Result<(String, u64, Record), FieldError> {
@@ -228,34 +215,34 @@ fn replay_run(
 ) -> Result<(), ReplayError> {
     let mut service: Option<Arc<Service>> = None;
     let mut sessions: HashMap<u64, Session> = HashMap::new();
-    for (line, _, record) in run {
+    for (place, _, record) in run {
         match (record, &service) {
             (Record::Loaded(value), None) => {
-                let loaded = load(line, &value, basis, digest)?;
+                let loaded = load(place, &value, basis, digest)?;
                 let settings = as_recorded(settings, &value["settings"]);
                 let begun = Service::with_settings(loaded, settings);
-                same_settings(line, &value, &begun)?;
+                same_settings(place, &value, &begun)?;
                 service = Some(Arc::new(begun));
             }
             (Record::Loaded(value), Some(service)) => {
-                service.replace(load(line, &value, basis, digest)?);
+                service.replace(load(place, &value, basis, digest)?);
             }
             (Record::Answer(answer), Some(service)) => {
                 let session = sessions
                     .entry(answer.connection)
                     .or_insert_with(|| Session::new(Arc::clone(service)));
-                compare(line, session, &answer, outcome);
+                compare(place, session, &answer, outcome);
             }
             (Record::Answer(_), None) => {
                 let problem = "an answer before the start".to_owned();
-                return Err(ReplayError::Line { line, problem });
+                return Err(ReplayError::Record { place, problem });
             }
         }
     }
     Ok(())
 }
 
-fn compare(line: usize, session: &mut Session, answer: &Answer, outcome: &mut Outcome) {
+fn compare(place: Place, session: &mut Session, answer: &Answer, outcome: &mut Outcome) {
     let reply: Value = serde_json::from_str(&answer.reply).unwrap_or(Value::Null);
     if reply["error"]["code"] == "unauthorised" {
         outcome.skipped += 1;
@@ -285,7 +272,7 @@ fn compare(line: usize, session: &mut Session, answer: &Answer, outcome: &mut Ou
     if new == answer.reply || is_same_of_older(reply, &new) {
         outcome.same += 1;
     } else {
-        outcome.different.push((line, answer.reply.clone(), new));
+        outcome.different.push((place, answer.reply.clone(), new));
     }
 }
 
@@ -315,26 +302,25 @@ fn quality(reply: &Object) -> Option<Quality> {
     })
 }
 
-fn load(line: usize, value: &Value, basis: &Basis, digest: &str) -> Result<Loaded, ReplayError> {
+fn load(place: Place, value: &Value, basis: &Basis, digest: &str) -> Result<Loaded, ReplayError> {
     let recorded = value["model_digest"].as_str().unwrap_or_default();
     if recorded != digest {
         return Err(ReplayError::Other {
-            line,
+            place,
             what: "the model or water file",
             recorded: format!("{} {recorded}", value["model"]),
             given: digest.to_owned(),
         });
     }
-    let profile =
-        match &value["profile"] {
-            Value::Null => None,
-            profile => Some(Profile::from_json(profile).map_err(|error: ProfileError| {
-                ReplayError::Line {
-                    line,
-                    problem: error.to_string(),
-                }
-            })?),
-        };
+    let profile = match &value["profile"] {
+        Value::Null => None,
+        profile => Some(Profile::from_json(profile).map_err(|error: ProfileError| {
+            ReplayError::Record {
+                place,
+                problem: error.to_string(),
+            }
+        })?),
+    };
     Ok(Loaded {
         basis: basis.clone(),
         model_name: value["model"].as_str().unwrap_or_default().to_owned(),
@@ -343,12 +329,12 @@ fn load(line: usize, value: &Value, basis: &Basis, digest: &str) -> Result<Loade
     })
 }
 
-fn same_settings(line: usize, value: &Value, service: &Service) -> Result<(), ReplayError> {
+fn same_settings(place: Place, value: &Value, service: &Service) -> Result<(), ReplayError> {
     let given = service.describe(&service.loaded());
     for what in ["objective", "settings"] {
         if with_newer(value[what].clone(), &given[what]) != given[what] {
             return Err(ReplayError::Other {
-                line,
+                place,
                 what,
                 recorded: value[what].to_string(),
                 given: given[what].to_string(),

@@ -23,6 +23,8 @@ mod physics;
 #[cfg(unix)]
 mod program;
 mod protocol;
+#[cfg(unix)]
+mod recordings;
 mod refusals;
 mod rugged;
 #[cfg(unix)]

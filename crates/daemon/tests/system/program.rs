@@ -86,6 +86,22 @@ impl Program {
         }
     }
 
+    /// What follows each of `words`, in whatever order they are told: the log is written by a thread of its own.
+    pub(crate) fn told_both(&mut self, words: [&str; 2]) -> [String; 2] {
+        let mut told = [None, None];
+        let stderr = self.stderr.as_mut().unwrap();
+        while told.contains(&None) {
+            let mut line = String::new();
+            let read = stderr.read_line(&mut line).unwrap();
+            assert_ne!(read, 0, "no lines with {words:?}");
+            for (told, words) in told.iter_mut().zip(words) {
+                let rest = line.split_once(words).map(|(_, rest)| rest.trim());
+                *told = told.take().or(rest.map(str::to_owned));
+            }
+        }
+        told.map(Option::unwrap)
+    }
+
     pub(crate) fn client(&mut self) -> Client {
         let address = self.told("uwguide listening on ");
         Client::to(address.parse().unwrap())

@@ -4,24 +4,26 @@ use std::fs::{File, Metadata};
 use std::io;
 use std::path::Path;
 
-/// Opens a file to append to. A new one is for its owner only, or for its group too; one that exists keeps
-/// what its owner gave it.
-pub fn append(path: &Path, group_may_read: bool) -> io::Result<File> {
+/// Makes a file, which must not exist, for its owner only, or for its group too.
+pub fn create(path: &Path, group_may_read: bool) -> io::Result<File> {
     let mut options = File::options();
     options.append(true).create_new(true);
     #[cfg(unix)]
     std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-    match options.open(path) {
-        Ok(file) => {
-            if group_may_read {
-                open_to_group(&file)?;
-            }
-            Ok(file)
-        }
+    let file = options.open(path)?;
+    if group_may_read {
+        open_to_group(&file)?;
+    }
+    Ok(file)
+}
+
+/// Opens a file to append to, made by [`create`] where there is none; one that exists keeps what its owner gave it.
+pub fn append(path: &Path, group_may_read: bool) -> io::Result<File> {
+    match create(path, group_may_read) {
         Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
             File::options().append(true).open(path)
         }
-        Err(error) => Err(error),
+        other => other,
     }
 }
 

@@ -102,7 +102,7 @@ impl Viewer {
             let extension = path.extension().and_then(|e| e.to_str());
             let purpose = match extension {
                 Some("json") => FilePurpose::OpenProfile,
-                Some("jsonl" | "ndjson") => FilePurpose::OpenRecord,
+                Some("jsonl" | "ndjson" | "mcap") => FilePurpose::OpenRecord,
                 _ => FilePurpose::OpenScene,
             };
             self.use_file(purpose, path, ctx);

@@ -4,7 +4,8 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use serde_json::{Map, Value};
-use uw_guidance::{Observation, record::RECORD_FORMAT, replay::is_torn};
+use uw_guidance::Observation;
+use uw_guidance::record::{self, Item, Place, RECORD_FORMAT};
 
 use super::answer::Answer;
 use super::daemon::{read_suggestion, triple};
@@ -33,13 +34,13 @@ pub enum OperationError {
         /// Its size.
         bytes: u64,
     },
-    /// A line is no record.
-    #[error("{path}:{line}: {problem}")]
-    Line {
+    /// A piece of it is no record.
+    #[error("{path}: {place}: {problem}")]
+    Record {
         /// The file.
         path: String,
-        /// Line, from 1.
-        line: usize,
+        /// Where it stands.
+        place: Place,
         /// What is wrong.
         problem: String,
     },
@@ -89,8 +90,8 @@ impl Operation {
         if bytes > MOST_BYTES {
             return Err(OperationError::TooLarge { path: name, bytes });
         }
-        let text = std::fs::read_to_string(path).map_err(unreadable)?;
-        let steps = steps(&text, &name)?;
+        let recording = std::fs::read(path).map_err(unreadable)?;
+        let steps = steps(&recording, &name)?;
         Ok(Self {
             name: path
                 .file_name()
@@ -153,21 +154,21 @@ impl Operation {
 }
 
 /// The suggestions of a recording in their order.
-fn steps(text: &str, name: &str) -> Result<Vec<Step>, OperationError> {
+fn steps(recording: &[u8], name: &str) -> Result<Vec<Step>, OperationError> {
     let mut steps = Vec::new();
     // The newest value of each field of the state, over all connections.
     let mut state: Map<String, Value> = Map::new();
-    for (index, line) in text.lines().enumerate() {
-        let problem = |problem: String| OperationError::Line {
+    for (index, (place, item)) in record::read(recording).into_iter().enumerate() {
+        let problem = |problem: String| OperationError::Record {
             path: name.to_owned(),
-            line: index + 1,
+            place,
             problem,
         };
-        let record: Value = match serde_json::from_str(line) {
-            Ok(record) => record,
+        let record = match item {
+            Item::Record(record) => record,
             // What a full disk has cut costs itself alone.
-            Err(_) if index > 0 && is_torn(line) => continue,
-            Err(error) => return Err(problem(error.to_string())),
+            Item::Torn { .. } if index > 0 => continue,
+            Item::Torn { problem: wrong, .. } | Item::Wrong(wrong) => return Err(problem(wrong)),
         };
         let kind = record.get("kind").and_then(Value::as_str).unwrap_or("");
         match kind {
@@ -264,7 +265,7 @@ mod tests {
             request("garbage", r#"{"ok":false,"error":{}}"#),
         ]
         .join("\n");
-        let steps = steps(&text, "r").expect("read");
+        let steps = steps(text.as_bytes(), "r").expect("read");
         assert_eq!(steps.len(), 2);
         let last = &steps[1].answer;
         assert_eq!(last.observation.distance_m, 1.2);
@@ -279,18 +280,18 @@ mod tests {
         let other = START.replace("record/1", "record/9");
         let empty = format!("{START}\n{}", request(r#"{"op":"health"}"#, "{}"));
         let cases = [
-            ("not json".to_owned(), "r:1:"),
+            ("not json".to_owned(), "r: line 1:"),
             (other, "format must be \"uwguide-record/1\""),
             (request("{}", REPLY), "must begin with its start"),
             (
                 format!("{START}\n{{\"kind\": \"odd\"}}"),
-                "r:2: kind must be",
+                "r: line 2: kind must be",
             ),
             (empty, "holds no suggestion"),
             (String::new(), "holds no suggestion"),
         ];
         for (text, expected) in cases {
-            let error = steps(&text, "r").expect_err(expected).to_string();
+            let error = steps(text.as_bytes(), "r").expect_err(expected).to_string();
             assert!(error.contains(expected), "{error}");
         }
     }
@@ -305,7 +306,7 @@ mod tests {
         );
         let mut operation = Operation {
             name: String::new(),
-            steps: steps(&text, "r").expect("read"),
+            steps: steps(text.as_bytes(), "r").expect("read"),
             at: 0,
             playing: None,
         };

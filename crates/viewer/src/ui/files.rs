@@ -64,7 +64,7 @@ impl FilePurpose {
             Self::ExportExr => &["exr"],
             Self::ExportPlots => &["svg", "png"],
             Self::SaveProfile | Self::OpenProfile | Self::OpenModel => &["json"],
-            Self::OpenRecord => &["jsonl", "ndjson", "json", "log"],
+            Self::OpenRecord => &["jsonl", "ndjson", "mcap", "json", "log"],
         }
     }
 
