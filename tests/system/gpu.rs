@@ -3,11 +3,12 @@
 
 use uw_render::{
     film::{Film, FilmLayer},
+    gpu::{AdapterChoice, Gpu},
     scene::Scene,
 };
 use uw_tests::{
     corpus_scene,
-    gpu::{Backend, backends, in_single_precision},
+    gpu::{Backend, backends, device, in_single_precision},
     plan, render,
     tiles::{TILE, Tiles, spread},
 };
@@ -159,5 +160,17 @@ fn the_same_seed_gives_the_same_bits() {
             Tiles::of(&backend.render(&scene, &plan).0)
         });
         assert_eq!(pictures[0], pictures[1], "{}", backend.name());
+    }
+}
+
+/// A program that renders picture by picture, in Python say, opens the adapter for each.
+#[test]
+fn the_adapter_can_be_opened_again_and_again() {
+    if device().is_none() {
+        return;
+    }
+    for count in 1..=64 {
+        let opened = Gpu::open(AdapterChoice::Best);
+        assert!(opened.is_ok(), "{count}: {:?}", opened.err());
     }
 }

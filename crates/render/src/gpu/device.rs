@@ -1,7 +1,7 @@
 //! Adapters and the device.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
@@ -14,6 +14,13 @@ use crate::kernels::GpuError;
 const STORAGE_BUFFERS: u32 = 8;
 /// Time between two looks at work on a shared device.
 const PAUSE: Duration = Duration::from_micros(250);
+
+/// The drivers, loaded once: NVIDIA's cannot be loaded and let go of more than some thirty times in a process.
+static INSTANCE: LazyLock<wgpu::Instance> = LazyLock::new(|| {
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    descriptor.backends = wgpu::Backends::PRIMARY;
+    wgpu::Instance::new(descriptor)
+});
 
 /// A graphics adapter.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -68,10 +75,7 @@ pub fn adapters() -> Vec<AdapterInfo> {
 }
 
 pub(super) fn found() -> Vec<(AdapterInfo, wgpu::Adapter)> {
-    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
-    descriptor.backends = wgpu::Backends::PRIMARY;
-    let instance = wgpu::Instance::new(descriptor);
-    let all = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
+    let all = pollster::block_on(INSTANCE.enumerate_adapters(wgpu::Backends::PRIMARY));
     let mut all: Vec<_> = all.into_iter().map(|a| (describe(&a), a)).collect();
     all.sort_by_key(|(info, _)| match info.kind {
         "discrete GPU" => 0,

@@ -1,14 +1,19 @@
 //! Where renders of the benchmark run.
 
 use std::fmt;
-use std::sync::atomic::AtomicBool;
+use std::sync::{LazyLock, atomic::AtomicBool};
 
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
-use uw_render::backend;
+use uw_render::backend::{self, Device};
 use uw_render::film::Film;
+use uw_render::gpu::GpuError;
 use uw_render::integrator::{self, Instructions, Plan, Progress, RenderError, RenderStats};
 use uw_render::prepare::Prepared;
+
+/// The adapter of all renders: what it takes to open it and to compile its kernels is no part of a rung.
+static ADAPTER: LazyLock<Result<Device, GpuError>> =
+    LazyLock::new(|| backend::Backend::Gpu.open(None));
 
 /// Where a render runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
@@ -46,14 +51,13 @@ impl Backend {
         let with = |instructions| {
             integrator::render_lanes_with(instructions, scene, plan, cancel, observe)
         };
-        let wanted = match self {
-            Self::Cpu => backend::Backend::Cpu,
-            Self::CpuSimd => backend::Backend::CpuSimd,
+        let device = match self {
+            Self::Cpu => &Device::Cpu,
+            Self::CpuSimd => &Device::CpuSimd,
             Self::CpuSimdBaseline => return with(Instructions::Baseline),
             Self::CpuSimdSse4 => return with(Instructions::Sse4),
-            Self::Gpu => backend::Backend::Gpu,
+            Self::Gpu => ADAPTER.as_ref().map_err(GpuError::clone)?,
         };
-        let device = wanted.open(None)?;
         device.render(scene, plan, cancel, observe)
     }
 }
