@@ -1,6 +1,9 @@
 //! Compiled kernels, kept for the next scene that asks for the same: compiling takes longer than a first picture may.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::{
+    collections::HashMap,
+    sync::{Arc, Mutex, PoisonError},
+};
 
 use super::Gpu;
 use crate::kernels::GpuError;
@@ -8,37 +11,10 @@ use crate::kernels::GpuError;
 /// The composed text and the constants, by name and bits. Constants are switches, so that there are few.
 type Key = (String, Vec<(&'static str, u64)>);
 
-/// Kernels that are kept: of some scenes. On a driver that renders on the processor one holds hundreds of megabytes.
-const MOST_KEPT: usize = 10;
-
-/// Compiled kernels of a device, the one that was asked for last at the end.
+/// Compiled kernels of a device.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Compiled {
-    pipelines: Arc<Mutex<Vec<(Key, wgpu::ComputePipeline)>>>,
-}
-
-impl Compiled {
-    fn get(&self, key: &Key) -> Option<wgpu::ComputePipeline> {
-        let mut kept = self
-            .pipelines
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
-        let index = kept.iter().position(|(own, _)| own == key)?;
-        kept[index..].rotate_left(1);
-        kept.last().map(|(_, pipeline)| pipeline.clone())
-    }
-
-    /// Keeps `pipeline` and drops those that nobody has asked for in longest.
-    fn keep(&self, key: Key, pipeline: wgpu::ComputePipeline) {
-        let mut kept = self
-            .pipelines
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
-        kept.retain(|(own, _)| *own != key);
-        kept.push((key, pipeline));
-        let over = kept.len().saturating_sub(MOST_KEPT);
-        kept.drain(..over);
-    }
+    pipelines: Arc<Mutex<HashMap<Key, wgpu::ComputePipeline>>>,
 }
 
 impl Gpu {
@@ -64,8 +40,12 @@ impl Gpu {
             .iter()
             .map(|(name, value)| (*name, value.to_bits()));
         let key = (text.to_owned(), bits.collect());
-        if let Some(pipeline) = self.compiled.get(&key) {
-            return Ok(pipeline);
+        let kept = || {
+            let pipelines = self.compiled.pipelines.lock();
+            pipelines.unwrap_or_else(PoisonError::into_inner)
+        };
+        if let Some(pipeline) = kept().get(&key) {
+            return Ok(pipeline.clone());
         }
         let module = self
             .device
@@ -87,7 +67,7 @@ impl Gpu {
                 cache: None,
             });
         self.check()?;
-        self.compiled.keep(key, pipeline.clone());
+        kept().insert(key, pipeline.clone());
         Ok(pipeline)
     }
 }
