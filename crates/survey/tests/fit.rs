@@ -2,11 +2,10 @@
 
 mod hidden_truth;
 
-use std::sync::LazyLock;
+use std::path::Path;
 
 use hidden_truth::Truth;
 use image::{Rgb, RgbImage};
-use tempfile::TempDir;
 use uw_calib::picture::Counts;
 use uw_guidance::Candidate;
 use uw_guidance::physics::{LinearPicture, Predictor};
@@ -37,35 +36,20 @@ fn never(_: usize, _: usize) -> bool {
     true
 }
 
-/// A water that is found from pictures of it.
-struct Found {
-    truth: Truth,
-    folder: TempDir,
-    fit: Fit,
+fn fitted(scene: u32, folder: &Path) -> (Truth, Fit) {
+    let truth = Truth::draw(2, scene, MEAN).expect("a truth");
+    let manifest = truth.take(folder, &vehicle(), 5).expect("pictures");
+    (truth.look_up(&manifest, &vehicle(), 5)).expect("pictures that look up");
+    let found = fit(&manifest, &vehicle(), &options(&truth), &never).expect("a fit");
+    (truth, found)
 }
-
-impl Found {
-    fn of(scene: u32) -> Self {
-        let folder = tempfile::tempdir().expect("a folder");
-        let truth = Truth::draw(2, scene, MEAN).expect("a truth");
-        let manifest = truth.take(folder.path(), &vehicle(), 5).expect("pictures");
-        (truth.look_up(&manifest, &vehicle(), 5)).expect("pictures that look up");
-        let fit = fit(&manifest, &vehicle(), &options(&truth), &never).expect("a fit");
-        Self { truth, folder, fit }
-    }
-}
-
-/// Waters that tests share.
-static FOUND: [LazyLock<Found>; 2] = [
-    LazyLock::new(|| Found::of(0)),
-    LazyLock::new(|| Found::of(1)),
-];
 
 /// Water, lamps and backscatter are found within their errors, and the errors are small where that is said.
 #[test]
 fn hidden_waters_are_found_within_their_errors() {
-    for (scene, found) in FOUND.iter().enumerate() {
-        let (truth, found) = (&found.truth, &found.fit);
+    for scene in [0, 3] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let (truth, found) = fitted(scene, folder.path());
         let names = Fit::names();
         let pairs = [0, 1, 2].map(|k| (found.a_per_m[k], truth.a[k]));
         let pairs = pairs.into_iter();
@@ -107,9 +91,10 @@ fn a_bottom_that_is_said_to_be_a_wall_is_told() {
 /// The water file of a fit predicts what the target would show from elsewhere, and the report is written.
 #[test]
 fn a_fitted_water_predicts() {
-    let Found { truth, folder, fit } = &*FOUND[1];
-    let (options, found) = (options(truth), fit);
-    let file = water_file(found, &vehicle(), &options, 4096, "test").expect("tables");
+    let folder = tempfile::tempdir().expect("a folder");
+    let (truth, found) = fitted(1, folder.path());
+    let options = options(&truth);
+    let file = water_file(&found, &vehicle(), &options, 4096, "test").expect("tables");
     let response = file.sensor.response();
     let numbers = file.fit.as_ref().expect("numbers of the fit");
     let day = numbers.daylight_gain.expect("pictures with the lamps off");
@@ -150,13 +135,13 @@ fn a_fitted_water_predicts() {
         }
     }
     let reported = folder.path().join("report");
-    let depths = depths(found, &vehicle(), &options).expect("renders");
+    let depths = depths(&found, &vehicle(), &options).expect("renders");
     assert_eq!(depths.len(), hidden_truth::UP_DEPTHS_M.len());
     for [seen, fitted] in depths.iter().flat_map(|at| at.k_z) {
         // K_z is e^(-K_d z) or less over 4 m: an attenuation 10 % off would move it by up to 0.04.
         assert!((seen - fitted).abs() < 0.04, "{depths:?}");
     }
-    report(found, &depths, &reported).expect("a report");
+    report(&found, &depths, &reported).expect("a report");
     let rows = |name: &str| {
         let table = std::fs::read_to_string(reported.join(name)).expect("a table");
         table.lines().count() - 1
