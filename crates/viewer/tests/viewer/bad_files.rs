@@ -121,7 +121,7 @@ fn bad_profiles_models_and_records_leave_what_is_there() {
     assert!(refused.contains("bad.json"), "{refused}");
     assert!(guidance.profile.is_none());
     let refused = guidance.open_record(&path).expect_err("no record");
-    assert!(refused.contains("bad.json:1"), "{refused}");
+    assert!(refused.contains("bad.json: line 1"), "{refused}");
     assert!(guidance.operation.is_none());
     let (before, name) = guidance.model.clone().expect("shipped");
     let model = folder.path().join("wrong_model.json");
