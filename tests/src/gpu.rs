@@ -1,8 +1,9 @@
-//! Where tests render: on the processor, on its vector units, on the graphics adapter that they share.
+//! Where tests render: on the processor, on its vector units, on a graphics adapter.
 
 use std::{
+    cell::LazyCell,
     panic::{AssertUnwindSafe, catch_unwind},
-    sync::{LazyLock, atomic::AtomicBool},
+    sync::atomic::AtomicBool,
 };
 
 use uw_render::{
@@ -15,14 +16,20 @@ use uw_render::{
     scene::Scene,
 };
 
-static SHARED: LazyLock<Result<Gpu, GpuError>> = LazyLock::new(|| Gpu::open(AdapterChoice::Best));
+thread_local! {
+    /// The adapter of a test, which runs on a thread of its own: a driver on the processor keeps what it compiles until its device
+    /// goes.
+    static OWN: LazyCell<Result<Gpu, GpuError>> = LazyCell::new(|| {
+        Gpu::open(AdapterChoice::Best).inspect_err(skip_test)
+    });
+}
 
-/// The adapter, or `None` where there is none; then the test that asks, once, is counted as skipped.
+/// The adapter of the test that asks, or `None` where there is none; then it is counted as skipped, once.
 ///
 /// # Panics
 /// When `UW_REQUIRE_GPU` is 1 and there is no adapter.
-pub fn device() -> Option<&'static Gpu> {
-    SHARED.as_ref().inspect_err(|error| skip_test(error)).ok()
+pub fn device() -> Option<Gpu> {
+    OWN.with(|own| own.as_ref().ok().cloned())
 }
 
 /// Relative standard error that single precision leaves in a radiance. Numbers carry 6e-8; a term of light comes out within
@@ -37,8 +44,8 @@ pub enum Backend {
     Double,
     /// The kernels on the processor's vector units.
     VectorUnits,
-    /// The kernels on a graphics adapter.
-    Adapter(&'static Gpu),
+    /// The kernels on the graphics adapter of the test.
+    Adapter,
 }
 
 /// Both ways of the processor, of which `uw render` takes one where there is no hardware GPU.
@@ -70,7 +77,7 @@ pub fn everywhere(check: impl Fn(Backend)) {
 /// # Panics
 /// As in [`device`].
 pub fn backends() -> Vec<Backend> {
-    let adapter = device().map(Backend::Adapter);
+    let adapter = device().map(|_| Backend::Adapter);
     let processor = [Backend::Double, Backend::VectorUnits];
     processor.into_iter().chain(adapter).collect()
 }
@@ -80,7 +87,7 @@ pub fn backends() -> Vec<Backend> {
 /// # Panics
 /// As in [`device`].
 pub fn in_single_precision() -> Vec<Backend> {
-    let adapter = device().map(Backend::Adapter);
+    let adapter = device().map(|_| Backend::Adapter);
     std::iter::once(Backend::VectorUnits)
         .chain(adapter)
         .collect()
@@ -92,7 +99,7 @@ impl Backend {
         match self {
             Self::Double => "double precision",
             Self::VectorUnits => "vector units",
-            Self::Adapter(_) => "adapter",
+            Self::Adapter => "adapter",
         }
     }
 
@@ -103,7 +110,7 @@ impl Backend {
         match self {
             Self::Double => samples.div_ceil(4),
             Self::VectorUnits => samples,
-            Self::Adapter(_) => samples.div_ceil(8),
+            Self::Adapter => samples.div_ceil(8),
         }
     }
 
@@ -112,7 +119,7 @@ impl Backend {
         match self {
             Self::Double => 2.0,
             Self::VectorUnits => 1.0,
-            Self::Adapter(_) => 8f64.sqrt(),
+            Self::Adapter => 8f64.sqrt(),
         }
     }
 
@@ -120,7 +127,7 @@ impl Backend {
     pub fn rounding(self) -> f64 {
         match self {
             Self::Double => 0.0,
-            Self::VectorUnits | Self::Adapter(_) => ROUNDING_F32,
+            Self::VectorUnits | Self::Adapter => ROUNDING_F32,
         }
     }
 
@@ -151,7 +158,7 @@ impl Backend {
         match self {
             Self::Double => Device::Cpu,
             Self::VectorUnits => Device::CpuSimd,
-            Self::Adapter(gpu) => Device::from(gpu.clone()),
+            Self::Adapter => Device::from(device().expect("asked for before")),
         }
     }
 }

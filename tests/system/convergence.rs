@@ -90,7 +90,7 @@ fn errors_fall(backend: Backend) {
     for (scene_name, reference_name) in SCENES {
         let tiles = reference::tiles(reference_name);
         let rungs = match backend {
-            Backend::Adapter(_) => 4,
+            Backend::Adapter => 4,
             _ => LADDER.len(),
         };
         let scene = by_tiles(scene_name);

@@ -153,7 +153,7 @@ fn light_scattered_once_around_a_lamp_in_view_is_its_integral() {
     everywhere(|backend| {
         // An adapter makes the samples of a pixel one after the other.
         let (samples, most) = match backend {
-            Backend::Adapter(_) => (1 << 12, 0.03),
+            Backend::Adapter => (1 << 12, 0.03),
             _ => (1 << 20, 0.002),
         };
         let mut once = plan(samples, 5);

@@ -33,7 +33,7 @@ const COSINES_F32: f64 = 2e-7;
 /// Whether lengths are in single precision. Then the least distance of a surface is everywhere a millionth of the
 /// coordinates, as in double precision at the greatest offset.
 fn is_single(backend: Backend) -> bool {
-    matches!(backend, Backend::VectorUnits | Backend::Adapter(_))
+    matches!(backend, Backend::VectorUnits | Backend::Adapter)
 }
 
 /// Where a scene stands, and how large it is.
@@ -60,7 +60,7 @@ fn at_every_site(check: impl Fn(Backend, &Site)) {
     everywhere(|backend| {
         // Small pictures are slow on an adapter.
         let step = match backend {
-            Backend::Adapter(_) => 2,
+            Backend::Adapter => 2,
             _ => 1,
         };
         at_sites(&mut SIZES_M.into_iter().step_by(step), &|site| {
@@ -305,7 +305,7 @@ fn corners_and_edges_of_a_ball_are_neither_shadowed_nor_open() {
         });
         let mut compared = 0;
         let (step, least) = match backend {
-            Backend::Adapter(_) => (120, 1),
+            Backend::Adapter => (120, 1),
             _ => (1, 100),
         };
         for target in targets.step_by(step) {

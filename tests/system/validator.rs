@@ -118,7 +118,7 @@ fn compare_all(cases: &[Case]) {
     everywhere(|backend| {
         // An adapter works on one picture at a time.
         let threads = match backend {
-            Backend::Adapter(_) => 1,
+            Backend::Adapter => 1,
             _ => threads,
         };
         let ours = for_all(cases, threads, |index, case| rendered(backend, index, case));

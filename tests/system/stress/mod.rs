@@ -35,7 +35,7 @@ fn unsound(film: &Film) -> Option<String> {
 }
 
 /// Asked for once, so that it is missed once.
-static ADAPTER: LazyLock<Option<Backend>> = LazyLock::new(|| device().map(Backend::Adapter));
+static ADAPTER: LazyLock<Option<Backend>> = LazyLock::new(|| device().map(|_| Backend::Adapter));
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, rng_seed: RngSeed::Fixed(20), ..ProptestConfig::default() })]

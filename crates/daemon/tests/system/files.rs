@@ -12,9 +12,19 @@ use crate::program::{ANY_PORT, Program, mode, pipe, set_mode, text};
 
 /// Answers a recording again.
 pub(crate) fn replay(program: &Program, name: &str) -> (Option<i32>, String, String) {
+    replay_with(program, name, &[])
+}
+
+/// The same with the configuration that was used.
+pub(crate) fn replay_configured(program: &Program, name: &str) -> (Option<i32>, String, String) {
+    replay_with(program, name, &["--config", "config.toml"])
+}
+
+fn replay_with(program: &Program, name: &str, more: &[&str]) -> (Option<i32>, String, String) {
     let output = Command::new(env!("CARGO_BIN_EXE_uwguide"))
         .current_dir(program.folder.path())
         .args(["replay", name, "--model", "model.json"])
+        .args(more)
         .output()
         .unwrap();
     (

@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 
 use crate::client::{Client, MODEL, PATIENCE, suggest, with};
+use crate::files::replay_configured;
 use crate::program::{ANY_PORT, Program, TOKEN, get, text};
 use crate::support::Numbers;
 
@@ -301,23 +302,9 @@ fn a_recorded_session_is_answered_again_bit_for_bit() {
     }
     assert!(pushes > 10, "{pushes}");
     assert_eq!(program.end(), Some(0));
-    let replay = |name: &str| {
-        Command::new(env!("CARGO_BIN_EXE_uwguide"))
-            .current_dir(program.folder.path())
-            .args([
-                "replay",
-                name,
-                "--model",
-                "model.json",
-                "--config",
-                "config.toml",
-            ])
-            .output()
-            .unwrap()
-    };
-    let output = replay("session.ndjson");
-    let said = text(&output.stdout);
-    assert!(output.status.success(), "{said}\n{}", text(&output.stderr));
+    let replay = |name: &str| replay_configured(&program, name);
+    let (code, said, warned) = replay("session.ndjson");
+    assert_eq!(code, Some(0), "{said}\n{warned}");
     let same: usize = said.split(' ').next().unwrap().parse().unwrap();
     assert!(same > 240 && said.contains(" 0 different"), "{said}");
     assert!(
@@ -332,19 +319,19 @@ fn a_recorded_session_is_answered_again_bit_for_bit() {
         recording.replacen("\\\"evaluations\\\":", "\\\"evaluations\\\":1", 1),
     )
     .unwrap();
-    let other = replay("other.ndjson");
-    assert_eq!(other.status.code(), Some(1), "{}", text(&other.stdout));
-    assert!(text(&other.stdout).contains(" 1 different"));
+    let (code, said, _) = replay("other.ndjson");
+    assert_eq!(code, Some(1), "{said}");
+    assert!(said.contains(" 1 different"));
     std::fs::write(
         program.path("cut.ndjson"),
         &recording[..recording.len() - 30],
     )
     .unwrap();
-    let cut = replay("cut.ndjson");
-    assert_eq!(cut.status.code(), Some(0), "{}", text(&cut.stdout));
-    assert!(text(&cut.stdout).contains(", 1 torn"));
+    let (code, said, _) = replay("cut.ndjson");
+    assert_eq!(code, Some(0), "{said}");
+    assert!(said.contains(", 1 torn"));
     std::fs::write(program.path("none.ndjson"), "no recording\n").unwrap();
-    assert_eq!(replay("none.ndjson").status.code(), Some(2));
+    assert_eq!(replay("none.ndjson").0, Some(2));
 }
 
 #[test]

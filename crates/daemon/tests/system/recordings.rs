@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use uw_guidance::record::{Item, read};
 
 use crate::client::{Client, PATIENCE, suggest, with};
-use crate::files::replay;
+use crate::files::{replay, replay_configured};
 use crate::program::{ANY_PORT, Program, mode, text};
 use crate::support::Numbers;
 
@@ -76,32 +76,11 @@ fn an_mcap_recording_is_answered_again_bit_for_bit() {
     };
     assert_eq!((kinds("start"), kinds("reload")), (1, 1));
     assert!(kinds("request") >= 35 * 6 && kinds("push") > 0);
-    let output = program_replay(&program, "dive.mcap");
+    let output = replay_configured(&program, "dive.mcap");
     assert!(output.0 == Some(0), "{output:?}");
     assert!(same(&output.1) >= 35 * 5, "{output:?}");
     assert!(output.1.contains(" 0 different"), "{output:?}");
     assert!(!output.1.contains("torn"), "{output:?}");
-}
-
-/// With the configuration that was used.
-fn program_replay(program: &Program, name: &str) -> (Option<i32>, String, String) {
-    let output = std::process::Command::new(env!("CARGO_BIN_EXE_uwguide"))
-        .current_dir(program.folder.path())
-        .args([
-            "replay",
-            name,
-            "--model",
-            "model.json",
-            "--config",
-            "config.toml",
-        ])
-        .output()
-        .unwrap();
-    (
-        output.status.code(),
-        text(&output.stdout),
-        text(&output.stderr),
-    )
 }
 
 /// What JSON says of a session, MCAP says as well, reply by reply.

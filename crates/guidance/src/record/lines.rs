@@ -5,24 +5,17 @@ use std::io::{self, Read as _, Seek as _, SeekFrom, Write};
 use std::path::Path;
 
 use base64::Engine as _;
-use serde_json::{Value, json};
+use serde_json::Value;
 
-use super::{Entry, Lost};
+use super::{Entry, Lost, write_some};
 
 /// Bytes that wait in memory for one write.
 const BUFFER_BYTES: usize = 8192;
 
 /// The line of an entry.
 pub(super) fn line(entry: &Entry) -> Value {
-    let mut value = json!({
-        "kind": if entry.line.is_some() { "request" } else { "push" },
-        "sequence": entry.sequence,
-        "connection": entry.connection,
-        "since_start_s": entry.now.since_start_s,
-        "unix_s": entry.now.unix_s,
-        "elapsed_us": entry.elapsed_us,
-        "reply": entry.reply,
-    });
+    let mut value = entry.facts();
+    value["reply"] = entry.reply.clone().into();
     match entry.line.as_deref().map(std::str::from_utf8) {
         Some(Ok(text)) => value["line"] = text.into(),
         Some(Err(_)) => {
@@ -78,24 +71,13 @@ impl<W: Write> LineWriter<W> {
 
     fn push(&mut self, bytes: &[u8], written: &mut usize) -> io::Result<()> {
         while !self.at_start {
-            self.at_start = self.some(b"\n")? == 1;
+            self.at_start = write_some(&mut self.out, b"\n")? == 1;
         }
         while *written < bytes.len() {
-            *written += self.some(&bytes[*written..])?;
+            *written += write_some(&mut self.out, &bytes[*written..])?;
             self.at_start = bytes[..*written].ends_with(b"\n");
         }
         Ok(())
-    }
-
-    /// Writes a part, one byte at least.
-    fn some(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        loop {
-            match self.out.write(bytes) {
-                Ok(0) => return Err(io::ErrorKind::WriteZero.into()),
-                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-                other => return other,
-            }
-        }
     }
 }
 
@@ -119,6 +101,8 @@ pub(super) fn ends_a_line(path: &Path) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use serde_json::json;
+
     use super::*;
 
     /// A disk with room for so many bytes.

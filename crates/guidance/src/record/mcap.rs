@@ -19,7 +19,7 @@ use mcap::{McapError, WriteOptions, Writer};
 use serde::de::IgnoredAny;
 use serde_json::{Value, json};
 
-use super::{Entry, Lost, RECORD_FORMAT};
+use super::{Entry, Lost, RECORD_FORMAT, write_some};
 
 /// A topic, the name of its schema, and the schema.
 type Topic = (&'static str, &'static str, &'static str);
@@ -146,7 +146,11 @@ impl<W: Write> McapWriter<W> {
             entry.reply.clone().into_bytes(),
             answered_s,
         );
-        let about = (self.channels.entry, about(entry), answered_s);
+        let about = (
+            self.channels.entry,
+            entry.facts().to_string().into_bytes(),
+            answered_s,
+        );
         let messages: Vec<_> = request.into_iter().chain([reply, about]).collect();
         self.record(&messages)
     }
@@ -209,10 +213,8 @@ impl<W: Write> McapWriter<W> {
             if written == bytes.len() {
                 break Ok(());
             }
-            match self.out.write(&bytes[written..]) {
-                Ok(0) => break Err(io::ErrorKind::WriteZero.into()),
+            match write_some(&mut self.out, &bytes[written..]) {
                 Ok(count) => written += count,
-                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
                 Err(error) => break Err(error),
             }
         };
@@ -257,18 +259,6 @@ fn unreadable(line: &[u8]) -> Vec<u8> {
         Ok(text) => json!({"line": text}),
         Err(_) => json!({"line_base64": base64::engine::general_purpose::STANDARD.encode(line)}),
     };
-    value.to_string().into_bytes()
-}
-
-fn about(entry: &Entry) -> Vec<u8> {
-    let value = json!({
-        "kind": if entry.line.is_some() { "request" } else { "push" },
-        "sequence": entry.sequence,
-        "connection": entry.connection,
-        "since_start_s": entry.now.since_start_s,
-        "unix_s": entry.now.unix_s,
-        "elapsed_us": entry.elapsed_us,
-    });
     value.to_string().into_bytes()
 }
 

@@ -5,14 +5,14 @@
 //! behind a bounded queue: a slow or full disk costs records, which are counted, and never an answer.
 
 use std::fs::File;
-use std::io;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::operations::files::{append, create};
 use crate::service::{Loaded, Moment, Service};
@@ -49,6 +49,20 @@ pub struct Entry {
     pub line: Option<Vec<u8>>,
     /// The reply line.
     pub reply: String,
+}
+
+impl Entry {
+    /// What both formats say beside the lines.
+    fn facts(&self) -> Value {
+        json!({
+            "kind": if self.line.is_some() { "request" } else { "push" },
+            "sequence": self.sequence,
+            "connection": self.connection,
+            "since_start_s": self.now.since_start_s,
+            "unix_s": self.now.unix_s,
+            "elapsed_us": self.elapsed_us,
+        })
+    }
 }
 
 enum Message {
@@ -182,6 +196,17 @@ impl Output {
         match self {
             Self::Lines(out) => out.flush(),
             Self::Mcap(out) => out.finish(),
+        }
+    }
+}
+
+/// Writes a part of `bytes`, one at least.
+fn write_some(out: &mut impl Write, bytes: &[u8]) -> io::Result<usize> {
+    loop {
+        match out.write(bytes) {
+            Ok(0) => return Err(io::ErrorKind::WriteZero.into()),
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            other => return other,
         }
     }
 }

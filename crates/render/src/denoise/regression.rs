@@ -260,7 +260,7 @@ impl Problem<'_> {
     }
 
     /// The pixel beside (x, y) that shows nothing but `region`, itself where none does. Blurred light jumps at the edge of what is
-    /// bright, where fits were made beside it: they say nothing of values ten times larger than all that they have met.
+    /// bright, where fits were made beside it: they say nothing of values a hundred times those that they have met.
     fn nearest_pure(&self, (x, y): (usize, usize), region: u32) -> usize {
         let (width, height) = (self.guides.width, self.guides.height);
         let own = y * width + x;
