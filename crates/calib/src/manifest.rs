@@ -1,6 +1,7 @@
 //! The list of images of a calibration routine: a CSV file with one image a row.
 //!
-//! Columns `file,kind,depth_m,distance_m,light_pct` in any order. Rows of kind `depth` look up to the
+//! Columns `file,kind,depth_m,distance_m,light_pct` in any order; `level_pct`, the level that the lamps were set to, may stand for
+//! `light_pct` where their level curve is known. Rows of kind `depth` look up to the
 //! surface and need `depth_m`; rows of kind `contrast` look at the target and need `distance_m` and
 //! `light_pct`, and `depth_m` where no picture looks up. The other numbers of a row may be left empty. File names are relative to the manifest.
 
@@ -12,8 +13,11 @@ use csv::StringRecord;
 use thiserror::Error;
 
 use crate::json::nearest;
+use crate::vehicle::LevelCurve;
 
 const COLUMNS: [&str; 5] = ["file", "kind", "depth_m", "distance_m", "light_pct"];
+/// May stand in the place of the last.
+const LEVEL: &str = "level_pct";
 
 /// Why a manifest cannot be used.
 #[derive(Debug, Error)]
@@ -88,7 +92,7 @@ pub enum RowKind {
     Contrast {
         /// Distance, m, finite and > 0.
         distance_m: f64,
-        /// Lamp level, percent of full intensity, in [0, 100]; 0 is off.
+        /// The lamps' light, percent of full intensity, in [0, 100]; 0 is off.
         light_pct: f64,
         /// Depth, m, finite and >= 0, where it is given.
         depth_m: Option<f64>,
@@ -116,15 +120,16 @@ pub struct Manifest {
 }
 
 impl Manifest {
-    /// Reads a manifest and checks every row, before any image is opened.
-    pub fn read(path: &Path) -> Result<Self, ManifestError> {
-        let manifest = Self::parse(path)?;
+    /// Reads a manifest and checks every row, before any image is opened. `levels` is the light of the lamps by the level that they
+    /// are set to, which the column `level_pct` needs.
+    pub fn read(path: &Path, levels: Option<&LevelCurve>) -> Result<Self, ManifestError> {
+        let manifest = Self::parse(path, levels)?;
         manifest.check_images()?;
         Ok(manifest)
     }
 
     /// Reads a manifest and checks its rows, but not whether the images are there.
-    pub fn parse(path: &Path) -> Result<Self, ManifestError> {
+    pub fn parse(path: &Path, levels: Option<&LevelCurve>) -> Result<Self, ManifestError> {
         let file = path.display().to_string();
         let text = fs::File::open(path).map_err(|source| ManifestError::Read {
             file: file.clone(),
@@ -138,10 +143,11 @@ impl Manifest {
             source,
         };
         let header = table.headers().map_err(csv_error)?.clone();
-        let columns = columns(&header).map_err(|message| ManifestError::Columns {
-            file: file.clone(),
-            message,
-        })?;
+        let (columns, is_level) =
+            columns(&header, levels).map_err(|message| ManifestError::Columns {
+                file: file.clone(),
+                message,
+            })?;
         let folder = path.parent().unwrap_or(Path::new("."));
         let mut rows = Vec::new();
         for record in table.records() {
@@ -150,6 +156,7 @@ impl Manifest {
                 Cells {
                     file: &file,
                     columns,
+                    levels: levels.filter(|_| is_level),
                     record: &record,
                 }
                 .row(folder)?,
@@ -182,16 +189,30 @@ impl Manifest {
     }
 }
 
-/// Position of each of [`COLUMNS`] in the header.
-fn columns(header: &StringRecord) -> Result<[usize; 5], String> {
+/// Position of each of [`COLUMNS`] in the header, and whether the last is [`LEVEL`].
+fn columns(
+    header: &StringRecord,
+    levels: Option<&LevelCurve>,
+) -> Result<([usize; 5], bool), String> {
+    let is_level = header.iter().any(|name| name == LEVEL);
+    if is_level && levels.is_none() {
+        return Err(format!(
+            "column {LEVEL} needs the vehicle's level_curve (`uw camera-fit level` measures it); {} is the lamps' light, percent of full",
+            COLUMNS[4]
+        ));
+    }
+    let names = match is_level {
+        true => [&COLUMNS[..4], &[LEVEL]].concat(),
+        false => COLUMNS.to_vec(),
+    };
     for (k, name) in header.iter().enumerate() {
-        if !COLUMNS.contains(&name) {
-            return Err(match nearest(name, &COLUMNS) {
+        if is_level && name == COLUMNS[4] {
+            return Err(format!("{LEVEL} and {name} say the same: leave one out"));
+        }
+        if !names.contains(&name) {
+            return Err(match nearest(name, &names) {
                 Some(near) => format!("unknown column {name:?}; did you mean {near}?"),
-                None => format!(
-                    "unknown column {name:?}; columns are {}",
-                    COLUMNS.join(", ")
-                ),
+                None => format!("unknown column {name:?}; columns are {}", names.join(", ")),
             });
         }
         if header.iter().take(k).any(|earlier| earlier == name) {
@@ -199,24 +220,21 @@ fn columns(header: &StringRecord) -> Result<[usize; 5], String> {
         }
     }
     let mut at = [0; 5];
-    for (k, name) in COLUMNS.iter().enumerate() {
+    for (k, name) in names.iter().enumerate() {
         at[k] = header
             .iter()
             .position(|column| column == *name)
-            .ok_or_else(|| {
-                format!(
-                    "column {name} is missing; columns are {}",
-                    COLUMNS.join(", ")
-                )
-            })?;
+            .ok_or_else(|| format!("column {name} is missing; columns are {}", names.join(", ")))?;
     }
-    Ok(at)
+    Ok((at, is_level))
 }
 
 /// One record with what its errors need.
 struct Cells<'a> {
     file: &'a str,
     columns: [usize; 5],
+    /// Where the last column is the level that was set.
+    levels: Option<&'a LevelCurve>,
     record: &'a StringRecord,
 }
 
@@ -233,7 +251,7 @@ impl Cells<'_> {
             "contrast" => RowKind::Contrast {
                 depth_m: self.optional(2, DEPTH_M)?,
                 distance_m: self.number(3, POSITIVE_M)?,
-                light_pct: self.number(4, PERCENT)?,
+                light_pct: self.light_pct()?,
             },
             _ => return Err(self.wrong(1, "depth or contrast")),
         };
@@ -246,6 +264,11 @@ impl Cells<'_> {
             image: folder.join(name),
             kind,
         })
+    }
+
+    fn light_pct(&self) -> Result<f64, ManifestError> {
+        let given = self.number(4, PERCENT)?;
+        Ok(self.levels.map_or(given, |curve| curve.light_pct(given)))
     }
 
     fn cell(&self, column: usize) -> &str {
@@ -274,7 +297,10 @@ impl Cells<'_> {
         ManifestError::Value {
             file: self.file.to_owned(),
             line: self.line(),
-            field: COLUMNS[column],
+            field: match (column, self.levels) {
+                (4, Some(_)) => LEVEL,
+                _ => COLUMNS[column],
+            },
             expected,
             got: self.cell(column).to_owned(),
         }
@@ -306,11 +332,15 @@ mod tests {
     use super::*;
 
     fn read(text: &str) -> Result<Manifest, ManifestError> {
+        read_with(text, None)
+    }
+
+    fn read_with(text: &str, levels: Option<&LevelCurve>) -> Result<Manifest, ManifestError> {
         let dir = tempfile::tempdir().unwrap();
         fs::write(dir.path().join("a.png"), b"").unwrap();
         let path = dir.path().join("m.csv");
         fs::write(&path, text).unwrap();
-        Manifest::read(&path)
+        Manifest::read(&path, levels)
     }
 
     #[test]
@@ -378,5 +408,40 @@ mod tests {
             message.contains("column distance_m is missing"),
             "{message}"
         );
+    }
+
+    #[test]
+    fn levels_become_light_by_the_vehicle_s_curve() {
+        let curve = LevelCurve::new(vec![[0.0, 0.0], [50.0, 20.0], [100.0, 100.0]]).unwrap();
+        let text = "file,kind,depth_m,distance_m,level_pct\na.png,contrast,,1,75\n";
+        let manifest = read_with(text, Some(&curve)).unwrap();
+        let RowKind::Contrast { light_pct, .. } = manifest.rows[0].kind else {
+            panic!("{manifest:?}");
+        };
+        assert_eq!(light_pct, 60.0);
+        // Light is light, curve or not.
+        let given = read_with(&text.replace("level_pct", "light_pct"), Some(&curve)).unwrap();
+        let told = format!("{:?}", given.rows[0].kind);
+        assert!(told.contains("light_pct: 75.0"), "{told}");
+        for (text, curve, words) in [
+            (
+                text.to_owned(),
+                None,
+                "level_pct needs the vehicle's level_curve",
+            ),
+            (
+                text.replace("depth_m", "light_pct"),
+                Some(&curve),
+                "level_pct and light_pct say the same",
+            ),
+            (
+                text.replace(",75", ",175"),
+                Some(&curve),
+                ":2: level_pct must be a number from 0 to 100",
+            ),
+        ] {
+            let message = read_with(&text, curve).unwrap_err().to_string();
+            assert!(message.contains(words), "{message}");
+        }
     }
 }

@@ -17,6 +17,7 @@ use crate::processing;
 use crate::profile::{ContrastSample, Corrected, CorrectedSample, DepthSample, Profile, Source};
 use crate::rig::Rig;
 use crate::stats::{Measured, PatchGrid, StatsError};
+use crate::vehicle::LevelCurve;
 
 /// Lamp level of the data from which the shipped models learnt, percent: preferred among equally covered levels.
 const USUAL_LIGHT_PCT: f64 = 67.0;
@@ -63,6 +64,8 @@ pub struct RoutineOptions {
     pub daylight: Daylight,
     /// Where the noise is taken from that is left out of the corrected contrasts.
     pub noise: NoiseModel,
+    /// Light of the lamps by the level that they are set to, where it is known: the column `level_pct` needs it.
+    pub levels: Option<LevelCurve>,
     /// What is known of camera and lamps, for the profile to state; where it states a size, pictures of the target have to have it.
     pub rig: Rig,
 }
@@ -87,7 +90,7 @@ pub fn from_manifest(
     made_by: &str,
     options: &RoutineOptions,
 ) -> Result<Calibration, CalibrateError> {
-    let (manifest, coverage) = examine(path, options.daylight != Daylight::Pictures)?;
+    let (manifest, coverage) = examine(path, options, options.daylight != Daylight::Pictures)?;
     let mut work = Work {
         manifest: &manifest,
         options,
@@ -130,9 +133,10 @@ pub fn from_manifest(
 /// pictures that look up.
 pub fn fit_daylight(
     path: &Path,
-    encoding: Encoding,
+    options: &RoutineOptions,
 ) -> Result<Option<DaylightFit>, CalibrateError> {
-    let (manifest, coverage) = examine(path, false)?;
+    let encoding = options.encoding;
+    let (manifest, coverage) = examine(path, options, false)?;
     if coverage.looks_up() {
         return Ok(None);
     }
@@ -180,12 +184,20 @@ fn measured<T>(
 
 /// Reads a manifest and looks whether its pictures, of which none is opened, can make a profile. `daylight_given` says that
 /// K_z does not come from pictures.
-pub fn check_manifest(path: &Path, daylight_given: bool) -> Result<(), CalibrateError> {
-    examine(path, daylight_given).map(|_| ())
+pub fn check_manifest(
+    path: &Path,
+    options: &RoutineOptions,
+    daylight_given: bool,
+) -> Result<(), CalibrateError> {
+    examine(path, options, daylight_given).map(|_| ())
 }
 
-fn examine(path: &Path, daylight_given: bool) -> Result<(Manifest, Coverage), CalibrateError> {
-    let manifest = Manifest::parse(path)?;
+fn examine(
+    path: &Path,
+    options: &RoutineOptions,
+    daylight_given: bool,
+) -> Result<(Manifest, Coverage), CalibrateError> {
+    let manifest = Manifest::parse(path, options.levels.as_ref())?;
     let coverage = Coverage::of(&manifest.rows);
     let lacks = coverage.lacks(daylight_given);
     if !lacks.is_empty() {

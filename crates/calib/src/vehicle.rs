@@ -1,9 +1,11 @@
 //! The vehicle that looks: its camera, lamps and sensor, and the daylight above it.
 
 mod file;
+mod level_curve;
 mod vignetting;
 
 pub use file::{Measurement, VehicleError, VehicleFile};
+pub use level_curve::LevelCurve;
 pub use vignetting::Vignetting;
 
 use serde::{Deserialize, Serialize};
@@ -57,6 +59,9 @@ pub struct Vehicle {
     /// Angle from a lamp's axis in degrees, rising, and intensity over that on it, >= 0; dark beyond the last. `None`: the cosine.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lamp_profile: Option<Vec<[f64; 2]>>,
+    /// Light that the lamps give at the levels they are set to; `None`: light is in proportion.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub level_curve: Option<LevelCurve>,
     /// Response of the camera by its name; `None` for three boxes. This and the spectra need `bands` by wavelength.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub response: Option<String>,
@@ -101,6 +106,7 @@ impl Default for Vehicle {
             encoding: Encoding::Srgb,
             vignetting: None,
             lamp_profile: None,
+            level_curve: None,
             response: None,
             lamp_spectrum: None,
             daylight_spectrum: None,

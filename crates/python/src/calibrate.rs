@@ -55,6 +55,7 @@ pub(crate) fn calibrate(
         encoding,
         noise: pictures::noise(noise, encoding)?,
         daylight: Daylight::Pictures,
+        levels: None,
         rig: Rig::default(),
     };
     let made = interruptible(py, None, |cancel| {
@@ -72,7 +73,7 @@ fn make(
     mut options: RoutineOptions,
     cancel: &AtomicBool,
 ) -> Result<Calibration, String> {
-    let stand = stand_in(manifest, options.encoding, known).map_err(|e| e.to_string())?;
+    let stand = stand_in(manifest, &options, known).map_err(|e| e.to_string())?;
     if let Some(stand) = stand {
         let rendered = stand.render(backscatter_fraction, cancel);
         options.daylight = rendered.map_err(|e| e.to_string())?;

@@ -29,8 +29,8 @@ struct Task {
 
 /// Fits the water and makes its tables. See ``uwguide.fit``.
 #[pyfunction]
-#[pyo3(signature = (manifest, *, vehicle, encoding, dark, bottom, backscatter_fraction, backscatter_error, gain_error, depths_m, kilo_paths,
-    table_kilo_paths, seed, report))]
+#[pyo3(signature = (manifest, *, vehicle, encoding, dark, bottom, backscatter_fraction, backscatter_error, gain_error, jerlov, depths_m,
+    kilo_paths, table_kilo_paths, seed, report))]
 #[expect(clippy::too_many_arguments, reason = "the keywords of uwguide.fit")]
 pub(crate) fn fit(
     py: Python<'_>,
@@ -42,6 +42,7 @@ pub(crate) fn fit(
     backscatter_fraction: f64,
     backscatter_error: f64,
     gain_error: f64,
+    jerlov: bool,
     depths_m: Vec<f64>,
     kilo_paths: &Bound<'_, PyAny>,
     table_kilo_paths: &Bound<'_, PyAny>,
@@ -58,6 +59,7 @@ pub(crate) fn fit(
         backscatter_fraction,
         backscatter_error,
         gain_error,
+        jerlov,
         depths_m,
         paths: 1024 * whole("kilo_paths", kilo_paths, 4..=1024_u32)? as usize,
         seed: self::seed(seed)?,
@@ -95,7 +97,8 @@ impl Task {
         let encoding: Encoding = self.options.encoding;
         let sensor = SensorNoise::new(encoding, noise).map(NoiseModel::Sensor);
         // A manifest that cannot be read is the fit's to refuse.
-        if let (Ok(manifest), Some(sensor)) = (Manifest::parse(&self.manifest), sensor) {
+        let manifest = Manifest::parse(&self.manifest, self.vehicle.level_curve.as_ref());
+        if let (Ok(manifest), Some(sensor)) = (manifest, sensor) {
             doubts.extend(processing::warnings_of(&manifest, &sensor));
         }
         doubts

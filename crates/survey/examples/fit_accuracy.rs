@@ -1,6 +1,7 @@
 //! How well `uw fit` finds hidden waters: calibration pictures of vehicles in waters drawn at random, fitted with the nominal vehicle.
 //!
-//! `cargo run --release -p uw-survey --example fit_accuracy -- SCENES SEED [spectral] [predict]`; with `predict` each fitted water also
+//! `cargo run --release -p uw-survey --example fit_accuracy -- SCENES SEED [spectral] [jerlov] [predict]`; with `jerlov` the water is
+//! fitted as one of Jerlov's scale (in three bands hidden waters are off it, by wavelength they are on it); with `predict` each fitted water also
 //! predicts the contrast of pictures of a target that was not calibrated with, from each of them for all others.
 
 #![allow(clippy::print_stdout, reason = "that is what it is for")]
@@ -33,7 +34,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let (scenes, seed) = match &arguments[..] {
         [scenes, seed, ..] => (scenes.parse::<u32>()?, seed.parse::<u64>()?),
-        _ => return Err("give SCENES SEED [spectral] [predict]".into()),
+        _ => return Err("give SCENES SEED [spectral] [jerlov] [predict]".into()),
     };
     let asked = |word: &str| arguments[2..].iter().any(|argument| argument == word);
     let bands = match asked("spectral") {
@@ -50,6 +51,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let started = Instant::now();
         let options = Options {
             down: truth.is_down()?,
+            jerlov: asked("jerlov"),
             ..Options::default()
         };
         let found = fit(&manifest, &vehicle, &options, &|_, _| true)?;

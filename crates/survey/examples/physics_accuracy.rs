@@ -1,11 +1,15 @@
 //! How well contrast is predicted by physics, the water being known: pictures of targets that nothing was trained on, each used
 //! to predict the contrast of all others of its depth.
 //!
-//! `cargo run --release -p uw-survey --example physics_accuracy -- WATER B TEXTURE DEPTH_M,.. MEMORY_TEXTURE,..`; `none` is no memory
+//! `cargo run --release -p uw-survey --example physics_accuracy -- WATER B TEXTURE DEPTH_M,.. MEMORY_TEXTURE,.. [ROWS.csv]`; `none` is no
+//! memory. ROWS.csv gets a row for each prediction (`tools/hybrid_trial.py`).
 
 #![allow(clippy::print_stdout, reason = "that is what it is for")]
 
 use std::error::Error;
+use std::fs::OpenOptions;
+use std::io::Write as _;
+use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
@@ -32,8 +36,8 @@ const LEVELS_PCT: [f64; 4] = [0.0, 33.0, 67.0, 100.0];
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [water, fraction, texture, depths, memories] = &arguments[..] else {
-        return Err("give WATER B TEXTURE DEPTH_M,.. MEMORY_TEXTURE|none,..".into());
+    let [water, fraction, texture, depths, memories, rows @ ..] = &arguments[..] else {
+        return Err("give WATER B TEXTURE DEPTH_M,.. MEMORY_TEXTURE|none,.. [ROWS.csv]".into());
     };
     let vehicle = Vehicle::default();
     let body = WaterBody {
@@ -78,6 +82,16 @@ fn main() -> Result<(), Box<dyn Error>> {
         for (memory, remembered) in &sights {
             println!("{water} {fraction} {texture} at {depth_m} m, memory of {memory}:");
             cell(&place_at(depth_m), &shots, remembered);
+            if let Some(file) = rows.first() {
+                let name = format!("{water},{texture},{depth_m},{memory}");
+                write_rows(
+                    Path::new(file),
+                    &name,
+                    &place_at(depth_m),
+                    &shots,
+                    remembered,
+                )?;
+            }
         }
     }
     Ok(())
@@ -175,6 +189,75 @@ fn cell(place: &Place, shots: &[Shot], remembered: &[Sight]) {
     let told = n.iter().flatten().sum::<f64>();
     let all = sums.iter().flatten().sum::<f64>() / told;
     println!("ALL {all:.4}, {:.2} of the channels told", told / asked);
+}
+
+/// Appends what each picture predicts of each other, what it shows itself, and the truth; a row per channel that is told.
+fn write_rows(
+    path: &Path,
+    name: &str,
+    place: &Place,
+    shots: &[Shot],
+    remembered: &[Sight],
+) -> Result<(), Box<dyn Error>> {
+    let mut out = OpenOptions::new().create(true).append(true).open(path)?;
+    if out.metadata()?.len() == 0 {
+        let windows = WINDOWS_PX.map(|px| format!("within_{px}_px"));
+        writeln!(
+            out,
+            "water,texture,depth_m,memory,channel,distance_m,light_pct,to_distance_m,to_light_pct,contrast,mean,{},predicted_here,predicted,\
+             error,truth",
+            windows.join(",")
+        )?;
+    }
+    for (here, picture, stats) in shots {
+        let predictor = Predictor::new(place.clone(), picture, (here, stats.contrast), remembered);
+        let own = predictor.contrast(here).counts;
+        let bands = [0, 1, 2].map(|k| WINDOWS_PX.map(|px| within(picture, px, k)));
+        for (there, _, label) in shots {
+            let found = predictor.contrast(there);
+            for k in (0..3).filter(|&k| predictor.unknown()[k].is_none()) {
+                let bands = bands[k].map(|band| format!("{band:.4e}"));
+                writeln!(
+                    out,
+                    "{name},{k},{},{},{},{},{:.4},{:.3},{},{:.4},{:.4},{:.4},{:.4}",
+                    here.distance_m,
+                    here.light_pct,
+                    there.distance_m,
+                    there.light_pct,
+                    stats.contrast[k],
+                    stats.mean[k],
+                    bands.join(","),
+                    own[k],
+                    found.counts[k],
+                    found.error_counts[k],
+                    label.contrast[k]
+                )?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Edges of the windows whose variance rows have.
+const WINDOWS_PX: [usize; 6] = [2, 4, 8, 16, 32, 64];
+
+/// Mean variance of a channel's signal inside windows of so many pixels.
+fn within(picture: &LinearPicture, px: usize, k: usize) -> f64 {
+    let (across, down) = (picture.width / px, picture.height / px);
+    let area = (px * px) as f64;
+    let variance = |window: usize| {
+        let (x, y) = (window % across * px, window / across * px);
+        let rows = (y..y + px).flat_map(|row| {
+            let first = row * picture.width + x;
+            picture.signal[first..first + px].iter()
+        });
+        let (sum, square) = rows.fold((0.0, 0.0), |(sum, square), pixel| {
+            let signal = f64::from(pixel[k]);
+            (sum + signal, square + signal * signal)
+        });
+        square / area - (sum / area).powi(2)
+    };
+    (0..across * down).map(variance).sum::<f64>() / (across * down) as f64
 }
 
 type Shot = (Candidate, LinearPicture, uw_calib::ImageStats);

@@ -5,7 +5,9 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use uw_assets::AssetError;
-use uw_calib::{CalibrateError, Daylight, DaylightFit, Encoding, check_manifest, fit_daylight};
+use uw_calib::{
+    CalibrateError, Daylight, DaylightFit, RoutineOptions, check_manifest, fit_daylight,
+};
 use uw_media::{Iops, MediaError, WaterType};
 
 use crate::assets::assets_dir;
@@ -77,11 +79,11 @@ pub struct Stand {
 /// The manifest or its pictures cannot be used.
 pub fn stand_in(
     manifest: &Path,
-    encoding: Encoding,
+    options: &RoutineOptions,
     known: Known,
 ) -> Result<Option<Stand>, DaylightError> {
     if known != Known::Nothing {
-        check_manifest(manifest, true)?;
+        check_manifest(manifest, options, true)?;
     }
     let depths_m = UP_DEPTHS_M.to_vec();
     let stand = match known {
@@ -99,7 +101,7 @@ pub fn stand_in(
                 from,
             }
         }
-        Known::Nothing => match fit_daylight(manifest, encoding)? {
+        Known::Nothing => match fit_daylight(manifest, options)? {
             Some(fit) => of_fit(&fit, depths_m)?,
             None => return Ok(None),
         },

@@ -9,7 +9,8 @@ use image::{Rgb, RgbImage};
 use uw_calib::picture::Counts;
 use uw_guidance::Candidate;
 use uw_guidance::physics::{LinearPicture, Predictor};
-use uw_survey::environment::MEAN;
+use uw_media::WaterType;
+use uw_survey::environment::{MEAN, WaterKind};
 use uw_survey::fit::{Fit, FitError, Options, depths, fit, report, water_file};
 use uw_survey::vehicle::Vehicle;
 
@@ -66,6 +67,49 @@ fn hidden_waters_are_found_within_their_errors() {
         // At least red's absorption is told by pictures from these distances.
         assert!(!found.not_identified.contains(&names[0]), "{found:?}");
         assert!(found.misfit < 2.0, "{}", found.misfit);
+    }
+}
+
+/// Of a water on Jerlov's scale one number is asked, and told well where six are not.
+#[test]
+fn a_water_on_jerlovs_scale_is_told_by_its_place() {
+    let mut truth = Truth::draw(2, 3, MEAN).expect("a truth");
+    let iops = truth.body.jerlov.iops().expect("a water");
+    (truth.a, truth.b) = (iops.a, iops.b);
+    let folder = tempfile::tempdir().expect("a folder");
+    let manifest = truth.take(folder.path(), &vehicle(), 5).expect("pictures");
+    let options = Options {
+        jerlov: true,
+        ..options(&truth)
+    };
+    let found = fit(&manifest, &vehicle(), &options, &never).expect("a fit");
+    let mixture = found.jerlov.expect("a place on the scale");
+    let off = place(mixture.water) - place(truth.body.jerlov);
+    assert!(
+        off.abs() < MOST_Z * mixture.error && mixture.error < 0.5,
+        "{mixture:?} is {}",
+        truth.body.jerlov
+    );
+    for k in 0..3 {
+        for (fitted, truth) in [
+            (found.a_per_m[k], truth.a[k]),
+            (found.b_per_m[k], truth.b[k]),
+        ] {
+            let z = (fitted.value / truth).ln() / fitted.relative_error;
+            assert!(z.abs() < MOST_Z, "{fitted:?} is {truth}, z {z:.1}");
+        }
+    }
+}
+
+/// Number of the type that a water is, or between two.
+fn place(water: WaterKind) -> f64 {
+    let number = |of: WaterType| {
+        let number = WaterType::ALL.iter().position(|t| *t == of);
+        number.expect("a type") as f64
+    };
+    match water {
+        WaterKind::Type(of) => number(of),
+        WaterKind::Between { from, share, .. } => number(from) + share,
     }
 }
 

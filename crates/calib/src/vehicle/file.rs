@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
-use super::{Vehicle, Vignetting};
+use super::{LevelCurve, Vehicle, Vignetting};
 use crate::Encoding;
 
 /// The value of the field `format`.
@@ -197,6 +197,7 @@ fn fields() -> Vec<String> {
         encoding: Encoding::Linear,
         vignetting: Vignetting::new([0.0; 3]).ok(),
         lamp_profile: Some(vec![[0.0, 1.0]]),
+        level_curve: LevelCurve::new(vec![[0.0; 2], [100.0; 2]]).ok(),
         response: Some(String::new()),
         lamp_spectrum: Some(String::new()),
         daylight_spectrum: Some(String::new()),

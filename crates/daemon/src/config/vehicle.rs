@@ -20,6 +20,7 @@ impl Config {
         let vehicle = VehicleFile::find(name, Path::new(""))?.vehicle;
         let settings = &mut self.settings;
         settings.vehicle = vehicle.rig(Some(vehicle.exposure));
+        settings.level_curve = vehicle.level_curve;
         if settings.noise == NoiseModel::Picture {
             let noise = LinearNoise {
                 a: vehicle.noise_a,

@@ -82,8 +82,8 @@ pub async fn run(config: MavlinkConfig, mut feeder: Feeder) {
             tracing::warn!(link = "mavlink", %error, "trying again");
         }
         reachable = polled.is_ok();
-        if let Some(light_pct) = feeder.commanded_light_pct()
-            && let Err(error) = bridge.command(light_pct).await
+        if let Some(level_pct) = feeder.commanded_level_pct()
+            && let Err(error) = bridge.command(level_pct).await
         {
             tracing::warn!(link = "mavlink", %error, "the lamps could not be set");
         }
@@ -134,8 +134,8 @@ impl Bridge {
         before.is_some_and(|before| before != counter)
     }
 
-    async fn command(&self, light_pct: f64) -> io::Result<()> {
-        let Some(body) = lamp_command(&self.config, light_pct) else {
+    async fn command(&self, level_pct: f64) -> io::Result<()> {
+        let Some(body) = lamp_command(&self.config, level_pct) else {
             return Ok(());
         };
         let path = format!("{}/mavlink", self.config.prefix);
@@ -166,7 +166,7 @@ pub fn state(name: &str, message: &Value, orientation: &str) -> Option<Value> {
         "NAMED_VALUE_FLOAT" => {
             let share = message["value"].as_f64()?;
             let is_lamp = text(&message["name"])? == "Lights1" && (0.0..=1.0).contains(&share);
-            is_lamp.then(|| json!({"op": "state", "light_pct": 100.0 * share}))
+            is_lamp.then(|| json!({"op": "state", "level_pct": 100.0 * share}))
         }
         _ => None,
     }
@@ -185,8 +185,8 @@ fn text(name: &Value) -> Option<String> {
 }
 
 /// The message that sets the lamps; `None` where the bridge only advises.
-pub fn lamp_command(config: &MavlinkConfig, light_pct: f64) -> Option<Value> {
-    let share = (light_pct / 100.0).clamp(0.0, 1.0);
+pub fn lamp_command(config: &MavlinkConfig, level_pct: f64) -> Option<Value> {
+    let share = (level_pct / 100.0).clamp(0.0, 1.0);
     let (command, first, second) = match config.lamps {
         Lamps::Advise => return None,
         Lamps::Servo(output) => {
@@ -233,7 +233,7 @@ mod tests {
         for name in [json!("Lights1"), letters] {
             let lamp = json!({"name": name, "value": 0.25});
             let told = state("NAMED_VALUE_FLOAT", &lamp, AHEAD).unwrap();
-            assert_eq!(told["light_pct"], 25.0);
+            assert_eq!(told["level_pct"], 25.0);
         }
         let other = json!({"name": "CamTilt", "value": 0.25});
         assert_eq!(state("NAMED_VALUE_FLOAT", &other, AHEAD), None);

@@ -53,18 +53,19 @@ impl Feeder {
         }
     }
 
-    /// Subscribes to suggestions, which [`Feeder::commanded_light_pct`] then takes.
+    /// Subscribes to suggestions, which [`Feeder::commanded_level_pct`] then takes.
     fn subscribe(&mut self, rate_hz: f64) {
         self.ask(&json!({"op": "subscribe", "id": "lamps", "rate_hz": rate_hz}));
     }
 
-    /// The lamp level of the message that is due, if it says to move.
-    fn commanded_light_pct(&mut self) -> Option<f64> {
+    /// What the lamps are to be set to by the message that is due, percent, if it says to move.
+    fn commanded_level_pct(&mut self) -> Option<f64> {
         let (now, started) = (self.session.service().now(), Instant::now());
         let answered = self.session.push(now)?;
         let reply = self.finish(answered, now, None, started);
         let moves = reply["valid"] == true && reply["action"] == "move";
-        reply["light_pct"].as_f64().filter(|_| moves)
+        let level = [&reply["level_pct"], &reply["light_pct"]];
+        level.iter().find_map(|v| v.as_f64()).filter(|_| moves)
     }
 
     /// Sends a request and takes the reply.

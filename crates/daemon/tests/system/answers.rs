@@ -264,7 +264,7 @@ fn unusable_states_and_subscriptions_are_named() {
     let cases = [
         (
             json!({"op": "state"}),
-            "state: one of depth_m, distance_m, distances_m, light_pct, mean and std",
+            "state: one of depth_m, distance_m, distances_m, light_pct, level_pct, mean and std",
         ),
         (json!({"op": "state", "mean": [1, 2, 3]}), "std"),
         (json!({"op": "state", "depth_m": 1, "age_s": -1}), "age_s"),

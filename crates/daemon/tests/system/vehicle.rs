@@ -2,7 +2,7 @@
 
 use serde_json::json;
 
-use crate::client::without;
+use crate::client::{with, without};
 use crate::program::{ANY_PORT, Program, text};
 
 /// A vehicle of the test model's camera.
@@ -80,4 +80,51 @@ fn a_vehicle_that_cannot_be_used_ends_the_start() {
             text(&output.stderr)
         );
     }
+}
+
+/// Lamps whose light is not in proportion to their level: a request may say either, a reply says both.
+#[test]
+fn levels_of_lamps_become_light_and_back() {
+    let curve = "level_curve = [[0, 0], [50, 20], [100, 100]]\n";
+    let config = "[vehicle]\nfile = \"curved.toml\"\n";
+    let mut program = Program::folder()
+        .write("curved.toml", &format!("{SAME}{curve}"))
+        .config(config)
+        .start(&ANY_PORT);
+    let mut client = program.client();
+    let info = client.ask(&json!({"op": "info"}));
+    let told = &info["settings"]["level_curve"];
+    assert_eq!(told, &json!([[0.0, 0.0], [50.0, 20.0], [100.0, 100.0]]));
+    let light = client.ask(&with(json!({"light_pct": 20.0})));
+    let mut request = without(&["light_pct"]);
+    request["level_pct"] = json!(50.0);
+    let level = client.ask(&request);
+    for field in ["valid", "distance_m", "light_pct", "level_pct", "score"] {
+        assert_eq!(light[field], level[field], "{field}");
+    }
+    let number = |field: &str| light[field].as_f64().unwrap();
+    let (suggested, set) = (number("light_pct"), number("level_pct"));
+    let expected = match suggested {
+        light if light < 20.0 => 2.5 * light,
+        light => 50.0 + (light - 20.0) / 1.6,
+    };
+    assert!((set - expected).abs() < 0.01, "{light}");
+    // The state takes levels too, and what is pushed says what to set.
+    let mut state = request.clone();
+    state["op"] = json!("state");
+    assert_eq!(client.ask(&state)["ok"], true);
+    client.ask(&json!({"op": "subscribe", "rate_hz": 20}));
+    let push = client.receive();
+    assert_eq!(push["push"], true, "{push}");
+    let (light_pct, level_pct) = (push["light_pct"].as_f64(), push["level_pct"].as_f64());
+    assert!(
+        light_pct.zip(level_pct).is_some_and(|(l, p)| p > l),
+        "{push}"
+    );
+    assert!(push["target"]["level_pct"].is_number(), "{push}");
+    client.ask(&json!({"op": "unsubscribe"}));
+    request["light_pct"] = json!(20.0);
+    let both = client.ask(&request);
+    assert_eq!(both["error"]["field"], "level_pct", "{both}");
+    assert_eq!(program.end(), Some(0));
 }

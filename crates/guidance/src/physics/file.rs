@@ -96,6 +96,12 @@ pub struct FitNumbers {
     pub b_relative_error: [f64; 3],
     /// Of the backscatter fraction.
     pub backscatter_relative_error: f64,
+    /// The water on Jerlov's scale, such as "3C-5C@0.42", where it was taken to be on it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub jerlov: Option<String>,
+    /// Standard error of its place on the scale, types.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub jerlov_error: Option<f64>,
     /// Light of the lamps times exposure, over those of the vehicle's file; the tables have it in them.
     pub lamp_gain: [f64; 3],
     /// Its error.

@@ -308,6 +308,8 @@ fn fitted(correlation: f64) -> FitNumbers {
         a_relative_error: [0.5; 3],
         b_relative_error: [0.2; 3],
         backscatter_relative_error: 0.3,
+        jerlov: None,
+        jerlov_error: None,
         lamp_gain: [1.0; 3],
         lamp_gain_relative_error: [0.3; 3],
         daylight_gain: None,

@@ -122,6 +122,9 @@ pub(super) fn settings(settings: &Settings) -> Value {
         },
         "beams": {"tilt_deg": beams.tilt_deg, "azimuths_deg": beams.azimuths_deg},
     });
+    if let Some(curve) = &settings.level_curve {
+        described["level_curve"] = json!(curve);
+    }
     if !settings.vehicle.is_empty() {
         described["vehicle"] = settings.vehicle.to_json().into();
     }

@@ -11,6 +11,7 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use serde_json::{Value, json};
 use thiserror::Error;
+use uw_calib::vehicle::LevelCurve;
 use uw_calib::{NoiseModel, Profile, ProfileError, Rig};
 
 use crate::beams::BeamGeometry;
@@ -28,6 +29,7 @@ mod album;
 mod describe;
 mod fit;
 mod image;
+mod lamps;
 mod resolve;
 mod session;
 mod subscription;
@@ -58,6 +60,8 @@ pub struct Settings {
     pub noise: NoiseModel,
     /// Camera and lamps of the vehicle, as far as they are known: those of model, water file and profile have to be the same.
     pub vehicle: Rig,
+    /// Light of the vehicle's lamps by the level that they are set to; `None`: in proportion.
+    pub level_curve: Option<LevelCurve>,
     /// The token that each connection has to show first.
     pub token: Option<String>,
     /// Whether replies by a network say so; those by physics always do.

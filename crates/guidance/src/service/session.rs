@@ -15,6 +15,7 @@ use crate::feed::Picture;
 use crate::objective::Objective;
 use crate::physics::{Present, Water};
 use crate::service::album::{Album, Taken};
+use crate::service::lamps::{read_level, tell_level};
 use crate::service::resolve::{Known, Unknown, age_s, resolve, update};
 use crate::service::subscription::{self, Subscription, steering_with};
 use crate::service::suggestion::{self, Hold, Predicting, usable};
@@ -160,8 +161,12 @@ impl Session {
     /// Answers a request at a moment.
     pub fn answer(&mut self, pending: Pending, now: Moment) -> Answered {
         let (name, measured) = (pending.op(), pending.measured);
-        let Request { id, op } = pending.request;
-        let (sequence, fields) = match op {
+        let Request { id, mut op } = pending.request;
+        let curve = self.service.settings.level_curve.clone();
+        if let Ok(op) = &mut op {
+            read_level(op, curve.as_ref());
+        }
+        let (sequence, mut fields) = match op {
             Ok(Op::State(inputs)) if self.authorised => self.state(&inputs, now),
             Ok(op) => {
                 let (snapshot, ()) = self.service.snapshot(|_| ());
@@ -170,6 +175,9 @@ impl Session {
             }
             Err(error) => (self.service.snapshot(|_| ()).0.sequence, Err(error)),
         };
+        if let Ok(fields) = &mut fields {
+            tell_level(fields, curve.as_ref());
+        }
         if matches!(name, "suggest" | "suggest_image") && self.authorised {
             self.service.metrics.gauges.advised(fields.as_ref().ok());
         }
@@ -208,8 +216,12 @@ impl Session {
         let (snapshot, ()) = self.service.snapshot(|_| ());
         let own = self.profile.as_deref();
         let album = album(&self.album);
-        let fields = subscription.push((&snapshot, &album), own, &self.service.settings, now);
+        let settings = &self.service.settings;
+        let mut fields = subscription.push((&snapshot, &album), own, settings, now);
         drop(album);
+        if let Ok(fields) = &mut fields {
+            tell_level(fields, settings.level_curve.as_ref());
+        }
         self.service.metrics.gauges.advised(fields.as_ref().ok());
         Some(Answered {
             sequence: snapshot.sequence,

@@ -8,11 +8,12 @@ use crate::feed::Picture;
 use crate::observation::Quality;
 
 /// Names of these fields, for lists of what a request may hold.
-pub(super) const FIELDS: [&str; 15] = [
+pub(super) const FIELDS: [&str; 16] = [
     "depth_m",
     "distance_m",
     "distances_m",
     "light_pct",
+    "level_pct",
     "mean",
     "std",
     "width",
@@ -57,8 +58,10 @@ pub struct Inputs {
     pub depth_m: Option<f64>,
     /// Distance.
     pub distance: Option<Distance>,
-    /// Lamp level, percent.
+    /// The lamps' light, percent of full.
     pub light_pct: Option<f64>,
+    /// What the lamps are set to, percent, in the place of `light_pct`.
+    pub level_pct: Option<f64>,
     /// Image statistics.
     pub picture: Option<Picture>,
     /// The sun, where it is known. Not kept for later requests.
@@ -83,17 +86,30 @@ impl Inputs {
         self.depth_m.is_none()
             && self.distance.is_none()
             && self.light_pct.is_none()
+            && self.level_pct.is_none()
             && self.picture.is_none()
     }
 
     /// The fields of a request object.
     pub(super) fn read(object: &Object) -> Result<Self, FieldError> {
+        let percent = |name: &str| {
+            optional(object, name, |v| {
+                ((0.0..=100.0).contains(&v), "from 0 to 100 percent")
+            })
+        };
+        let (light_pct, level_pct) = (percent("light_pct")?, percent("level_pct")?);
+        if light_pct.is_some() && level_pct.is_some() {
+            return Err(FieldError::invalid(
+                object.path_of("level_pct"),
+                "absent where light_pct is given",
+                "both",
+            ));
+        }
         Ok(Self {
             depth_m: optional(object, "depth_m", |v| (v >= 0.0, ">= 0 m"))?,
             distance: read_distance(object)?,
-            light_pct: optional(object, "light_pct", |v| {
-                ((0.0..=100.0).contains(&v), "from 0 to 100 percent")
-            })?,
+            light_pct,
+            level_pct,
             picture: read_picture(object)?,
             sun: SunSeen {
                 zenith_deg: optional(object, "sun_zenith_deg", |v| {

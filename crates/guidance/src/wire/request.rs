@@ -200,8 +200,7 @@ fn read_op(object: &Object) -> Result<Op, WireError> {
             only(&inputs::FIELDS)?;
             let inputs = Inputs::read(object)?;
             if inputs.is_empty() {
-                let what =
-                    "state: one of depth_m, distance_m, distances_m, light_pct, mean and std";
+                let what = "state: one of depth_m, distance_m, distances_m, light_pct, level_pct, mean and std";
                 return Err(FieldError::missing(what).into());
             }
             Ok(Op::State(inputs))

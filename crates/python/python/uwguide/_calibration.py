@@ -58,6 +58,7 @@ def fit(
     backscatter_fraction: float = 0.0183,
     backscatter_error: float = 0.6,
     gain_error: float = 0.5,
+    jerlov: bool = False,
     depths_m: Sequence[float] = (),
     kilo_paths: int = 64,
     table_kilo_paths: int = 128,
@@ -77,6 +78,7 @@ def fit(
         backscatter_fraction: that is expected.
         backscatter_error: how well, as a relative error in (0, 3].
         gain_error: how well the vehicle's file knows its lamps' intensity times exposure, as a relative error in (0, 3].
+        jerlov: the water is between two neighbouring ones of Jerlov's types.
         depths_m: depths that the water file is for besides those of the pictures, m, in [0.1, 60]; without them a metre around.
         kilo_paths: paths per distance of the fit, in thousands, 4 to 1024.
         table_kilo_paths: paths per view and source of the tables, in thousands, 8 to 8192.
@@ -98,6 +100,7 @@ def fit(
         backscatter_fraction=backscatter_fraction,
         backscatter_error=backscatter_error,
         gain_error=gain_error,
+        jerlov=jerlov,
         depths_m=list(depths_m),
         kilo_paths=kilo_paths,
         table_kilo_paths=table_kilo_paths,

@@ -173,6 +173,7 @@ def fit(
     backscatter_fraction: float,
     backscatter_error: float,
     gain_error: float,
+    jerlov: bool,
     depths_m: Sequence[float],
     kilo_paths: int,
     table_kilo_paths: int,

@@ -2,8 +2,12 @@
 
 use std::f64::consts::PI;
 
-/// Luminous efficacy of the radiation of white light-emitting diodes between 400 and 700 nm that is assumed, lm/W.
-pub const EFFICACY_LM_PER_W: f64 = 250.0;
+use uw_media::spectral::Curve;
+
+/// Spectrum that is assumed of a lamp of which nothing is said: white light-emitting diodes of 5000 K.
+pub const SPECTRUM: &str = "led-5000k";
+/// Wavelengths that cameras see, nm: watts of light are those between them.
+const SEEN_NM: (u32, u32) = (400, 700);
 /// Channels among which the power is shared.
 const CHANNELS: f64 = 3.0;
 
@@ -16,6 +20,19 @@ pub struct LampFit {
     pub half_angle_deg: f64,
     /// Radiant power of all channels, W.
     pub power_w: f64,
+}
+
+/// Lumens per watt of light between 400 and 700 nm with this spectrum; 0 where there is none. The eye's sensitivity is taken as
+/// 1.019 exp(-285.4 (λ/µm - 0.559)²), which is off by some percent where it counts.
+pub fn efficacy_lm_per_w(spectrum: &Curve) -> f64 {
+    let (mut seen, mut all) = (0.0, 0.0);
+    for nm in SEEN_NM.0..SEEN_NM.1 {
+        let nm = f64::from(nm) + 0.5;
+        let light = spectrum.at(nm);
+        all += light;
+        seen += light * 1.019 * (-285.4 * (1e-3 * nm - 0.559).powi(2)).exp();
+    }
+    if all > 0.0 { 683.0 * seen / all } else { 0.0 }
 }
 
 /// The lamp of `lumen` lm (above 0) with a full beam angle of `beam_angle_deg` in (0, 180], of light with `efficacy_lm_per_w` (above
@@ -51,7 +68,21 @@ pub fn lamp(lumen: f64, beam_angle_deg: f64, efficacy_lm_per_w: f64) -> Result<L
 #[cfg(test)]
 mod tests {
     use super::*;
+    use uw_media::spectral::illuminant;
     use uw_render::scene::Falloff;
+
+    #[test]
+    fn spectra_have_the_lumens_per_watt_of_their_kind() {
+        let line = |nm: f64| Curve::new(vec![(nm - 0.6, 0.0), (nm, 1.0), (nm + 0.6, 0.0)]);
+        // The definition of the candela: 683 lm/W at 555 nm. A tenth of that is left at 650 nm (CIE 1924: 0.107).
+        assert!((efficacy_lm_per_w(&line(555.5)) / 683.0 - 1.0).abs() < 0.02);
+        assert!((efficacy_lm_per_w(&line(650.5)) / 683.0 - 0.107).abs() < 0.02);
+        let white = efficacy_lm_per_w(&illuminant(SPECTRUM).expect("a spectrum"));
+        let halogen = efficacy_lm_per_w(&illuminant("halogen").expect("a spectrum"));
+        assert!((310.0..340.0).contains(&white), "{white}");
+        assert!((230.0..260.0).contains(&halogen), "{halogen}");
+        assert_eq!(efficacy_lm_per_w(&Curve::new(Vec::new())), 0.0);
+    }
 
     /// The intensity over all directions, as the scene's falloff has it, is the power of the data sheet.
     #[test]

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
 use clap::Args;
-use uw_calib::{Daylight, Encoding, RoutineOptions, from_manifest};
+use uw_calib::{Daylight, RoutineOptions, from_manifest};
 
 use super::camera::CameraArguments;
 use super::error::{CliError, note};
@@ -61,18 +61,18 @@ impl CalibrateArguments {
             )));
         }
         let camera = self.camera.camera()?;
-        let encoding = camera.encoding;
-        let options = RoutineOptions {
+        let vehicle = camera.vehicle.as_ref();
+        let mut options = RoutineOptions {
             light_pct: self.light_pct,
-            encoding,
+            encoding: camera.encoding,
             noise: camera.noise,
-            rig: camera
-                .vehicle
-                .as_ref()
+            levels: vehicle.and_then(|vehicle| vehicle.level_curve.clone()),
+            rig: vehicle
                 .map(|vehicle| vehicle.rig(Some(vehicle.exposure)))
                 .unwrap_or_default(),
-            daylight: self.daylight(encoding)?,
+            daylight: Daylight::Pictures,
         };
+        options.daylight = self.daylight(&options)?;
         let made = from_manifest(&self.manifest, made_by, &options).map_err(CliError::input)?;
         for warning in &made.warnings {
             note(format_args!("uw: warning: {warning}"));
@@ -81,7 +81,7 @@ impl CalibrateArguments {
     }
 
     /// Where K_z comes from.
-    fn daylight(&self, encoding: Encoding) -> Result<Daylight, CliError> {
+    fn daylight(&self, options: &RoutineOptions) -> Result<Daylight, CliError> {
         let known = match (&self.jerlov, &self.kd_per_m) {
             (Some(jerlov), _) => Known::Jerlov(
                 jerlov
@@ -93,7 +93,7 @@ impl CalibrateArguments {
             ),
             (None, None) => Known::Nothing,
         };
-        let stand = stand_in(&self.manifest, encoding, known).map_err(CliError::input)?;
+        let stand = stand_in(&self.manifest, options, known).map_err(CliError::input)?;
         let Some(stand) = stand else {
             return Ok(Daylight::Pictures);
         };

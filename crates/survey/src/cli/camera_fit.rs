@@ -1,7 +1,9 @@
 //! `uw camera-fit`: a vehicle's values from pictures of its camera and the data sheets of its lamps.
 
 mod beam;
+mod lamp;
 mod lens;
+mod level;
 mod response;
 
 use std::collections::BTreeMap;
@@ -14,7 +16,6 @@ use uw_render::image::{Frame, read_frame};
 use super::camera::{CurveName, name_of};
 use super::error::{CliError, note};
 use super::output;
-use crate::camera_fit::lamp::{EFFICACY_LM_PER_W, lamp};
 use crate::camera_fit::noise::{NoiseFit, fit};
 use crate::vehicle::{Measurement, VehicleFile};
 
@@ -36,9 +37,11 @@ enum What {
     /// Rid a picture of the vehicle's vignetting.
     Even(lens::EvenArguments),
     /// Intensity and cone of the lamps from a data sheet.
-    Lamp(LampArguments),
+    Lamp(lamp::LampArguments),
     /// Intensity of a lamp by angle, from pictures of a white board in air.
     Beam(beam::BeamArguments),
+    /// Light of a lamp by the level that it is set to, from pictures of a white board.
+    Level(level::LevelArguments),
 }
 
 /// Where the values go.
@@ -64,21 +67,6 @@ struct NoiseFitArguments {
     to: Destination,
 }
 
-#[derive(Debug, Args)]
-struct LampArguments {
-    /// Luminous flux of one lamp at 100 %, lm.
-    #[arg(long, value_name = "L", allow_hyphen_values = true)]
-    lumen: f64,
-    /// Full beam angle under water, degrees: where the intensity is half of that on the axis.
-    #[arg(long, value_name = "A", allow_hyphen_values = true)]
-    beam_angle_deg: f64,
-    /// Lumens per watt of light (not of electric power): 250 is about that of white light-emitting diodes.
-    #[arg(long, value_name = "K", default_value_t = EFFICACY_LM_PER_W, allow_hyphen_values = true)]
-    efficacy_lm_per_w: f64,
-    #[command(flatten)]
-    to: Destination,
-}
-
 impl CameraFitArguments {
     /// Finds the values, writes the vehicle and tells them on standard output, as an object where `json`.
     pub(super) fn run(&self, json: bool) -> Result<(), CliError> {
@@ -89,6 +77,7 @@ impl CameraFitArguments {
             What::Even(arguments) => arguments.run(),
             What::Lamp(arguments) => arguments.run(json),
             What::Beam(arguments) => arguments.run(json),
+            What::Level(arguments) => arguments.run(json),
         }
     }
 }
@@ -171,45 +160,6 @@ impl NoiseFitArguments {
             true => writeln!(out, "{}", object(&found)),
             false => out.write_all(text(&found).as_bytes()),
         })
-    }
-}
-
-impl LampArguments {
-    fn run(&self, json: bool) -> Result<(), CliError> {
-        let mut file = self.to.start()?;
-        let (lumen, beam, efficacy) = (self.lumen, self.beam_angle_deg, self.efficacy_lm_per_w);
-        let found = lamp(lumen, beam, efficacy).map_err(CliError::input)?;
-        let from = format!(
-            "uw camera-fit lamp: {lumen} lm, beam of {beam} degrees, {efficacy} lm/W assumed"
-        );
-        let measured = || Measurement {
-            error: None,
-            from: from.clone(),
-        };
-        let known = BTreeMap::from([
-            ("lamp_intensity".to_owned(), measured()),
-            ("lamp_half_angle_deg".to_owned(), measured()),
-        ]);
-        file.vehicle.lamp_intensity = rounded(found.intensity_w_per_sr);
-        file.vehicle.lamp_half_angle_deg = found.half_angle_deg;
-        file.vehicle.lamp_profile = None;
-        file.measured.remove("lamp_profile");
-        let lamp = &file.vehicle;
-        let told = match json {
-            true => json!({
-                "lamp_intensity": lamp.lamp_intensity, "lamp_half_angle_deg": lamp.lamp_half_angle_deg,
-                "power_w": found.power_w, "efficacy_lm_per_w": efficacy,
-            })
-            .to_string(),
-            false => format!(
-                "lamp_intensity       {} W/sr in each channel, of each lamp\nlamp_half_angle_deg  {}\nassumed: light of {efficacy} lm/W, \
-                 so {:.3} W of light, a third in each channel; an intensity that falls with the cosine and ends at half the beam \
-                 angle. sun_irradiance and sky_radiance must then be in W of a channel too",
-                lamp.lamp_intensity, lamp.lamp_half_angle_deg, found.power_w
-            ),
-        };
-        self.to.write(file, known)?;
-        output::to_stdout(|out| writeln!(out, "{told}"))
     }
 }
 

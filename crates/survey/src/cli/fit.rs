@@ -40,6 +40,9 @@ pub(super) struct FitArguments {
     /// The vehicle looks down at the bottom rather than ahead at a wall.
     #[arg(long)]
     bottom: bool,
+    /// The water is between two neighbouring ones of Jerlov's types: one number instead of six.
+    #[arg(long)]
+    jerlov: bool,
     /// Depths that the water file is for besides those of the pictures, m, such as 1,3,6; without them a metre around.
     #[arg(long, value_delimiter = ',')]
     depths_m: Vec<f64>,
@@ -117,7 +120,8 @@ impl FitArguments {
         };
         let sensor = SensorNoise::new(encoding, noise).map(NoiseModel::Sensor);
         // A manifest that cannot be read is the fit's to refuse.
-        if let (Ok(manifest), Some(sensor)) = (Manifest::parse(&self.manifest), sensor) {
+        let manifest = Manifest::parse(&self.manifest, vehicle.level_curve.as_ref());
+        if let (Ok(manifest), Some(sensor)) = (manifest, sensor) {
             for warning in processing::warnings_of(&manifest, &sensor) {
                 note(format_args!("uw: warning: {warning}"));
             }
@@ -132,6 +136,7 @@ impl FitArguments {
             backscatter_fraction: self.backscatter_fraction,
             backscatter_error: self.backscatter_error,
             gain_error: self.gain_error,
+            jerlov: self.jerlov,
             depths_m: self.depths_m.clone(),
             paths: 1024 * self.kilo_paths as usize,
             seed: self.seed,
@@ -162,6 +167,12 @@ fn tell(found: &Fit) {
     };
     triple("absorption", " (1/m)", &found.a_per_m);
     triple("scattering", " (1/m)", &found.b_per_m);
+    if let Some(mixture) = &found.jerlov {
+        let (water, error) = (mixture.water, mixture.error);
+        note(format_args!(
+            "uw: water on Jerlov's scale {water} ± {error:.2} types"
+        ));
+    }
     let b = &found.backscatter_fraction;
     note(format_args!(
         "uw: backscatter fraction {:.4} ± {:.0} %",

@@ -2,8 +2,10 @@
 
 /// Logarithm of the backscatter fraction.
 pub(super) const LN_BACKSCATTER: usize = 0;
-/// Parameters that all channels share: that, and the logarithms of the lamps' gains.
-const COMMON: usize = 4;
+/// Place on Jerlov's scale, where the water is taken to be on it.
+pub(super) const PLACE: usize = 1;
+/// Parameters that all channels share: these, and the logarithms of the lamps' gains.
+const COMMON: usize = 5;
 /// Logarithms of absorption, scattering and K_d.
 const WATER: usize = 3;
 /// Open numbers of a picture: how its detail is off, and the shift of a lamp picture's light or the veil of one in daylight, a
@@ -20,7 +22,7 @@ pub(super) struct Layout {
 impl Layout {
     /// Logarithm of the lamps' gain in channel `k`.
     pub(super) fn ln_gain(k: usize) -> usize {
-        1 + k
+        2 + k
     }
 
     fn channel(self, k: usize) -> usize {

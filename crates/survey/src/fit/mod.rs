@@ -10,6 +10,7 @@ mod blocks;
 mod channel;
 mod layout;
 mod least_squares;
+mod mixture;
 mod mosaic;
 mod pictures;
 mod priors;
@@ -30,7 +31,7 @@ use uw_media::WaterType;
 use crate::environment::{EnvironmentError, WATER_INDEX, WaterKind};
 use crate::estimate::every_water::EveryWaterError;
 use crate::vehicle::Vehicle;
-use layout::LN_BACKSCATTER;
+use layout::{LN_BACKSCATTER, PLACE};
 use least_squares::{Solution, minimise};
 pub use pictures::{FEWEST_DISTANCES, LEAST_RATIO};
 use pictures::{Light, Pictures};
@@ -77,6 +78,8 @@ pub struct Options {
     pub backscatter_error: f64,
     /// Error of the lamps' intensity times the exposure of the vehicle's file, of the logarithm.
     pub gain_error: f64,
+    /// The water is taken to be between two neighbouring ones of Jerlov's types.
+    pub jerlov: bool,
     /// Depths that the water file is for besides those of the pictures, m.
     pub depths_m: Vec<f64>,
     /// Paths per distance and backscatter fraction.
@@ -120,6 +123,7 @@ impl Default for Options {
             backscatter_fraction: 0.0183,
             backscatter_error: 0.6,
             gain_error: 0.5,
+            jerlov: false,
             depths_m: Vec::new(),
             paths: 65_536,
             seed: 1,
@@ -218,6 +222,15 @@ pub struct Fitted {
     pub relative_error: f64,
 }
 
+/// A water between two of Jerlov's types.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FittedMixture {
+    /// The water.
+    pub water: WaterKind,
+    /// Standard error of its place on the scale, types.
+    pub error: f64,
+}
+
 /// A fitted water.
 #[derive(Clone, Debug)]
 pub struct Fit {
@@ -227,6 +240,8 @@ pub struct Fit {
     pub b_per_m: [Fitted; 3],
     /// Backscatter fraction.
     pub backscatter_fraction: Fitted,
+    /// The place on Jerlov's scale, where the water was taken to be on it.
+    pub jerlov: Option<FittedMixture>,
     /// Lamps' light and exposure per channel, over those of the vehicle's file.
     pub lamp_gain: [Fitted; 3],
     /// Correlation of the logarithms of all these, in the order of [`Fit::names`], row by row.
@@ -333,6 +348,7 @@ impl Search<'_> {
             backscatter: options.backscatter_fraction,
             backscatter_error: options.backscatter_error,
             gain_error: options.gain_error,
+            jerlov: options.jerlov,
             down: self.daylight_of(options.down),
         };
         let views = self.views(&BACKSCATTER, (options.paths / FEWER).max(LEAST_PATHS))?;
@@ -426,7 +442,9 @@ impl Search<'_> {
         for water in STARTS {
             let iops = WaterKind::from(water).iops();
             let iops = iops.map_err(EnvironmentError::from)?;
-            let start = problem.start(iops.a, iops.b);
+            let mut start = problem.start(iops.a, iops.b);
+            let place = WaterType::ALL.iter().position(|t| *t == water);
+            start[PLACE] = place.unwrap_or(0) as f64;
             let found = self.minimise(problem, start, Some(FIRST_ITERATIONS));
             let better = |found: &Solution| best.as_ref().is_none_or(|b| found.sum < b.sum);
             if let Some(found) = found

@@ -84,7 +84,7 @@ impl Pictures {
         vehicle: &Vehicle,
         options: &Options,
     ) -> Result<Self, FitError> {
-        let manifest = Manifest::read(path)?;
+        let manifest = Manifest::read(path, vehicle.level_curve.as_ref())?;
         let rows: Vec<Row> = manifest.rows.iter().filter_map(of_target).collect();
         let places = places(rows);
         check(path, &places, options)?;

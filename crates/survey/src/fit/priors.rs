@@ -2,8 +2,9 @@
 
 use uw_media::WaterType;
 
-use super::layout::{LN_BACKSCATTER, Layout, OF_PICTURE};
+use super::layout::{LN_BACKSCATTER, Layout, OF_PICTURE, PLACE};
 use super::least_squares::Residual;
+use super::mixture::{self, OFF_SCALE};
 use super::pictures::Light;
 use super::problem::Problem;
 use super::views::Coefficients;
@@ -29,6 +30,8 @@ pub(super) struct Prior {
     pub(super) backscatter_error: f64,
     /// Of the logarithm of the lamps' gain.
     pub(super) gain_error: f64,
+    /// The water is on Jerlov's scale.
+    pub(super) jerlov: bool,
     /// Cosine of the sun's zenith angle in the water, where the vehicle looks down.
     pub(super) down: Option<f64>,
 }
@@ -57,14 +60,33 @@ impl Problem<'_> {
         };
         let backscatter = (self.prior.backscatter.ln(), self.prior.backscatter_error);
         known(LN_BACKSCATTER, backscatter.0, backscatter.1);
+        known(PLACE, mixture::PLACE[0], mixture::PLACE[1]);
         for k in 0..3 {
-            let [a, b] = self.waters[k];
-            known(self.layout.ln_a(k), a[0], a[1]);
-            known(self.layout.ln_b(k), b[0], b[1]);
+            if !self.prior.jerlov {
+                let [a, b] = self.waters[k];
+                known(self.layout.ln_a(k), a[0], a[1]);
+                known(self.layout.ln_b(k), b[0], b[1]);
+            }
             self.priors_of_pictures(k, &mut known);
+        }
+        if self.prior.jerlov {
+            (0..3).for_each(|k| all.extend(self.on_scale(k, at)));
         }
         self.prior_of_gains(at, all);
         (0..3).for_each(|k| all.push(self.prior_of_k_d(k, at)));
+    }
+
+    /// How far a channel's water is off that of its place on Jerlov's scale.
+    fn on_scale(&self, k: usize, at: &[f64]) -> [Residual; 2] {
+        let own = [self.layout.ln_a(k), self.layout.ln_b(k)];
+        let scale = self.scale.at(k, at[PLACE]);
+        std::array::from_fn(|i| Residual {
+            value: (at[own[i]] - scale[i].ln) / OFF_SCALE,
+            slopes: vec![
+                (own[i], 1.0 / OFF_SCALE),
+                (PLACE, -scale[i].by_place / OFF_SCALE),
+            ],
+        })
     }
 
     fn priors_of_pictures(&self, k: usize, known: &mut impl FnMut(usize, f64, f64)) {

@@ -17,6 +17,7 @@ use super::FittedPicture;
 use super::channel::{Channel, Plan, Prediction, Shift};
 use super::layout::{LN_BACKSCATTER, Layout};
 use super::least_squares::Residual;
+use super::mixture::Scale;
 use super::mosaic::Cosines;
 use super::pictures::{Light, Pictures, SAME_M, Shown};
 use super::priors::{Prior, water_prior};
@@ -52,6 +53,7 @@ pub(super) struct Problem<'a> {
     cosines: Cosines,
     /// Per channel and picture the relative error of its light that all blocks share.
     pub(super) picture_errors: [Vec<f64>; 3],
+    pub(super) scale: Scale,
     /// Mean and spread of ln a and ln b per channel.
     pub(super) waters: [[[f64; 2]; 2]; 3],
 }
@@ -87,6 +89,7 @@ impl<'a> Problem<'a> {
             plans: std::array::from_fn(|k| Plan::new(pictures, k)),
             cosines: Cosines::new(pictures.grid.size),
             picture_errors: std::array::from_fn(|_| vec![PICTURE_ERROR; all.len()]),
+            scale: Scale::new(),
             waters: std::array::from_fn(water_prior),
             exposure,
             prior,

@@ -2,10 +2,10 @@
 
 use nalgebra::DMatrix;
 
-use super::layout::{LN_BACKSCATTER, Layout};
+use super::layout::{LN_BACKSCATTER, Layout, PLACE};
 use super::least_squares::{Residual, Solution};
 use super::problem::{Problem, RARE_PATHS};
-use super::{Fit, Fitted};
+use super::{Fit, Fitted, FittedMixture};
 use crate::estimate::every_water::GROUPS;
 
 /// Relative error of a coefficient beyond which it counts as not identified: its 90 % interval is wider than a tenth on either side.
@@ -50,6 +50,10 @@ pub(super) fn told(problem: &Problem, found: &Solution, dark: [bool; 3]) -> Fit 
         a_per_m: [0, 1, 2].map(|k| fitted(layout.ln_a(k))),
         b_per_m: [0, 1, 2].map(|k| fitted(layout.ln_b(k))),
         backscatter_fraction: fitted(LN_BACKSCATTER),
+        jerlov: problem.prior.jerlov.then(|| FittedMixture {
+            water: problem.scale.water(found.parameters[PLACE]),
+            error: covariance[(PLACE, PLACE)].sqrt(),
+        }),
         lamp_gain: [0, 1, 2].map(|k| fitted(Layout::ln_gain(k))),
         correlation,
         not_identified: not_identified.map(|i| names[i].clone()).collect(),

@@ -227,6 +227,8 @@ fn numbers(fit: &Fit, daylight_gain: Option<[f64; 3]>) -> FitNumbers {
         a_relative_error: fit.a_per_m.map(|a| a.relative_error),
         b_relative_error: fit.b_per_m.map(|b| b.relative_error),
         backscatter_relative_error: fit.backscatter_fraction.relative_error,
+        jerlov: fit.jerlov.map(|mixture| mixture.water.to_string()),
+        jerlov_error: fit.jerlov.map(|mixture| mixture.error),
         lamp_gain: fit.lamp_gain.map(|gain| gain.value),
         lamp_gain_relative_error: fit.lamp_gain.map(|gain| gain.relative_error),
         daylight_gain,

@@ -2,6 +2,7 @@
 
 mod beam;
 mod draw;
+mod level;
 mod noise;
 mod response;
 mod vignetting;

@@ -47,7 +47,7 @@ fn a_vehicle_gets_its_noise_and_lamps() {
             .contains("2 still frames of 120 x 90 pixels, encoding srgb")
     );
     // The lamps come on top; what was measured before is kept.
-    let line = "camera-fit lamp --lumen 1500 --beam-angle-deg 120 -o v.toml --vehicle v.toml";
+    let line = "camera-fit lamp --lumen 1500 --beam-angle-deg 120 --efficacy-lm-per-w 250 -o v.toml --vehicle v.toml";
     let told = folder.good(line).stdout;
     assert!(
         told.contains("assumed: light of 250 lm/W, so 6.000 W of light"),
@@ -108,6 +108,14 @@ fn what_cannot_be_fitted_is_refused() {
         (
             "response a.png a.png --light 1,2",
             "a.png, a.png: no one curve fits",
+        ),
+        (
+            "level a.png a.png --level 50,90",
+            "a.png, a.png: the levels must be 100",
+        ),
+        (
+            "lamp --lumen 1500 --beam-angle-deg 120 --spectrum candle",
+            "--spectrum: unknown light `candle`",
         ),
         ("vignetting a.png", "a.png: the board is not even"),
         ("vignetting none.png", "none.png: cannot be read"),
@@ -299,4 +307,60 @@ fn a_vehicle_gets_the_beam_of_a_rendered_lamp() {
     let sheet = vehicle(&folder, "w.toml");
     assert_eq!(sheet.vehicle.lamp_profile, None);
     assert!(!sheet.measured.contains_key("lamp_profile"));
+}
+
+/// A board at a share of light and full scale beyond.
+fn board(folder: &Folder, name: &str, share: f32, seed: u64) {
+    let mut picture = Picture::black(120, 90);
+    for (i, pixel) in picture.data.iter_mut().enumerate() {
+        *pixel = [share * (0.8 - 0.002 * (i % 120) as f32); 3];
+    }
+    let sensor = Sensor {
+        exposure: Exposure::Fixed(1.0),
+        encoding: Encoding::Srgb,
+        noise: Some(Noise { a: 2e-4, b: 1e-6 }),
+        ..Sensor::default()
+    };
+    write_frame(&folder.path(name), &sensor.expose(&picture, seed)).expect("written");
+}
+
+#[test]
+fn a_vehicle_gets_its_lamps_level_curve_and_calibrations_count_in_light() {
+    let folder = Folder::new();
+    board(&folder, "half.png", 0.2, 1);
+    board(&folder, "full.png", 1.0, 2);
+    let line = "camera-fit level half.png full.png --level 50,100 -o v.toml";
+    let told = folder.good(line).stdout;
+    assert!(told.contains("50.00   20.0"), "{told}");
+    let file = vehicle(&folder, "v.toml");
+    let curve = file.vehicle.level_curve.expect("a curve");
+    assert!((curve.light_pct(50.0) - 20.0).abs() < 0.1, "{told}");
+    assert!((curve.level_pct(60.0) - 75.0).abs() < 0.1, "{told}");
+    assert!(file.measured["level_curve"].error.expect("an error") < 1e-3);
+    // What a manifest says was set is light by the curve, and nothing without it.
+    let header = "file,kind,depth_m,distance_m,level_pct\n";
+    folder.write(
+        "m.csv",
+        &format!("{header}half.png,contrast,1,1,0\nfull.png,contrast,1,1,50\n"),
+    );
+    let words = "m.csv:1: column level_pct needs the vehicle's level_curve";
+    folder.refused("calibrate m.csv -o p.json", &[words]);
+    let format = "format = \"uw-vehicle/1\"";
+    folder.write(
+        "c.toml",
+        format!("{format}\nlevel_curve = [[0, 0], [50, 20], [100, 100]]\n"),
+    );
+    let line = "calibrate m.csv --vehicle c.toml -o p.json";
+    folder.refused(line, &["lamps at 20 %"]);
+    // The default lamp is a white diode's.
+    let told = folder
+        .good("--json camera-fit lamp --lumen 1500 --beam-angle-deg 120 -o l.toml")
+        .stdout;
+    let json: Value = serde_json::from_str(&told).expect("JSON");
+    let efficacy = json["efficacy_lm_per_w"].as_f64().expect("a number");
+    assert!((310.0..340.0).contains(&efficacy), "{told}");
+    let warm = folder
+        .good("camera-fit lamp --lumen 1500 --beam-angle-deg 120 --spectrum halogen -o l.toml")
+        .stdout;
+    assert!(warm.contains("assumed: light of halogen (2"), "{warm}");
 }
