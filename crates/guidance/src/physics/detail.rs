@@ -33,6 +33,8 @@ const FINER_DOUBT: f64 = 0.3;
 const LEAST_LEFT: f64 = 0.02;
 /// Standard errors from 0 beyond which a variance is none, or is what was measured.
 const FAR_FROM_NONE: f64 = 6.0;
+/// Least square of a quarter's deviation over that of the picture, and mean over the picture's: less is not told from none.
+const LEAST_QUARTER: f64 = 0.01;
 /// Largest windows, in patches.
 const MOST_PATCHES: usize = 3;
 /// What a scale is expected to hold of the variance of the next coarser one, octave for octave, before the picture is asked: natural
@@ -133,6 +135,25 @@ impl Shape {
     /// Standard deviation of the patches' deviations over their mean.
     pub(super) fn unevenness(&self) -> f64 {
         spread(&self.deviations)
+    }
+
+    /// How much the quarters of the picture differ: the standard deviation of the logarithm of their contrast, as counts have it.
+    pub(super) fn unlikeness(&self) -> f64 {
+        let quarter = |q: usize| {
+            let (columns, rows) = (PATCH_COLUMNS / 2, PATCH_ROWS / 2);
+            let (mut square, mut mean) = (0.0, 0.0);
+            for i in 0..columns * rows {
+                let row = q / 2 * rows + i / columns;
+                let patch = row * PATCH_COLUMNS + q % 2 * columns + i % columns;
+                square += self.deviations[patch].powi(2);
+                mean += self.means[patch];
+            }
+            let n = (columns * rows) as f64;
+            (square / n).max(LEAST_QUARTER).sqrt().ln() - 0.5 * (mean / n).max(LEAST_QUARTER).ln()
+        };
+        let all = [0, 1, 2, 3].map(quarter);
+        let mean = all.iter().sum::<f64>() / 4.0;
+        (all.iter().map(|q| (q - mean).powi(2)).sum::<f64>() / 3.0).sqrt()
     }
 }
 

@@ -16,8 +16,8 @@ use crate::features::Candidate;
 
 /// Error of the tables' light, as a share of the contrast.
 const MODEL_ERROR: f64 = 0.01;
-/// Error that the rounding of counts leaves, 8-bit counts.
-const ROUNDING_COUNTS: f64 = 0.05;
+/// Error that rounding and the closed form leave where contrast is next to noise alone, 8-bit counts.
+const ROUNDING_COUNTS: f64 = 0.08;
 /// Least of the deviation measured over that predicted here which is put down to the closed form.
 const LEAST_CORRECTION: f64 = 0.8;
 

@@ -16,8 +16,8 @@ const REFLECTANCES: std::ops::RangeInclusive<f64> = -0.1..=1.1;
 const MOST_CLIPPED: f64 = 0.01;
 /// Error of a target's look that is taken from the present picture alone, besides what noise and the finest scales leave open: of
 /// the logarithm, and how it grows with the logarithm of the distance; from nearer.
-const NEARER_ERROR: [f64; 2] = [0.02, 0.04];
-/// The same from farther, where the picture does not show the surroundings.
+const NEARER_ERROR: [f64; 2] = [0.02, 0.1];
+/// The same from farther, where the picture does not show the surroundings; more where its quarters differ by more.
 const FARTHER_ERROR: [f64; 2] = [0.02, 0.3];
 /// Error of the logarithm of the present picture's deviation from which on it tells nothing.
 const LARGEST_ERROR: f64 = 0.5;
@@ -25,6 +25,9 @@ const LARGEST_ERROR: f64 = 0.5;
 const UNCOMPARED: f64 = 0.3;
 /// Largest error of the logarithm of a deviation with which a sight is remembered.
 const MOST_ERROR: f64 = 0.1;
+/// Root of the mean square by which what other channels show may differ from sights that speak for a channel of which the picture tells
+/// nothing.
+const SAME_TARGET: f64 = 0.2;
 /// How far targets are from each other before anything is known of them: the spread of the logarithm of their deviation.
 const UNLIKE: f64 = 0.5;
 /// The same from sights of a target that looks the same here: another part of it may be before the camera.
@@ -147,15 +150,22 @@ impl Target {
             if !clipped && !REFLECTANCES.contains(&detail.mean) {
                 return Some(Unknown::Light);
             }
-            if self.memory.iter().any(|sight| sight.tells(k)) {
-                return None;
-            }
-            match (clipped, detail.error >= LARGEST_ERROR) {
+            let untold = match (clipped, detail.error >= LARGEST_ERROR) {
                 (true, _) => Some(Unknown::Clipped),
                 (false, true) => Some(Unknown::Noise),
                 (false, false) => None,
-            }
+            };
+            let is_remembered = || self.memory.iter().any(|sight| sight.tells(k));
+            untold.filter(|_| !(self.is_of_sights() && is_remembered()))
         })
+    }
+
+    /// Whether the channels that can be compared show the target that the sights are of.
+    fn is_of_sights(&self) -> bool {
+        let told: Vec<f64> = self.comparison.iter().flatten().map(|c| c.square).collect();
+        let mean = told.iter().sum::<f64>() / told.len() as f64;
+        // Of nothing that is no number.
+        mean <= SAME_TARGET * SAME_TARGET
     }
 
     /// Mean reflectance per channel.
@@ -183,7 +193,7 @@ impl Target {
     /// How the target looks from `distance_m`.
     pub(super) fn look(&self, k: usize, distance_m: f64, left: &dyn Fn(f64) -> f64) -> Look<'_> {
         let own = self.here.look(k, distance_m, left);
-        let own_error = self.own_error(distance_m, own.error);
+        let own_error = self.own_error(k, distance_m, own.error);
         let Some(there) = self.remembered(k, distance_m, left) else {
             return Look {
                 error: own_error,
@@ -265,13 +275,17 @@ impl Target {
     }
 
     /// Error of the logarithm of the deviation from `distance_m` as the present picture has it, which itself is known to `known`.
-    fn own_error(&self, distance_m: f64, known: f64) -> f64 {
+    fn own_error(&self, k: usize, distance_m: f64, known: f64) -> f64 {
         let way = (distance_m / self.here.distance_m).ln();
-        let [at_once, by_way] = match way < 0.0 {
-            true => NEARER_ERROR,
-            false => FARTHER_ERROR,
-        };
-        at_once.hypot(by_way * way).hypot(known)
+        if way < 0.0 {
+            let [at_once, by_way] = NEARER_ERROR;
+            return at_once.hypot(by_way * way).hypot(known);
+        }
+        let [at_once, by_way] = FARTHER_ERROR;
+        // A picture is to a view twice as wide what a quarter is to the picture, and each doubling adds its own.
+        let doublings = way / std::f64::consts::LN_2;
+        let unlike = self.here.channel(k).shape.unlikeness() * doublings.sqrt();
+        at_once.hypot((by_way * way).max(unlike)).hypot(known)
     }
 
     /// The same as the memory has it.

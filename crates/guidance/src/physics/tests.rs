@@ -504,3 +504,67 @@ fn a_clipped_channel_prefers_no_place() {
     }
     assert!(present.contrast(&at(2.0, 0.0)).counts[1] < 0.8 * measured[1]);
 }
+
+/// A picture whose parts differ says that its surroundings will, too: its error grows with the distance, as far as they do.
+#[test]
+fn a_target_of_unlike_parts_is_less_known_from_afar() {
+    let file = even_water();
+    let response = file.sensor.response();
+    let here = at(0.5, 20.0);
+    let mut counts = picture(&file, &here, 3);
+    let even = LinearPicture::of_counts(&counts, file.sensor.encoding);
+    let mean = counts.pixels.iter().map(|p| p[0]).sum::<f64>() / counts.pixels.len() as f64;
+    for (i, pixel) in counts.pixels.iter_mut().enumerate() {
+        if i % WIDTH < WIDTH / 2 {
+            *pixel = pixel.map(|count| mean + 0.2 * (count - mean));
+        }
+    }
+    let uneven = LinearPicture::of_counts(&counts, file.sensor.encoding);
+    let share = |shown: &LinearPicture, there: Candidate| {
+        let contrast = contrast_of(&counts);
+        let place = file.place(&response, 3.0);
+        let found = Predictor::new(place, shown, (&here, contrast), &[]).contrast(&there);
+        found.error_counts[1] / found.counts[1]
+    };
+    for there in [at(1.0, 20.0), at(2.0, 20.0)] {
+        let (one, other) = (share(&even, there), share(&uneven, there));
+        assert!(other > 1.5 * one, "{there:?}: {one} {other}");
+    }
+    let same = share(&uneven, here) / share(&even, here);
+    assert!((same - 1.0).abs() < 0.2, "{same}");
+}
+
+/// Sights speak for a channel of which the picture tells nothing where the others show the same target, and for no other target.
+#[test]
+fn sights_speak_for_a_clipped_channel_of_their_own_target_alone() {
+    let mut file = even_water();
+    let response = file.sensor.response();
+    let here = at(1.0, 20.0);
+    let shown = LinearPicture::of_counts(&picture(&file, &here, 9), file.sensor.encoding);
+    file.sights = vec![Sight::new(&file.place(&response, 3.0), &shown, &here)];
+    let mut counts = picture(&file, &here, 3);
+    for pixel in counts.pixels.iter_mut().step_by(40) {
+        pixel[0] = 255.0;
+    }
+    let unknown = |counts: &Counts| {
+        let linear = LinearPicture::of_counts(counts, file.sensor.encoding);
+        let now = (&here, contrast_of(counts));
+        let place = file.place(&response, 3.0);
+        Predictor::new(place, &linear, now, &file.sights).unknown()
+    };
+    assert_eq!(unknown(&counts), [None; 3]);
+    // Three times the contrast: another target.
+    let mean = counts.pixels.iter().map(|p| p[1]).sum::<f64>() / counts.pixels.len() as f64;
+    let mut other = counts.clone();
+    for pixel in &mut other.pixels {
+        for count in &mut pixel[1..] {
+            *count = mean + 3.0 * (*count - mean);
+        }
+    }
+    assert_eq!(unknown(&other), [Some(Unknown::Clipped), None, None]);
+    // Nothing that tells which target it is.
+    for pixel in counts.pixels.iter_mut().step_by(40) {
+        *pixel = [255.0; 3];
+    }
+    assert_eq!(unknown(&counts), [Some(Unknown::Clipped); 3]);
+}

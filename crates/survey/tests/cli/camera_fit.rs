@@ -115,7 +115,7 @@ fn what_cannot_be_fitted_is_refused() {
         ),
         (
             "lamp --lumen 1500 --beam-angle-deg 120 --spectrum candle",
-            "--spectrum: unknown light `candle`",
+            "--spectrum: unknown light \"candle\"",
         ),
         ("vignetting a.png", "a.png: the board is not even"),
         ("vignetting none.png", "none.png: cannot be read"),
