@@ -341,7 +341,7 @@ fn a_vehicle_gets_its_lamps_level_curve_and_calibrations_count_in_light() {
     let header = "file,kind,depth_m,distance_m,level_pct\n";
     folder.write(
         "m.csv",
-        &format!("{header}half.png,contrast,1,1,0\nfull.png,contrast,1,1,50\n"),
+        format!("{header}half.png,contrast,1,1,0\nfull.png,contrast,1,1,50\n"),
     );
     let words = "m.csv:1: column level_pct needs the vehicle's level_curve";
     folder.refused("calibrate m.csv -o p.json", &[words]);
