@@ -70,7 +70,7 @@ fn hidden_waters_are_found_within_their_errors() {
     }
 }
 
-/// Of a water on Jerlov's scale one number is asked, and told well where six are not.
+/// Of a water on Jerlov's scale one number is asked, and told within its error, less than half a type.
 #[test]
 fn a_water_on_jerlovs_scale_is_told_by_its_place() {
     let mut truth = Truth::draw(2, 3, MEAN).expect("a truth");

@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use uw_calib::Encoding;
 use uw_render::image::{Frame, Picture};
-use uw_render::scene::{self, Exposure, Noise, Sensor};
 use uw_survey::camera_fit::beam::{BeamError, Board, fit};
+use uw_survey::environment::sensor;
 use uw_survey::vehicle::{Vehicle, Vignetting};
 
 use crate::draw::Draw;
@@ -30,16 +30,7 @@ fn frame(board: &Board, vehicle: &Vehicle, (axis, power): (f64, f64), seed: u64)
             .map_or(1.0, |lens| lens.share_at(place, SIZE));
         *pixel = [(board.reflectance * irradiance / PI * lens) as f32; 3];
     }
-    let sensor = Sensor {
-        exposure: Exposure::Fixed(vehicle.exposure * board.relative_exposure),
-        encoding: match vehicle.encoding {
-            Encoding::Srgb => scene::Encoding::Srgb,
-            Encoding::Linear => scene::Encoding::Linear,
-        },
-        noise: Some(Noise { a: 2e-4, b: 1e-6 }),
-        ..Sensor::default()
-    };
-    sensor.expose(&picture, seed)
+    sensor(vehicle, vehicle.exposure * board.relative_exposure).expose(&picture, seed)
 }
 
 #[test]

@@ -2,8 +2,9 @@
 
 use uw_calib::Encoding;
 use uw_render::image::{Frame, Picture};
-use uw_render::scene::{self, Exposure, Noise, Sensor};
 use uw_survey::camera_fit::level::{LevelError, fit};
+use uw_survey::environment::sensor;
+use uw_survey::vehicle::Vehicle;
 
 use crate::draw::Draw;
 
@@ -18,16 +19,11 @@ fn frame((share, room): (f64, f64), exposure: f64, encoding: Encoding, seed: u64
         let lamp = 0.8 * (-6.0 * (across * across + down * down)).exp();
         *pixel = [1.0, 0.9, 0.8].map(|tint| (lamp * share * tint + room * (1.0 - across)) as f32);
     }
-    let sensor = Sensor {
-        exposure: Exposure::Fixed(exposure),
-        encoding: match encoding {
-            Encoding::Srgb => scene::Encoding::Srgb,
-            Encoding::Linear => scene::Encoding::Linear,
-        },
-        noise: Some(Noise { a: 2e-4, b: 1e-6 }),
-        ..Sensor::default()
+    let vehicle = Vehicle {
+        encoding,
+        ..Vehicle::default()
     };
-    sensor.expose(&picture, seed)
+    sensor(&vehicle, exposure).expose(&picture, seed)
 }
 
 #[test]
