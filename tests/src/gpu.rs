@@ -104,22 +104,20 @@ impl Backend {
     }
 
     /// Samples where `samples` are taken on the vector units. All backends run the same kernels, so that one of them tells of an
-    /// error of the transport with all samples; the others take as many as tell of their own: double precision, three times as
-    /// slow, a quarter, and an adapter, which may be a processor, an eighth.
+    /// error of the transport with all samples; the others, both slower (an adapter may be a processor), take as many as tell of
+    /// their own: an eighth.
     pub fn samples(self, samples: u32) -> u32 {
         match self {
-            Self::Double => samples.div_ceil(4),
             Self::VectorUnits => samples,
-            Self::Adapter => samples.div_ceil(8),
+            Self::Double | Self::Adapter => samples.div_ceil(8),
         }
     }
 
     /// Standard error of these samples by that on the vector units.
     pub fn noise(self) -> f64 {
         match self {
-            Self::Double => 2.0,
             Self::VectorUnits => 1.0,
-            Self::Adapter => 8f64.sqrt(),
+            Self::Double | Self::Adapter => 8f64.sqrt(),
         }
     }
 

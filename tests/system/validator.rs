@@ -69,10 +69,9 @@ fn validated(index: usize, case: &Case) -> Pixel {
     })
 }
 
-/// By the renderer. A lane makes a pixel, so that the one is given in parts. The least sharp value, of a lamp in the mirror,
-/// decides how many samples are needed: with half as many it was 2.1 % wide.
+/// By the renderer. A lane makes a pixel, so that the one is given in parts.
 fn rendered(backend: Backend, index: usize, case: &Case) -> Pixel {
-    let samples = 2 * backend.samples(case.samples) / (PARTS * PARTS);
+    let samples = backend.samples(case.samples) / (PARTS * PARTS);
     let mut plan = plan(samples, 100_000 * RUN + 1000 + index as u64);
     plan.max_bounces = case.max_events;
     plan.threads = Some(1);
