@@ -15,5 +15,6 @@ pub mod measure;
 pub mod plot;
 pub mod routine;
 pub mod scenery;
+pub mod sequence;
 
 pub use uw_calib::vehicle;

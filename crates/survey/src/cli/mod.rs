@@ -28,6 +28,7 @@ pub(crate) mod progress;
 mod project;
 mod render;
 mod sensor;
+mod sequence;
 mod shell;
 mod stats;
 pub(crate) mod values;
@@ -47,8 +48,8 @@ use error::CliError;
 #[derive(Debug, Parser)]
 #[command(name = "uw", version, after_help = ENVIRONMENT)]
 struct Arguments {
-    /// JSON instead of text: results of `adapters`, `camera-fit`, `doctor`, `error-time`, `render`, `stats` and `water` on standard output,
-    /// and errors as one object on standard error.
+    /// JSON instead of text: results of `adapters`, `camera-fit`, `doctor`, `error-time`, `render`, `sequence`, `stats` and `water` on standard
+    /// output, and errors as one object on standard error.
     #[arg(long, global = true)]
     json: bool,
     /// Folder of the shipped models, profiles, vehicles, scenes and textures, from which alone they are then taken.
@@ -80,6 +81,8 @@ All commands: uw --help. One of them: uw render --help. The daemon is uwguide, t
 enum Command {
     /// Render a scene file to an EXR, PNG or TIFF picture.
     Render(render::RenderArguments),
+    /// Render pictures with depth and poses along a trajectory.
+    Sequence(sequence::SequenceArguments),
     /// List the graphics adapters, best first.
     Adapters,
     /// Project points of the world to the picture of a scene's camera, or find the rays of image points.
@@ -125,6 +128,7 @@ impl Command {
     fn run(&self, json: bool) -> Result<(), CliError> {
         match self {
             Self::Render(arguments) => arguments.run(json),
+            Self::Sequence(arguments) => arguments.run(json),
             Self::Adapters => adapters::run(json),
             Self::Project(arguments) => arguments.run(json),
             Self::Irradiance(arguments) => arguments.run(json),

@@ -59,8 +59,8 @@ impl Shard {
         }
     }
 
-    /// Whether the shard makes the water at place `index` of the grid.
-    fn holds(self, index: usize) -> bool {
+    /// Whether the shard makes what is at place `index`, such as the waters of a grid.
+    pub fn holds(self, index: usize) -> bool {
         index % self.count == self.index - 1
     }
 }

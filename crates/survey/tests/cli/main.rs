@@ -16,5 +16,6 @@ mod project;
 mod render;
 mod render_limits;
 mod render_options;
+mod sequence;
 mod support;
 mod water;
