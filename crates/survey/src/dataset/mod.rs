@@ -42,6 +42,8 @@ pub use check::{CheckPlan, CheckReport, CheckedEntry, check};
 pub use config::{ConfigError, DatasetConfig, ExposureMode, TableFormat};
 pub use merge::merge;
 pub use plan::{Counts, Shard};
+pub(crate) use seal::name_in;
+pub(crate) use store::write_bytes;
 pub use table::{Column, WORDS, numbers};
 pub use times::Times;
 

@@ -60,7 +60,7 @@ impl Shard {
     }
 
     /// Whether the shard makes what is at place `index`, such as the waters of a grid.
-    pub fn holds(self, index: usize) -> bool {
+    pub(crate) fn holds(self, index: usize) -> bool {
         index % self.count == self.index - 1
     }
 }

@@ -164,7 +164,7 @@ impl<'a> Watch<'a> {
 }
 
 /// Name of the file at `path` inside `folder`, with `/` between its parts.
-pub(super) fn name_in(folder: &Path, path: &Path) -> String {
+pub(crate) fn name_in(folder: &Path, path: &Path) -> String {
     let inside = path.strip_prefix(folder).unwrap_or(path);
     let parts = inside.iter().map(|part| part.to_string_lossy());
     parts.collect::<Vec<_>>().join("/")

@@ -150,7 +150,7 @@ pub(super) fn read_bytes(path: &Path) -> Result<Option<Vec<u8>>, DatasetError> {
 }
 
 /// Writes a file whole or not at all.
-pub(super) fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
+pub(crate) fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
     write_atomically(path, |file| {
         file.write_all(bytes).map_err(|source| ImageError::System {
             path: path.to_path_buf(),

@@ -1,21 +1,21 @@
-//! What a folder of frames is: all that they depend on, written down, so that none of another sequence comes among them.
+//! What a folder of frames is: what was asked for, written down, so that none of another sequence comes among them. Files that the
+//! scene names (textures, meshes, spectra) are not looked at.
 
 use std::fs;
-use std::io::Write;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use uw_render::image::{ImageError, write_atomically};
 
 use super::{SequenceError, Trajectory};
+use crate::dataset::write_bytes;
 
 /// Format and version.
 const FORMAT: &str = "uw-sequence/1";
 /// Its name in the folder.
 const FILE: &str = "sequence.json";
 
-/// All that the frames of a sequence depend on.
+/// What frames are asked for.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SequenceConfig {
     /// "uw-sequence/1".
@@ -94,14 +94,8 @@ impl SequenceConfig {
                 other.display()
             )));
         }
-        let text = serde_json::to_string_pretty(self).unwrap_or_default();
-        Ok(write_atomically(path, |file| {
-            writeln!(file, "{text}").map_err(|source| ImageError::System {
-                path: path.to_path_buf(),
-                action: "written",
-                source,
-            })
-        })?)
+        let text = serde_json::to_string_pretty(self).unwrap_or_default() + "\n";
+        Ok(write_bytes(path, text.as_bytes())?)
     }
 
     fn compare(&self, path: &Path, text: &str) -> Result<(), SequenceError> {

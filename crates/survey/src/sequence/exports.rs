@@ -12,9 +12,10 @@ use serde_json::{Value, json};
 use uw_render::scene::{Camera, Lens};
 
 use super::frame::Eye;
-use super::lists::{lens, write_text};
+use super::lists::lens;
 use super::placing::looking_from;
-use super::{Sequence, SequenceError, listed};
+use super::{Sequence, SequenceError};
+use crate::dataset::{name_in, write_bytes};
 
 /// A way to write a sequence for other programs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,7 +57,10 @@ impl Export {
             Self::Colmap => write_colmap(sequence, folder, eyes),
             Self::Nerfstudio => {
                 let text = format!("{:#}\n", transforms(sequence, folder, eyes));
-                write_text(&folder.join("transforms.json"), &text)
+                Ok(write_bytes(
+                    &folder.join("transforms.json"),
+                    text.as_bytes(),
+                )?)
             }
         }
     }
@@ -87,7 +91,7 @@ fn write_colmap(sequence: &Sequence<'_>, folder: &Path, eyes: &[Eye]) -> Result<
         let to_camera = DMat3::from_cols(camera.right, camera.down, camera.forward).transpose();
         let q = DQuat::from_mat3(&to_camera);
         let t = -(to_camera * camera.position_m);
-        let name = listed(folder, &eye.picture(folder, k));
+        let name = name_in(folder, &eye.picture(folder, k));
         let _ = writeln!(
             images,
             "{} {:.12} {:.12} {:.12} {:.12} {:.9} {:.9} {:.9} 1 {name}\n",
@@ -101,12 +105,10 @@ fn write_colmap(sequence: &Sequence<'_>, folder: &Path, eyes: &[Eye]) -> Result<
             t.z
         );
     }
-    write_text(&model.join("cameras.txt"), &cameras)?;
-    write_text(&model.join("images.txt"), &images)?;
-    write_text(
-        &model.join("points3D.txt"),
-        "# POINT3D_ID X Y Z R G B ERROR TRACK[]\n",
-    )
+    write_bytes(&model.join("cameras.txt"), cameras.as_bytes())?;
+    write_bytes(&model.join("images.txt"), images.as_bytes())?;
+    let points = b"# POINT3D_ID X Y Z R G B ERROR TRACK[]\n";
+    Ok(write_bytes(&model.join("points3D.txt"), points)?)
 }
 
 /// Model, size and parameters of a camera as COLMAP writes them.
@@ -158,8 +160,8 @@ fn transforms(sequence: &Sequence<'_>, folder: &Path, eyes: &[Eye]) -> Value {
             let [x, y, z] = [camera.right, -camera.down, -camera.forward];
             let p = camera.position_m;
             json!({
-                "file_path": listed(folder, &eye.picture(folder, k)),
-                "depth_file_path": listed(folder, &eye.depth(folder, k)),
+                "file_path": name_in(folder, &eye.picture(folder, k)),
+                "depth_file_path": name_in(folder, &eye.depth(folder, k)),
                 "transform_matrix": [
                     [x.x, y.x, z.x, p.x],
                     [x.y, y.y, z.y, p.y],

@@ -65,10 +65,10 @@ impl Eye {
         }
     }
 
-    /// Seed of a frame, so that the noise of each is its own.
+    /// Seed of a picture, so that the noise of each is its own, also among sequences whose seeds are neighbours.
     fn seed(self, seed: u64, k: usize) -> u64 {
         let eye = u64::from(self != Self::Left);
-        seed.wrapping_add(2 * k as u64 + eye)
+        seed.rotate_left(32).wrapping_add(2 * k as u64 + eye)
     }
 }
 

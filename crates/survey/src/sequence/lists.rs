@@ -1,15 +1,14 @@
 //! Lists in the way of the TUM RGB-D data sets, and the camera.
 
 use std::fmt::Write as _;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
-use uw_render::image::{ImageError, write_atomically};
 use uw_render::scene::{Camera, Lens, Port, PortShape};
 
 use super::frame::Eye;
-use super::{Sequence, SequenceError, listed};
+use super::{Sequence, SequenceError};
+use crate::dataset::{name_in, write_bytes};
 
 /// Writes `groundtruth.txt`, `rgb.txt`, `depth.txt` (of the right eye with `_right`) and `camera.json`.
 pub(super) fn write(
@@ -30,37 +29,25 @@ pub(super) fn write(
         let numbers: Vec<String> = numbers.iter().map(|x| format!("{x:.9}")).collect();
         let _ = writeln!(truth, "{:.9} {}", pose.time_s, numbers.join(" "));
     }
-    write_text(&folder.join("groundtruth.txt"), &truth)?;
+    write_bytes(&folder.join("groundtruth.txt"), truth.as_bytes())?;
     for &eye in eyes {
         let suffix = if eye == Eye::Left { "" } else { "_right" };
         let list = |file: &dyn Fn(usize) -> PathBuf| {
             let mut list = "# time_s file\n".to_owned();
             for (k, pose) in poses.iter().enumerate() {
-                let name = listed(folder, &file(k));
+                let name = name_in(folder, &file(k));
                 let _ = writeln!(list, "{:.9} {name}", pose.time_s);
             }
             list
         };
         let rgb = list(&|k| eye.picture(folder, k));
         let depth = list(&|k| eye.depth(folder, k));
-        write_text(&folder.join(format!("rgb{suffix}.txt")), &rgb)?;
-        write_text(&folder.join(format!("depth{suffix}.txt")), &depth)?;
+        write_bytes(&folder.join(format!("rgb{suffix}.txt")), rgb.as_bytes())?;
+        write_bytes(&folder.join(format!("depth{suffix}.txt")), depth.as_bytes())?;
     }
     let camera = describe(&sequence.scene.camera, sequence.config.stereo_baseline_m);
-    write_text(&folder.join("camera.json"), &format!("{camera:#}\n"))
-}
-
-/// Writes a text, whole or not at all.
-pub(super) fn write_text(path: &Path, text: &str) -> Result<(), SequenceError> {
-    let written = write_atomically(path, |file| {
-        file.write_all(text.as_bytes())
-            .map_err(|source| ImageError::System {
-                path: path.to_path_buf(),
-                action: "written",
-                source,
-            })
-    });
-    Ok(written?)
+    let text = format!("{camera:#}\n");
+    Ok(write_bytes(&folder.join("camera.json"), text.as_bytes())?)
 }
 
 /// Name of the lens's model and its coefficients.
@@ -95,13 +82,12 @@ fn describe(camera: &Camera, stereo_baseline_m: Option<f64>) -> Value {
 }
 
 fn port(port: &Port) -> Value {
-    let shape = match port.shape {
+    let mut shape = match port.shape {
         PortShape::Flat { distance_m } => json!({ "kind": "flat", "distance_m": distance_m }),
         PortShape::Dome { radius_m, offset_m } => json!({
             "kind": "dome", "radius_m": radius_m, "offset_m": offset_m.to_array(),
         }),
     };
-    let mut shape = shape;
     shape["thickness_m"] = port.thickness_m.into();
     shape["glass_index"] = port.glass_index.into();
     shape["outside_index"] = port.outside_index.into();

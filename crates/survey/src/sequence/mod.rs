@@ -10,7 +10,8 @@ mod lists;
 mod placing;
 mod trajectory;
 
-use std::path::{Path, PathBuf};
+use std::cell::LazyCell;
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -34,7 +35,7 @@ pub struct Sequence<'a> {
     pub scene: &'a Scene,
     /// A pose for each frame.
     pub trajectory: &'a Trajectory,
-    /// All that the frames depend on.
+    /// What frames are asked for.
     pub config: &'a SequenceConfig,
     /// Layers of the EXR files besides depth.
     pub layers: &'a [RenderLayer],
@@ -138,12 +139,12 @@ pub fn make(
     }
     sequence.config.claim(folder)?;
     frame::make_folders(folder, &eyes)?;
-    let stage = Stage::of(sequence);
     let frames = sequence.trajectory.poses().len();
     let all = || (0..frames).flat_map(|k| eyes.iter().map(move |&eye| (k, eye)));
     let is_there = |(k, eye): &(usize, Eye)| eye.picture(folder, *k).is_file();
     let own: Vec<_> = all().filter(|(k, _)| options.shard.holds(*k)).collect();
     let (done, missing): (Vec<_>, Vec<_>) = own.iter().copied().partition(is_there);
+    let stage = LazyCell::new(|| Stage::of(sequence));
     for (i, &(k, eye)) in missing.iter().enumerate() {
         let progress = |share: f64| (observer.progress)(done.len() + i, own.len(), share);
         progress(0.0);
@@ -199,11 +200,4 @@ impl<'a> Stage<'a> {
         prepared.steer(self.daylight.clone());
         (scene, prepared)
     }
-}
-
-/// Path of a file inside `folder`, for lists: with `/` between its parts.
-fn listed(folder: &Path, path: &Path) -> String {
-    let inside: PathBuf = path.strip_prefix(folder).unwrap_or(path).to_path_buf();
-    let parts = inside.iter().map(|part| part.to_string_lossy());
-    parts.collect::<Vec<_>>().join("/")
 }

@@ -228,6 +228,12 @@ fn parts_make_the_same_frames_and_a_run_goes_on() {
         folder.read("still/rgb/000000.png"),
         folder.read("still/rgb/000001.png")
     );
+    // Also where another sequence has the seed that is next to its own.
+    folder.good("sequence scene.toml still.txt -o next --seed 2");
+    assert_ne!(
+        folder.read("next/rgb/000000.png"),
+        folder.read("still/rgb/000001.png")
+    );
     let words = ["seed = 3", "asked for is 4"];
     folder.refused("sequence scene.toml poses.csv -o parts --seed 4", &words);
 }
