@@ -27,6 +27,7 @@ mod predict_physics;
 pub(crate) mod progress;
 mod project;
 mod render;
+mod scene;
 mod sensor;
 mod sequence;
 mod shell;
@@ -81,7 +82,7 @@ All commands: uw --help. One of them: uw render --help. The daemon is uwguide, t
 enum Command {
     /// Render a scene file to an EXR, PNG or TIFF picture.
     Render(render::RenderArguments),
-    /// Render pictures with depth and poses along a trajectory.
+    /// Render pictures with depth and poses along a trajectory, on which the lamps move with the camera.
     Sequence(sequence::SequenceArguments),
     /// List the graphics adapters, best first.
     Adapters,

@@ -7,20 +7,20 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use csv::{ReaderBuilder, StringRecord, Trim};
 use glam::DVec3;
-use uw_render::scene::{Camera, Scene, Setting};
+use uw_render::scene::Camera;
 
 use super::error::{CliError, note};
 use super::numbers::significant;
-use super::{output, scene_file};
+use super::output;
+use super::scene::SceneArguments;
 
 const DIGITS: usize = 12;
 
 /// Arguments of `uw project`.
 #[derive(Debug, Args)]
 pub(super) struct ProjectArguments {
-    /// Scene file (uw-scene/1), or name of a shipped scene.
-    #[arg(value_name = "NAME|FILE")]
-    scene: PathBuf,
+    #[command(flatten)]
+    scene: SceneArguments,
     /// Points of the world to project: CSV with the columns x_m, y_m, z_m, in any order among others; `-` for standard input.
     /// Written are x_m, y_m, z_m, px, py, in_picture; px and py are empty where the camera cannot see a point.
     #[arg(
@@ -35,15 +35,6 @@ pub(super) struct ProjectArguments {
     /// port.
     #[arg(long, value_name = "CSV")]
     pixels: Option<PathBuf>,
-    /// Width instead of the scene's, pixels; alone it keeps the proportions. The horizontal field of view stays.
-    #[arg(long, value_name = "PIXELS")]
-    width: Option<u32>,
-    /// Height instead of the scene's, pixels; alone it keeps the proportions.
-    #[arg(long, value_name = "PIXELS")]
-    height: Option<u32>,
-    /// Another value for a field of the scene file, as of `uw render`.
-    #[arg(long, value_name = "KEY=VALUE")]
-    set: Vec<Setting>,
     /// Table to write; standard output without it.
     #[arg(short, long)]
     output: Option<PathBuf>,
@@ -55,20 +46,17 @@ impl ProjectArguments {
         if let Some(path) = &self.output {
             output::check_writable(path)?;
         }
-        let scene =
-            Scene::read_with(&scene_file(&self.scene)?, &self.set).map_err(CliError::input)?;
+        let scene = self.scene.read()?;
         if !json {
             scene
                 .warnings
                 .iter()
                 .for_each(|warning| note(format_args!("uw: warning: {warning}")));
         }
-        let resized = scene.camera.resized(self.width, self.height);
-        let camera =
-            resized.map_err(|error| CliError::input(format!("--width, --height: {error}")))?;
+        let camera = &scene.camera;
         let table = match (&self.points, &self.pixels) {
-            (Some(points), _) => projected(&camera, &read_columns(points, ["x_m", "y_m", "z_m"])?),
-            (None, Some(pixels)) => rays(&camera, &read_columns(pixels, ["px", "py"])?),
+            (Some(points), _) => projected(camera, &read_columns(points, ["x_m", "y_m", "z_m"])?),
+            (None, Some(pixels)) => rays(camera, &read_columns(pixels, ["px", "py"])?),
             (None, None) => return Err(CliError::input("--points or --pixels must be given")),
         };
         let write = |file: &mut dyn Write| file.write_all(table.as_bytes());

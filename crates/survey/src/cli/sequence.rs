@@ -6,11 +6,12 @@ use std::time::Instant;
 
 use clap::{Args, ValueEnum, value_parser};
 use uw_render::layers::RenderLayer;
-use uw_render::scene::{Scene, Setting};
+use uw_render::scene::Scene;
 
 use super::device::{BackendChoice, DeviceArguments};
 use super::error::{CliError, note};
 use super::progress::ProgressDisplay;
+use super::scene::SceneArguments;
 use super::values::{positive, samples};
 use super::{interrupt, output, scene_file};
 use crate::dataset::Shard;
@@ -21,9 +22,8 @@ use crate::sequence::{
 /// Arguments of `uw sequence`.
 #[derive(Debug, Args)]
 pub(super) struct SequenceArguments {
-    /// Scene file (uw-scene/1), or the name of a shipped scene. Its lamps move with the camera.
-    #[arg(value_name = "NAME|FILE")]
-    scene: PathBuf,
+    #[command(flatten)]
+    scene: SceneArguments,
     /// Poses: TUM (`time_s tx ty tz qx qy qz qw`) or CSV with a header, see docs/sequence.md.
     trajectory: PathBuf,
     /// Folder for the frames; an interrupted run goes on there.
@@ -53,15 +53,6 @@ pub(super) struct SequenceArguments {
     /// Take the noise off, as in `uw render`; the samples per pixel must be even.
     #[arg(long)]
     denoise: bool,
-    /// Width instead of the scene's, pixels; alone it keeps the proportions.
-    #[arg(long, value_name = "PIXELS")]
-    width: Option<u32>,
-    /// Height instead of the scene's, pixels; alone it keeps the proportions.
-    #[arg(long, value_name = "PIXELS")]
-    height: Option<u32>,
-    /// Another value for a field of the scene file, as in `uw render`.
-    #[arg(long, value_name = "KEY=VALUE")]
-    set: Vec<Setting>,
     /// Layers of the EXR files besides depth, as in `uw render`.
     #[arg(long, value_delimiter = ',')]
     layers: Vec<String>,
@@ -101,7 +92,7 @@ impl SequenceArguments {
             )));
         }
         let trajectory = self.read_trajectory()?;
-        let scene = self.read_scene()?;
+        let scene = self.scene.read()?;
         let lamp_names: Vec<String> = scene.lamps.iter().map(|lamp| lamp.name.clone()).collect();
         let layers = RenderLayer::by_names(&self.layers, &lamp_names)
             .map_err(|error| CliError::input(format!("--layers: {error}")))?;
@@ -164,15 +155,6 @@ impl SequenceArguments {
         }
     }
 
-    fn read_scene(&self) -> Result<Scene, CliError> {
-        let file = scene_file(&self.scene)?;
-        let mut scene = Scene::read_with(&file, &self.set).map_err(CliError::input)?;
-        let resized = scene.camera.resized(self.width, self.height);
-        scene.camera =
-            resized.map_err(|error| CliError::input(format!("--width, --height: {error}")))?;
-        Ok(scene)
-    }
-
     fn config(
         &self,
         scene: &Scene,
@@ -191,20 +173,17 @@ impl SequenceArguments {
                 "--denoise needs an even number of samples per pixel, got {samples_per_pixel}"
             )));
         }
-        let file = scene_file(&self.scene)?;
+        let file = scene_file(&self.scene.scene)?;
         let text = uw_assets::ALL
             .read_to_string(&file)
             .map_err(CliError::input)?;
-        let set = self.set.iter().map(|setting| format!("--set {setting}"));
-        let width = self.width.map(|width| format!("--width {width}"));
-        let height = self.height.map(|height| format!("--height {height}"));
         Ok(SequenceConfig {
             format: SequenceConfig::format(),
-            scene: self.scene.display().to_string(),
+            scene: self.scene.scene.display().to_string(),
             scene_crc32: crc32fast::hash(text.as_bytes()),
             frames: trajectory.poses().len(),
             poses_crc32: SequenceConfig::checksum(trajectory),
-            changes: set.chain(width).chain(height).collect(),
+            changes: self.scene.changes(),
             fixed_lamps: self.fixed_lamp.clone(),
             stereo_baseline_m: self.stereo,
             samples_per_pixel,

@@ -48,7 +48,7 @@ impl RenderArguments {
             output::to_file(path, |file| {
                 let facts = Facts {
                     stats: result.stats,
-                    changes: self.changes(),
+                    changes: self.scene.changes(),
                 };
                 serde_json::to_writer_pretty(&mut *file, &facts)?;
                 writeln!(file)
@@ -60,18 +60,10 @@ impl RenderArguments {
         Ok(())
     }
 
-    /// What the command line says instead of the scene file.
-    fn changes(&self) -> Vec<String> {
-        let settings = self.set.iter().map(|setting| format!("--set {setting}"));
-        let width = self.width.map(|width| format!("--width {width}"));
-        let height = self.height.map(|height| format!("--height {height}"));
-        settings.chain(width).chain(height).collect()
-    }
-
     /// What an EXR file says about its making.
     fn attributes(&self, result: &Rendered<'_>) -> Vec<(String, String)> {
         let stats = result.stats;
-        let scene = self.scene.file_name().unwrap_or_default();
+        let scene = self.scene.scene.file_name().unwrap_or_default();
         let mut attributes = vec![
             ("uw.version", env!("CARGO_PKG_VERSION").to_owned()),
             ("uw.scene", scene.to_string_lossy().into_owned()),
@@ -79,7 +71,7 @@ impl RenderArguments {
             ("uw.samples_per_pixel", stats.samples_per_pixel.to_string()),
             ("uw.backend", stats.backend.to_owned()),
         ];
-        let changes = self.changes();
+        let changes = self.scene.changes();
         if !changes.is_empty() {
             attributes.push(("uw.changes", changes.join(" ")));
         }

@@ -17,13 +17,14 @@ use uw_render::image::ImageFormat;
 use uw_render::integrator::{Plan, Progress, RenderError, RenderStats};
 use uw_render::layers::RenderLayer;
 use uw_render::prepare::Prepared;
-use uw_render::scene::{Scene, Setting};
+use uw_render::scene::Scene;
 
 use super::device::{BackendChoice, DeviceArguments};
 use super::error::{CliError, note};
 use super::progress::ProgressDisplay;
+use super::scene::SceneArguments;
 use super::values::{positive, relative_error, samples};
-use super::{interrupt, output, scene_file};
+use super::{interrupt, output};
 use files::Rendered;
 use summary::RenderSummary;
 use writing::Writing;
@@ -34,9 +35,8 @@ const LEAST_TIME: Duration = Duration::from_millis(500);
 /// Arguments of `uw render`.
 #[derive(Debug, Args)]
 pub(super) struct RenderArguments {
-    /// Scene file (uw-scene/1), or the name of a shipped scene, as in flat_hull.
-    #[arg(value_name = "NAME|FILE")]
-    scene: PathBuf,
+    #[command(flatten)]
+    scene: SceneArguments,
     /// Picture: .exr holds linear radiance, .png and .tif go through the sensor of the scene.
     #[arg(short, long)]
     output: PathBuf,
@@ -50,17 +50,6 @@ pub(super) struct RenderArguments {
     /// Stop when the estimated relative error of the picture is at most this: 0.05 or 5%.
     #[arg(long, value_name = "ERROR", value_parser = relative_error)]
     target_error: Option<f64>,
-    /// Width instead of the scene's, pixels; alone it keeps the proportions. The horizontal field of view stays.
-    #[arg(long, value_name = "PIXELS")]
-    width: Option<u32>,
-    /// Height instead of the scene's, pixels; alone it keeps the proportions.
-    #[arg(long, value_name = "PIXELS")]
-    height: Option<u32>,
-    /// Another value for a field of the scene file, as in water.jerlov=3C, camera.position_m=[0,0,-3],
-    /// lamp.left.level_pct=50 or object.0.reflectance=[0.5,0.4,0.3]; may be given many times. Values are TOML, bare words
-    /// are text; elements go by their number from 0, lamps also by their name.
-    #[arg(long, value_name = "KEY=VALUE")]
-    set: Vec<Setting>,
     /// Seed of all random numbers, those of the sensor included.
     #[arg(long, default_value_t = 0)]
     seed: u64,
@@ -110,7 +99,7 @@ impl RenderArguments {
             ));
         }
         let cancel = interrupt::cancel_flag()?;
-        let scene = self.read_scene()?;
+        let scene = self.scene.read()?;
         let lamp_names: Vec<String> = scene.lamps.iter().map(|lamp| lamp.name.clone()).collect();
         let layers = RenderLayer::by_names(&self.layers, &lamp_names)
             .map_err(|error| CliError::input(format!("--layers: {error}")))?;
@@ -180,16 +169,6 @@ impl RenderArguments {
     fn not_halved(&self, plan: &Plan) -> Option<DenoiseError> {
         let samples = plan.samples_per_pixel.filter(|_| self.denoise)?;
         (samples % 2 == 1).then_some(DenoiseError::Samples { samples })
-    }
-
-    /// The scene file with what the command line says instead.
-    fn read_scene(&self) -> Result<Scene, CliError> {
-        let file = scene_file(&self.scene)?;
-        let mut scene = Scene::read_with(&file, &self.set).map_err(CliError::input)?;
-        let resized = scene.camera.resized(self.width, self.height);
-        scene.camera =
-            resized.map_err(|error| CliError::input(format!("--width, --height: {error}")))?;
-        Ok(scene)
     }
 
     /// What is not as it should be in a finished render.
