@@ -7,7 +7,7 @@
 //! Approximate are that both lights show the same pattern, that a patch lies on one slope of the encoding, and that noise
 //! grows like the pattern; clipped pixels are beyond this.
 
-use crate::encoding::Encoding;
+use crate::Encoding;
 use crate::stats::PatchGrid;
 
 /// A picture of the target at a lamp level.

@@ -24,7 +24,6 @@ mod coverage;
 mod daylight;
 pub mod detail;
 mod doubts;
-pub mod encoding;
 pub mod json;
 mod levels;
 pub mod manifest;
@@ -42,7 +41,6 @@ pub use calibrate::{
     CalibrateError, ContrastMeasurement, DepthMeasurement, relative_to_shallowest,
 };
 pub use detail::Detail;
-pub use encoding::Encoding;
 pub use manifest::{Manifest, ManifestError, Row, RowKind};
 pub use noise::{NoiseModel, NoiseSource, SensorNoise};
 pub use processing::Processing;
@@ -55,4 +53,5 @@ pub use routine::{
     fit_daylight, from_manifest,
 };
 pub use stats::{ImageStats, Measured, PatchGrid, PatchStats, StatsError, patch_statistics};
+pub use uw_media::Encoding;
 pub use vehicle::{Vehicle, VehicleFile};

@@ -11,7 +11,7 @@
 //! the scale of a pixel. Texture of that scale all over counts as noise, so the estimate is an upper bound there. Demosaicing,
 //! denoising and JPEG make neighbours alike: then it is too small, and only a known sensor helps.
 
-use crate::encoding::Encoding;
+use crate::Encoding;
 use crate::response::{LinearNoise, entry_signal, moments, normal_cdf, thresholds};
 
 /// Entries of the table of a known sensor.

@@ -226,7 +226,7 @@ mod tests {
     use image::{ExtendedColorType, ImageEncoder as _, ImageFormat, RgbImage};
 
     use super::*;
-    use crate::encoding::Encoding;
+    use crate::Encoding;
     use crate::noise::SensorNoise;
     use crate::response::LinearNoise;
 

@@ -2,7 +2,7 @@
 
 use std::f64::consts::SQRT_2;
 
-use crate::encoding::Encoding;
+use crate::Encoding;
 
 /// Entries of the tables, evenly spaced in the root of the signal.
 const ENTRIES: usize = 4096;

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::Encoding;
 use crate::calibrate::{
     CalibrateError, ContrastMeasurement, DepthMeasurement, average, relative_to_shallowest,
 };
@@ -9,7 +10,6 @@ use crate::coverage::{Coverage, SAME_DEPTH_M, range};
 use crate::daylight::{self, Dark};
 use crate::detail::Detail;
 use crate::doubts::Doubts;
-use crate::encoding::Encoding;
 use crate::levels::{Lit, contrast_at};
 use crate::manifest::{Manifest, Row, RowKind};
 use crate::noise::NoiseModel;

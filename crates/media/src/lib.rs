@@ -1,4 +1,4 @@
-//! Water as numbers: inherent optical properties, phase functions, the air-water interface.
+//! Water and cameras as numbers: inherent optical properties, phase functions, the air-water interface, responses and encodings.
 //!
 //! ```
 //! use uw_media::phase::{FournierForand, Phase, PhaseFunction, PhaseTable};
@@ -21,6 +21,7 @@
 
 mod bands;
 mod depth_profile;
+pub mod encoding;
 mod error;
 pub mod interface;
 mod iops;
@@ -32,6 +33,7 @@ pub mod transmittance;
 
 pub use bands::{Bands, Camera, Interval, channel_iops};
 pub use depth_profile::{DepthLayer, depth_profile};
+pub use encoding::{CurveError, Encoding, ResponseCurve};
 pub use error::{MediaError, meant};
 pub use iops::{Iops, Spectrum};
 pub use jerlov::{SpectralIop, WaterType, spectrum};

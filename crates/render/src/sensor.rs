@@ -5,8 +5,8 @@ use uw_media::Spectrum;
 
 use rayon::prelude::*;
 
-use crate::image::{Counts, Frame, Picture, linear_to_srgb};
-use crate::scene::{Encoding, Exposure, Noise, Sensor, WhiteBalance};
+use crate::image::{Counts, Frame, Picture};
+use crate::scene::{Exposure, Noise, Sensor, WhiteBalance};
 
 impl Sensor {
     /// Exposes a picture: exposure, noise, white balance, colour matrix, clipping to [0, 1], encoding, rounding to the nearest
@@ -100,10 +100,7 @@ impl Sensor {
             });
             transformed(&colours, signal).map(|signal| {
                 let signal = clip(signal);
-                quantise(match self.encoding {
-                    Encoding::Linear => signal,
-                    Encoding::Srgb => linear_to_srgb(signal),
-                })
+                quantise(self.encoding.code(signal))
             })
         };
         let pixels = picture.data.par_iter().enumerate();
@@ -189,6 +186,7 @@ fn mix(mut z: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::Encoding;
 
     fn uniform(level: f32, width: u32, height: u32) -> Picture {
         Picture {

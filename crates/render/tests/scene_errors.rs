@@ -94,6 +94,8 @@ const CASES: &[(&str, &str)] = &[
     ("render_samples.toml", r#":4: render.samples_per_pixel must be a whole number in [1, 1073741824], got 0"#),
     ("repeated_field.toml", r#":5: not valid TOML: duplicate key at `radiance`"#),
     ("sensor_bits.toml", r#":4: sensor.bits must be 8 or 16, got 12"#),
+    ("sensor_curve.toml", r#":4: sensor.encoding.curve must be a list of [counts, light], 8-bit counts and light, both rising (counts and light of a curve must rise from point to point, got [20, 0.1] after [10, 0.2]), got [[10, 0.2], [20, 0.1]]"#),
+    ("sensor_curve_points.toml", r#":4: sensor.encoding.curve 1 must be a list of [counts, light], 8-bit counts and light, both rising, got 10"#),
     ("sensor_exposure.toml", r#":4: sensor.exposure.auto_mean must be in (0, 1], got 1.5"#),
     ("sensor_noise.toml", r#":4: sensor.noise.a must be >= 0, got -1e-3"#),
     ("sky_negative.toml", r#":4: sky.radiance must be >= 0 W/(m² sr), got -0.1"#),

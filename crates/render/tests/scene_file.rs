@@ -256,6 +256,16 @@ fn what_is_left_out_has_its_default() {
         (sensor.exposure, sensor.encoding, sensor.bits),
         (Exposure::Fixed(1.0), Encoding::Srgb, 8)
     );
+    let curved = format!(
+        "format = \"uw-scene/1\"\n[sensor]\nencoding = {{ curve = [[20, 1], [120, 9], [240, 40]] }}\n{camera}"
+    );
+    let encoding = parse(&curved)
+        .expect("valid")
+        .sensor
+        .expect("sensor")
+        .encoding;
+    let ratio = encoding.light(240.0) / encoding.light(20.0);
+    assert!((ratio - 40.0).abs() < 2.0, "{ratio}");
     let bare = parse(&format!("format = \"uw-scene/1\"\n{camera}")).expect("valid");
     assert!(bare.water.is_none() && bare.surface.is_none() && bare.sensor.is_none());
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use image::{ColorType, DynamicImage, GenericImageView, ImageFormat};
-use uw_render::scene::{Encoding, Scene, Texture, TextureFilter};
+use uw_render::scene::{Scene, Texture, TextureEncoding, TextureFilter};
 
 /// A picture of all kinds of values, saved as PNG or TIFF.
 fn saved(color: ColorType, folder: &Path) -> std::path::PathBuf {
@@ -41,8 +41,10 @@ fn texels_take_no_more_memory_than_their_picture_and_are_looked_up_as_its_values
         let picture = image::open(&path).expect("read");
         assert_eq!(picture.color(), color);
         let values = picture.to_rgb32f();
-        let linear = Texture::read(&path, Encoding::Linear, TextureFilter::Nearest).expect("valid");
-        let srgb = Texture::read(&path, Encoding::Srgb, TextureFilter::Nearest).expect("valid");
+        let linear =
+            Texture::read(&path, TextureEncoding::Linear, TextureFilter::Nearest).expect("valid");
+        let srgb =
+            Texture::read(&path, TextureEncoding::Srgb, TextureFilter::Nearest).expect("valid");
         assert_eq!(
             (linear.texels.bytes(), srgb.texels.bytes()),
             (64 * 32 * bytes, 64 * 32 * bytes),

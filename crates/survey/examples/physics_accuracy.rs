@@ -13,7 +13,7 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use uw_calib::encoding::Encoding;
+use uw_calib::Encoding;
 use uw_calib::picture::Counts;
 use uw_calib::response::{CountResponse, LinearNoise};
 use uw_guidance::features::Candidate;

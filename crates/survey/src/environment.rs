@@ -11,8 +11,8 @@ use glam::{DVec2, DVec3};
 use uw_media::MediaError;
 use uw_media::spectral::{Curve, WaterBands, sky_light, sunlight};
 use uw_render::scene::{
-    Camera, Encoding, Exposure, Falloff, Lamp, Lens, Material, Noise, Quad, RenderSettings, Scene,
-    Sensor, Spectral, Sun, Texture, TextureFilter, WaterSurface,
+    Camera, Exposure, Falloff, Lamp, Lens, Material, Noise, Quad, RenderSettings, Scene, Sensor,
+    Spectral, Sun, Texture, TextureEncoding, TextureFilter, WaterSurface,
 };
 
 use crate::scenery::textures::Pattern;
@@ -80,12 +80,10 @@ impl Target {
         let path = assets
             .join("textures")
             .join(format!("{}.png", pattern.name()));
-        let texture =
-            Texture::read(&path, Encoding::Srgb, TextureFilter::Bilinear).map_err(|reason| {
-                EnvironmentError::Texture {
-                    path: path.display().to_string(),
-                    reason: reason.to_string(),
-                }
+        let texture = Texture::read(&path, TextureEncoding::Srgb, TextureFilter::Bilinear)
+            .map_err(|reason| EnvironmentError::Texture {
+                path: path.display().to_string(),
+                reason: reason.to_string(),
             })?;
         Ok(Self { pattern, texture })
     }
@@ -187,10 +185,7 @@ fn tilted((forward, up): (DVec3, DVec3), tilt_deg: f64) -> (DVec3, DVec3) {
 pub fn sensor(vehicle: &Vehicle, exposure: f64) -> Sensor {
     Sensor {
         exposure: Exposure::Fixed(exposure),
-        encoding: match vehicle.encoding {
-            uw_calib::Encoding::Srgb => Encoding::Srgb,
-            uw_calib::Encoding::Linear => Encoding::Linear,
-        },
+        encoding: vehicle.encoding,
         bits: 8,
         noise: Some(Noise {
             a: vehicle.noise_a,
@@ -279,6 +274,7 @@ fn quad(target: &Target, centre: DVec3, forward: DVec3, up: DVec3) -> Quad {
 mod tests {
     use super::*;
     use crate::assets::assets_dir;
+    use uw_render::scene::Encoding;
 
     /// A scene file for people states the default vehicle as the program makes it.
     #[test]
@@ -335,7 +331,7 @@ mod tests {
     fn a_measured_vehicle_s_beam_and_encoding_are_those_of_its_scenes() {
         let assets = crate::assets::assets_dir().expect("assets");
         let vehicle = Vehicle {
-            encoding: uw_calib::Encoding::Linear,
+            encoding: Encoding::Linear,
             lamp_profile: Some(vec![[0.0, 1.0], [20.0, 0.6], [45.0, 0.0]]),
             ..Vehicle::default()
         };

@@ -8,10 +8,10 @@ use std::sync::atomic::AtomicBool;
 use uw_calib::ImageStats;
 use uw_render::{
     film::FilmLayer,
-    image::{Picture, linear_to_srgb},
+    image::Picture,
     integrator::{self, Plan, RenderError},
     prepare::Prepared,
-    scene::{Exposure, Noise, Scene, Sensor},
+    scene::{Encoding, Exposure, Noise, Scene, Sensor},
 };
 
 /// Patches of the contrast definition, columns and rows.
@@ -123,14 +123,14 @@ impl RenderedView {
             for y in row * patch_height..(row + 1) * patch_height {
                 for x in column * patch_width..(column + 1) * patch_width {
                     let pixel = y * self.width + x;
-                    self.add_pixel(&mut patch, pixel, exposure, light_pct, sensor.noise);
+                    self.add_pixel(&mut patch, pixel, exposure, light_pct, sensor);
                 }
             }
             patches.push(patch);
         }
         let mut all = PairedPatchSums::default();
         for pixel in 0..self.width * self.height {
-            self.add_pixel(&mut all, pixel, exposure, light_pct, sensor.noise);
+            self.add_pixel(&mut all, pixel, exposure, light_pct, sensor);
         }
         ImageStats {
             contrast: std::array::from_fn(|k| mean_root(&patches, k)),
@@ -152,18 +152,17 @@ impl RenderedView {
         pixel: usize,
         exposure: f64,
         light_pct: f64,
-        noise: Option<Noise>,
+        sensor: &Sensor,
     ) {
         let (first, second) = (
             self.radiance(0, pixel, light_pct),
             self.radiance(1, pixel, light_pct),
         );
-        let counts = |radiance: [f64; 3]| {
-            radiance.map(|l| 255.0 * linear_to_srgb((exposure * l).clamp(0.0, 1.0)))
-        };
+        let encoding = sensor.encoding;
+        let counts = |radiance: [f64; 3]| radiance.map(|l| encoding.counts(exposure * l));
         let noise_variance = std::array::from_fn(|k| {
             let signal = (0.5 * exposure * (first[k] + second[k])).max(0.0);
-            noise.map_or(0.0, |n| count_variance(&n, signal))
+            (sensor.noise).map_or(0.0, |noise| count_variance(&noise, encoding, signal))
         });
         patch.add(counts(first), counts(second), noise_variance);
     }
@@ -171,14 +170,14 @@ impl RenderedView {
 
 /// Variance in squared counts that sensor noise adds at linear signal `signal`: the noise variance times the
 /// squared slope of the encoding; none where the signal is clipped.
-fn count_variance(noise: &Noise, signal: f64) -> f64 {
+fn count_variance(noise: &Noise, encoding: Encoding, signal: f64) -> f64 {
     if signal >= 1.0 {
         return 0.0;
     }
     let deviation = noise.standard_deviation(signal);
     // The slope over one standard deviation, so that the steep start of the encoding is not exaggerated.
     let (low, high) = ((signal - deviation).max(0.0), (signal + deviation).min(1.0));
-    let slope = 255.0 * (linear_to_srgb(high) - linear_to_srgb(low)) / (high - low).max(1e-12);
+    let slope = (encoding.counts(high) - encoding.counts(low)) / (high - low).max(1e-12);
     (slope * deviation).powi(2)
 }
 
@@ -255,8 +254,8 @@ impl PairedPatchSums {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use uw_media::ResponseCurve;
     use uw_render::sampling::Rng;
-    use uw_render::scene::Encoding;
 
     const WIDTH: usize = 200;
     const HEIGHT: usize = 120;
@@ -309,7 +308,7 @@ mod tests {
             &noisy_view.halves[0]
                 .ambient
                 .iter()
-                .map(|p| p.map(|v| 255.0 * linear_to_srgb(v)))
+                .map(|p| p.map(|v| Encoding::Srgb.counts(v)))
                 .collect::<Vec<_>>(),
         )
         .unwrap();
@@ -323,17 +322,26 @@ mod tests {
 
     #[test]
     fn sensor_noise_counts_as_in_the_exposed_picture() {
-        let sensor = sensor(Some(Noise { a: 1e-3, b: 1e-5 }));
-        let view = view(0.0);
-        let expected = view.statistics(&sensor, 0.0);
-        let counts = sensor.expose(&view.picture(0.0), 3).in_8_bit_counts();
-        let exposed = ImageStats::from_counts(WIDTH, HEIGHT, &counts).unwrap();
-        for k in 0..3 {
-            assert!(
-                (exposed.contrast[k] / expected.contrast[k] - 1.0).abs() < 0.01,
-                "{exposed:?} {expected:?}"
-            );
-            assert!((exposed.mean[k] / expected.mean[k] - 1.0).abs() < 0.002);
+        let squares: Vec<[f64; 2]> = (1..=17)
+            .map(|k| [15.0 * f64::from(k), f64::from(k * k)])
+            .collect();
+        let curve = ResponseCurve::new(&squares).unwrap();
+        for encoding in [Encoding::Srgb, Encoding::Linear, Encoding::Curve(curve)] {
+            let sensor = Sensor {
+                encoding,
+                ..sensor(Some(Noise { a: 1e-3, b: 1e-5 }))
+            };
+            let view = view(0.0);
+            let expected = view.statistics(&sensor, 0.0);
+            let counts = sensor.expose(&view.picture(0.0), 3).in_8_bit_counts();
+            let exposed = ImageStats::from_counts(WIDTH, HEIGHT, &counts).unwrap();
+            for k in 0..3 {
+                assert!(
+                    (exposed.contrast[k] / expected.contrast[k] - 1.0).abs() < 0.01,
+                    "{exposed:?} {expected:?}"
+                );
+                assert!((exposed.mean[k] / expected.mean[k] - 1.0).abs() < 0.002);
+            }
         }
     }
 }

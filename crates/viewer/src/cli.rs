@@ -292,7 +292,7 @@ fn vehicle(name_or_file: &str, own_model: bool) -> Result<Vehicle, String> {
             "--vehicle: {name_or_file}: {field} counts by wavelength alone, and the scene that is open has the spectra here; leave it out"
         )),
         None if vehicle.encoding != uw_calib::Encoding::Srgb && !own_model => Err(format!(
-            "--vehicle: {name_or_file}: encoding is linear, and the network that ships is of pictures in sRGB; give one made for this \
+            "--vehicle: {name_or_file}: encoding is not srgb, and the network that ships is of pictures in sRGB; give one made for this \
              vehicle (--model)"
         )),
         None => Ok(vehicle),
@@ -463,7 +463,7 @@ mod tests {
                 "lamp_spectrum = \"halogen\"",
                 "v.toml: lamp_spectrum counts by wavelength",
             ),
-            ("encoding = \"linear\"", "v.toml: encoding is linear"),
+            ("encoding = \"linear\"", "v.toml: encoding is not srgb"),
             ("width = -3", "v.toml: width = -3"),
         ] {
             let told = read(line, false).expect_err(line);

@@ -1,5 +1,5 @@
 use super::*;
-use crate::encoding::Encoding;
+use crate::Encoding;
 use crate::noise::SensorNoise;
 use crate::response::{CountResponse, LinearNoise};
 use crate::stats::patch_statistics;

@@ -4,7 +4,7 @@
 //! that were not seen. Where both pictures show the same part, its mean reflectance is the same, and what water, light and
 //! exposure make of it is told to the error of the tables and distances.
 
-use uw_calib::encoding::Encoding;
+use uw_calib::Encoding;
 
 use super::blocks::{Blocks, Cell};
 use super::light::Seen;

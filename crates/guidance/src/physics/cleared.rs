@@ -1,6 +1,6 @@
 //! A picture cleared of the water before it, and the variance inside its windows.
 
-use uw_calib::encoding::Encoding;
+use uw_calib::Encoding;
 use uw_calib::picture::Counts;
 use uw_calib::response::CountResponse;
 

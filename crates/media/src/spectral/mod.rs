@@ -4,6 +4,7 @@
 
 mod bands;
 mod curve;
+mod luminous;
 mod named;
 mod response;
 mod table;
@@ -11,6 +12,7 @@ mod water;
 
 pub use bands::{JerlovWater, WaterBands};
 pub use curve::Curve;
+pub use luminous::{efficacy_lm_per_w, mean_seen};
 pub use named::{ILLUMINANTS, illuminant, sky_light, sunlight};
 pub use response::{Drawn, RESPONSES, Response};
 pub use table::{TableError, read_columns};

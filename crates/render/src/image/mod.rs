@@ -11,6 +11,7 @@ pub use atomic::write_atomically;
 pub(crate) use encoded::{Reader, reader};
 pub use exr::{ExrImage, Layer, LayerData};
 pub use png_tiff::{read_frame, write_frame};
+pub use uw_media::encoding::{linear_to_srgb, srgb_to_linear};
 
 /// A picture in linear float: radiance, W/(m² sr), or whatever its maker says.
 #[derive(Clone, Debug, PartialEq)]
@@ -143,42 +144,9 @@ pub enum ImageError {
     },
 }
 
-/// The sRGB transfer function (IEC 61966-2-1) from linear [0, 1] to encoded [0, 1].
-#[inline]
-pub fn linear_to_srgb(linear: f64) -> f64 {
-    if linear <= 0.003_130_8 {
-        12.92 * linear
-    } else {
-        1.055 * linear.powf(1.0 / 2.4) - 0.055
-    }
-}
-
-/// Inverse of [`linear_to_srgb`].
-#[inline]
-pub fn srgb_to_linear(encoded: f64) -> f64 {
-    if encoded <= 0.040_45 {
-        encoded / 12.92
-    } else {
-        ((encoded + 0.055) / 1.055).powf(2.4)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn srgb_meets_the_standard_and_its_inverse() {
-        assert!((linear_to_srgb(0.002) - 0.025_84).abs() < 1e-12);
-        // 0.5 in linear light is 187.5 of 255 counts; middle grey 0.2140 is half of full scale.
-        assert!((linear_to_srgb(0.5) - 0.735_357).abs() < 1e-6);
-        assert!((srgb_to_linear(0.5) - 0.214_041).abs() < 1e-6);
-        for i in 0..=1000 {
-            let linear = f64::from(i) / 1000.0;
-            // The standard's two constants leave a step of 3e-8 between its branches.
-            assert!((srgb_to_linear(linear_to_srgb(linear)) - linear).abs() < 1e-7);
-        }
-    }
 
     #[test]
     fn formats_are_known_by_extension() {

@@ -110,7 +110,7 @@ fn read_scene(root: &Table<'_>) -> Result<Scene, SceneError> {
     let sun = light::read_sun(root)?;
     let sky_radiance = light::read_sky(root)?;
     let camera = camera_table::read(root)?;
-    let mut lamps = light::read_lamps(root)?;
+    let (mut lamps, lamp_warnings) = light::read_lamps(root, &wavelengths.response)?;
     let mut objects = object::read_objects(root)?;
     wavelengths.mean_reflectances(&mut objects.materials);
     let sensor = sections::read_sensor(root, wavelengths.spectral.as_ref())?;
@@ -134,6 +134,7 @@ fn read_scene(root: &Table<'_>) -> Result<Scene, SceneError> {
     }
     light::append_named(&mut lamps, more_lamps);
     warnings.extend(wavelengths.warnings);
+    warnings.extend(lamp_warnings);
     let eye_z_m = camera.position_m.z;
     warnings.extend(variation::below_known(root, surface.as_ref(), eye_z_m)?);
     warnings.extend(snow_warnings);

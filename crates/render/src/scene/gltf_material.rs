@@ -7,7 +7,7 @@ use glam::{DAffine2, DVec2};
 
 use super::gltf_json::{self, TextureInfo};
 use super::gltf_resource::{GltfError, GltfSource, item};
-use super::{Encoding, Material, Texture, TextureFilter, texture};
+use super::{Material, Texture, TextureEncoding, TextureFilter, texture};
 
 /// The file's code for looking up the nearest texel.
 const NEAREST: u64 = 9728;
@@ -203,7 +203,7 @@ impl<'a> MaterialReader<'a> {
         let bytes = self.source.image_bytes(image)?;
         let uri = self.source.document.images[image].uri.as_deref();
         let room = texture::room_beside(self.textures);
-        Texture::from_bytes(&bytes, Encoding::Srgb, filter, room)
+        Texture::from_bytes(&bytes, TextureEncoding::Srgb, filter, room)
             .map_err(|reason| self.source.resource(&item("image", image, uri), reason))
     }
 }

@@ -1,9 +1,12 @@
 //! Light of a scene file: sun, sky and lamps.
 
 use uw_media::Spectrum;
+use uw_media::spectral::Response;
 
 use glam::DVec3;
 
+use super::lamp_power::{self, Beam};
+use super::photometry::Photometry;
 use super::range::Range;
 use super::reader::Table;
 use super::value::Value;
@@ -11,18 +14,23 @@ use super::{Falloff, Lamp, SceneError, Sun, spectral};
 
 pub(super) const SUN_FIELDS: [&str; 4] = ["zenith_deg", "azimuth_deg", "irradiance", "spectrum"];
 pub(super) const SKY_FIELDS: [&str; 2] = ["radiance", "spectrum"];
-pub(super) const LAMP_FIELDS: [&str; 9] = [
+pub(super) const LAMP_FIELDS: [&str; 11] = [
     "name",
     "position_m",
     "forward",
     "intensity",
+    "power_w",
+    "power_lm",
     "spectrum",
     "level_pct",
     "half_angle_deg",
     "falloff",
     "radius_m",
 ];
-const FALLOFF_EXPECTED: &str = "\"uniform\", \"cosine\" or { file = \"beam.csv\" }";
+const FALLOFF_EXPECTED: &str =
+    "\"uniform\", \"cosine\" or { file = \"beam.csv\" } (also .ies or .ldt)";
+/// Difference of a photometric file's half planes, over the intensity on the axis, from which on it is told.
+const UNEVEN: f64 = 0.1;
 /// Longest lamp name, characters; a name becomes a layer of an image file.
 const MAX_NAME_CHARS: usize = 64;
 
@@ -52,9 +60,13 @@ pub(super) fn read_sky(root: &Table<'_>) -> Result<Spectrum, SceneError> {
     table.numbers("radiance", Range::non_negative("W/(m² sr)"))
 }
 
-/// Reads all `[[lamp]]` tables.
-pub(super) fn read_lamps(root: &Table<'_>) -> Result<Vec<Lamp>, SceneError> {
+/// Reads all `[[lamp]]` tables; what is to be told of them, a sentence each. A lamp's power is shared among the channels of `response`.
+pub(super) fn read_lamps(
+    root: &Table<'_>,
+    response: &Response,
+) -> Result<(Vec<Lamp>, Vec<String>), SceneError> {
     let mut lamps: Vec<Lamp> = Vec::new();
+    let mut warnings = Vec::new();
     for element in root.elements("lamp")? {
         let table = element.as_table(&LAMP_FIELDS)?;
         let name = match table.optional("name") {
@@ -65,9 +77,9 @@ pub(super) fn read_lamps(root: &Table<'_>) -> Result<Vec<Lamp>, SceneError> {
             let value = table.optional("name").unwrap_or(element);
             return Err(value.invalid_got("a name that no other lamp has", format!("\"{name}\"")));
         }
-        lamps.push(read_lamp(&table, name)?);
+        lamps.push(read_lamp(&table, name, response, &mut warnings)?);
     }
-    Ok(lamps)
+    Ok((lamps, warnings))
 }
 
 /// Adds the lamps of glTF files; names that are taken get a number.
@@ -98,27 +110,46 @@ fn is_lamp_name(name: &str) -> bool {
     (1..=MAX_NAME_CHARS).contains(&name.len()) && name.chars().all(allowed)
 }
 
-fn read_lamp(table: &Table<'_>, name: String) -> Result<Lamp, SceneError> {
+fn read_lamp(
+    table: &Table<'_>,
+    name: String,
+    response: &Response,
+    warnings: &mut Vec<String>,
+) -> Result<Lamp, SceneError> {
     let half_angle_deg =
         table.number_or("half_angle_deg", Range::above(0.0, 180.0, "degrees"), 180.0)?;
     let radius_m = table.number_or("radius_m", Range::non_negative("m"), 0.0)?;
-    let falloff = table
-        .optional("falloff")
-        .map_or(Ok(Falloff::Uniform), |value| read_falloff(&value))?;
+    let (falloff, photometry) = (table.optional("falloff"))
+        .map_or(Ok((Falloff::Uniform, None)), |value| read_falloff(&value))?;
     let same_all_round = half_angle_deg == 180.0 && radius_m == 0.0 && falloff == Falloff::Uniform;
     let forward = match table.optional("forward") {
         None if same_all_round => DVec3::X,
         _ => table.direction("forward")?,
     };
+    let spectrum = table
+        .optional("spectrum")
+        .map(|value| spectral::read_light(&value))
+        .transpose()?;
+    let beam = Beam {
+        falloff: &falloff,
+        half_angle_deg,
+        spectrum: spectrum.as_ref(),
+        photometry: photometry.as_ref(),
+    };
+    let intensity = lamp_power::read(table, &beam, response)?;
+    if let Some(file) = photometry.filter(|file| file.uneven > UNEVEN) {
+        warnings.push(format!(
+            "lamp {name}: the half planes of its photometric file differ from their mean by up to {:.0} % of the intensity on the \
+             axis; a lamp is the same all round its axis here, so the mean is taken",
+            100.0 * file.uneven
+        ));
+    }
     Ok(Lamp {
         name,
         position_m: table.vector("position_m")?,
         forward,
-        intensity: table.numbers("intensity", Range::non_negative("W/sr"))?,
-        spectrum: table
-            .optional("spectrum")
-            .map(|value| spectral::read_light(&value))
-            .transpose()?,
+        intensity,
+        spectrum,
         level_pct: table.number_or("level_pct", Range::closed(0.0, 100.0, "%"), 100.0)?,
         half_angle_deg,
         falloff,
@@ -126,21 +157,27 @@ fn read_lamp(table: &Table<'_>, name: String) -> Result<Lamp, SceneError> {
     })
 }
 
-fn read_falloff(value: &Value<'_>) -> Result<Falloff, SceneError> {
+fn read_falloff(value: &Value<'_>) -> Result<(Falloff, Option<Photometry>), SceneError> {
     if value.is_table() {
         let file = value
             .as_table(&["file"])?
-            .required("file", "the path of a CSV file")?;
+            .required("file", "the path of a CSV, IES or EULUMDAT file")?;
         let path = file.as_path()?;
-        let text = uw_assets::ALL
-            .read_to_string(&path)
-            .map_err(|error| file.unusable_file(&path, error.to_string()))?;
-        return parse_beam(&text).map_err(|reason| file.unusable_file(&path, reason));
+        if !Photometry::is_meant(&path) {
+            let (text, path) = spectral::read_file(&file)?;
+            let beam = parse_beam(&text).map_err(|reason| file.unusable_file(&path, reason))?;
+            return Ok((beam, None));
+        }
+        let found = Photometry::read(&path).map_err(|reason| file.unusable_file(&path, reason))?;
+        let axis = found.beam[0].1;
+        let relative = found.beam.iter().map(|&(angle, cd)| (angle, cd / axis));
+        return Ok((Falloff::Profile(relative.collect()), Some(found)));
     }
     if !value.is_text() {
         return Err(value.invalid(FALLOFF_EXPECTED));
     }
-    value.as_choice(&[("uniform", Falloff::Uniform), ("cosine", Falloff::Cosine)])
+    let known = [("uniform", Falloff::Uniform), ("cosine", Falloff::Cosine)];
+    Ok((value.as_choice(&known)?, None))
 }
 
 /// Reads a beam profile: rows of angle from the axis, degrees, and relative intensity. A header row,

@@ -20,10 +20,12 @@ mod gltf_resource;
 mod gltf_rules;
 mod gltf_schema;
 mod kind;
+mod lamp_power;
 mod lens;
 mod light;
 mod object;
 mod phase;
+pub mod photometry;
 mod port;
 mod range;
 mod reader;
@@ -43,6 +45,7 @@ pub use lens::Lens;
 pub use port::{Port, PortShape};
 pub use setting::Setting;
 pub use texels::Texels;
+pub use uw_media::Encoding;
 
 use glam::{DVec2, DVec3};
 use uw_media::{
@@ -365,10 +368,10 @@ pub enum Exposure {
     AutoMean(f64),
 }
 
-/// Encoding of stored values.
+/// Encoding of a texture's stored values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Encoding {
-    /// Proportional to y.
+pub enum TextureEncoding {
+    /// Proportional to the reflectance.
     Linear,
     /// The sRGB transfer function (IEC 61966-2-1).
     Srgb,

@@ -10,7 +10,8 @@ use super::range::Range;
 use super::reader::Table;
 use super::value::Value;
 use super::{
-    Encoding, Material, Quad, SceneError, Texture, TextureFilter, gltf_file, spectral, texture,
+    Material, Quad, SceneError, Texture, TextureEncoding, TextureFilter, gltf_file, spectral,
+    texture,
 };
 
 pub(super) const OBJECT_FIELDS: [&str; 7] = [
@@ -39,7 +40,7 @@ pub(super) struct Objects {
     pub(super) textures: Vec<Texture>,
     pub(super) gltf: gltf_file::Contents,
     /// Textures that have been read, so that objects share them.
-    read: HashMap<(PathBuf, Encoding, TextureFilter), usize>,
+    read: HashMap<(PathBuf, TextureEncoding, TextureFilter), usize>,
 }
 
 /// Reads all `[[object]]` tables.
@@ -105,14 +106,17 @@ impl Objects {
     }
 
     fn add_texture(&mut self, table: &Table<'_>) -> Result<usize, SceneError> {
-        let encodings = [("linear", Encoding::Linear), ("srgb", Encoding::Srgb)];
+        let encodings = [
+            ("linear", TextureEncoding::Linear),
+            ("srgb", TextureEncoding::Srgb),
+        ];
         let filters = [
             ("bilinear", TextureFilter::Bilinear),
             ("nearest", TextureFilter::Nearest),
         ];
         let encoding = table
             .optional("encoding")
-            .map_or(Ok(Encoding::Srgb), |word| word.as_choice(&encodings))?;
+            .map_or(Ok(TextureEncoding::Srgb), |word| word.as_choice(&encodings))?;
         let filter = table
             .optional("filter")
             .map_or(Ok(TextureFilter::Bilinear), |word| word.as_choice(&filters))?;

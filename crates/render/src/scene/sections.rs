@@ -1,6 +1,6 @@
 //! The small tables of a scene file: water surface, sensor, render defaults.
 
-use uw_media::Spectrum;
+use uw_media::{ResponseCurve, Spectrum};
 
 use super::range::Range;
 use super::reader::Table;
@@ -67,7 +67,6 @@ pub(super) fn read_sensor(
         return Ok(None);
     };
     let default = Sensor::default();
-    let encodings = [("linear", Encoding::Linear), ("srgb", Encoding::Srgb)];
     let bits = match table.optional("bits") {
         Some(value) => match value.as_whole(8, 16, "").ok() {
             Some(bits) if bits == 8 || bits == 16 => bits,
@@ -77,14 +76,37 @@ pub(super) fn read_sensor(
     };
     Ok(Some(Sensor {
         exposure: read_exposure(&table)?.unwrap_or(default.exposure),
-        encoding: table
-            .optional("encoding")
-            .map_or(Ok(default.encoding), |word| word.as_choice(&encodings))?,
+        encoding: read_encoding(&table)?.unwrap_or(default.encoding),
         bits,
         noise: read_noise(&table)?,
         white_balance: read_white_balance(&table, spectral)?,
         color_matrix: read_color_matrix(&table)?.unwrap_or(default.color_matrix),
     }))
+}
+
+/// `encoding`: "linear", "srgb", or what was measured of a camera, `{ curve = [[counts, light], ..] }`.
+fn read_encoding(sensor: &Table<'_>) -> Result<Option<Encoding>, SceneError> {
+    let Some(value) = sensor.optional("encoding") else {
+        return Ok(None);
+    };
+    if !value.is_table() {
+        let words = [("linear", Encoding::Linear), ("srgb", Encoding::Srgb)];
+        return value.as_choice(&words).map(Some);
+    }
+    let expected = "a list of [counts, light], 8-bit counts and light, both rising";
+    let curve = value.as_table(&["curve"])?.required("curve", expected)?;
+    if !curve.is_array() {
+        return Err(curve.invalid(expected));
+    }
+    let points = curve.as_elements()?;
+    let points = points.iter().map(|point| match point.is_array() {
+        true => point.as_numbers(Range::finite("")),
+        false => Err(point.invalid(expected)),
+    });
+    let points = points.collect::<Result<Vec<_>, _>>()?;
+    let made = ResponseCurve::new(&points)
+        .map_err(|reason| curve.invalid(format!("{expected} ({reason})")))?;
+    Ok(Some(Encoding::Curve(made)))
 }
 
 /// `color_matrix`: three rows of three numbers.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use image::DynamicImage;
 
-use super::Encoding;
+use super::TextureEncoding;
 use crate::image::srgb_to_linear;
 
 /// Linear R, G, B values, row by row from the top. Copies share their memory.
@@ -57,7 +57,7 @@ impl<T: Copy> Codes<T> {
 
 impl Texels {
     /// The texels of a decoded picture; alpha is left out.
-    pub(super) fn of(picture: DynamicImage, encoding: Encoding) -> Self {
+    pub(super) fn of(picture: DynamicImage, encoding: TextureEncoding) -> Self {
         let bytes =
             |codes, channels| Stored::Bytes(Codes::of(codes, channels), byte_values(encoding));
         let words =
@@ -144,21 +144,21 @@ impl From<Vec<[f32; 3]>> for Texels {
     }
 }
 
-fn linear(value: f32, encoding: Encoding) -> f32 {
+fn linear(value: f32, encoding: TextureEncoding) -> f32 {
     match encoding {
-        Encoding::Linear => value,
-        Encoding::Srgb => srgb_to_linear(f64::from(value)) as f32,
+        TextureEncoding::Linear => value,
+        TextureEncoding::Srgb => srgb_to_linear(f64::from(value)) as f32,
     }
 }
 
 /// What codes of 8 bits stand for.
-fn byte_values(encoding: Encoding) -> Box<[f32; 256]> {
+fn byte_values(encoding: TextureEncoding) -> Box<[f32; 256]> {
     let value = |code| linear(code as f32 / f32::from(u8::MAX), encoding);
     Box::new(std::array::from_fn(value))
 }
 
 /// What codes of 16 bits stand for.
-fn word_values(encoding: Encoding) -> Vec<f32> {
+fn word_values(encoding: TextureEncoding) -> Vec<f32> {
     let value = |code| linear(f32::from(code) / f32::from(u16::MAX), encoding);
     (0..=u16::MAX).map(value).collect()
 }
@@ -199,7 +199,7 @@ mod tests {
             (row(words().map(|v| Rgba([v, 65_535 - v, 9, 7]))).into(), 6),
         ];
         for (picture, bytes) in pictures {
-            for encoding in [Encoding::Linear, Encoding::Srgb] {
+            for encoding in [TextureEncoding::Linear, TextureEncoding::Srgb] {
                 let texels = Texels::of(picture.clone(), encoding);
                 let name = format!("{:?} {encoding:?}", picture.color());
                 let values = picture.to_rgb32f();

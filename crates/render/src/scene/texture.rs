@@ -7,7 +7,7 @@ use uw_media::Spectrum;
 
 use image::{ColorType, DynamicImage, ImageDecoder, Limits};
 
-use super::{Encoding, Texels, Texture, TextureFilter};
+use super::{Texels, Texture, TextureEncoding, TextureFilter};
 use crate::image::{Reader, reader};
 
 /// Largest side of a texture, texels.
@@ -25,14 +25,18 @@ pub(super) fn room_beside(textures: &[Texture]) -> u64 {
 
 impl Texture {
     /// Reads a PNG, JPEG or TIFF file, a shipped one (`shipped:NAME`) too. The error says what is wrong, without the path.
-    pub fn read(path: &Path, encoding: Encoding, filter: TextureFilter) -> Result<Self, String> {
+    pub fn read(
+        path: &Path,
+        encoding: TextureEncoding,
+        filter: TextureFilter,
+    ) -> Result<Self, String> {
         Self::read_within(path, encoding, filter, MAX_SCENE_BYTES)
     }
 
     /// As [`Texture::read`], with at most `room` bytes for the texels.
     pub(super) fn read_within(
         path: &Path,
-        encoding: Encoding,
+        encoding: TextureEncoding,
         filter: TextureFilter,
         room: u64,
     ) -> Result<Self, String> {
@@ -50,7 +54,7 @@ impl Texture {
     /// Reads an encoded picture from memory, with at most `room` bytes for the texels. The error says what is wrong.
     pub(super) fn from_bytes(
         bytes: &[u8],
-        encoding: Encoding,
+        encoding: TextureEncoding,
         filter: TextureFilter,
         room: u64,
     ) -> Result<Self, String> {
@@ -60,7 +64,7 @@ impl Texture {
 
     fn decode(
         mut reader: Reader,
-        encoding: Encoding,
+        encoding: TextureEncoding,
         filter: TextureFilter,
         room: u64,
     ) -> Result<Self, String> {

@@ -2,17 +2,15 @@
 
 use std::f64::consts::PI;
 
-use uw_media::spectral::Curve;
+use uw_render::scene::photometry::Photometry;
 
 /// Spectrum that is assumed of a lamp of which nothing is said: white light-emitting diodes of 5000 K.
 pub const SPECTRUM: &str = "led-5000k";
-/// Wavelengths that cameras see, nm: watts of light are those between them.
-const SEEN_NM: (u32, u32) = (400, 700);
 /// Channels among which the power is shared.
 const CHANNELS: f64 = 3.0;
 
 /// A lamp as a vehicle has it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct LampFit {
     /// Intensity on the axis in each channel, W/sr.
     pub intensity_w_per_sr: f64,
@@ -20,19 +18,8 @@ pub struct LampFit {
     pub half_angle_deg: f64,
     /// Radiant power of all channels, W.
     pub power_w: f64,
-}
-
-/// Lumens per watt of light between 400 and 700 nm with this spectrum; 0 where there is none. The eye's sensitivity is taken as
-/// 1.019 exp(-285.4 (λ/µm - 0.559)²), which is off by some percent where it counts.
-pub fn efficacy_lm_per_w(spectrum: &Curve) -> f64 {
-    let (mut seen, mut all) = (0.0, 0.0);
-    for nm in SEEN_NM.0..SEEN_NM.1 {
-        let nm = f64::from(nm) + 0.5;
-        let light = spectrum.at(nm);
-        all += light;
-        seen += light * 1.019 * (-285.4 * (1e-3 * nm - 0.559).powi(2)).exp();
-    }
-    if all > 0.0 { 683.0 * seen / all } else { 0.0 }
+    /// Angle, degrees, and relative intensity, where it does not fall with the cosine.
+    pub profile: Option<Vec<[f64; 2]>>,
 }
 
 /// The lamp of `lumen` lm (above 0) with a full beam angle of `beam_angle_deg` in (0, 180], of light with `efficacy_lm_per_w` (above
@@ -50,11 +37,7 @@ pub fn lamp(lumen: f64, beam_angle_deg: f64, efficacy_lm_per_w: f64) -> Result<L
         ("--beam-angle-deg", beam_angle_deg, 180.0),
         ("--efficacy-lm-per-w", efficacy_lm_per_w, 683.0),
     ];
-    for (option, value, most) in ranges {
-        if !(value > 0.0 && value <= most) {
-            return Err(format!("{option} must be in (0, {most}], got {value}"));
-        }
-    }
+    check(&ranges)?;
     let half_angle_deg = 0.5 * beam_angle_deg;
     let power_w = lumen / efficacy_lm_per_w;
     let solid_angle = PI * half_angle_deg.to_radians().sin().powi(2);
@@ -62,27 +45,63 @@ pub fn lamp(lumen: f64, beam_angle_deg: f64, efficacy_lm_per_w: f64) -> Result<L
         intensity_w_per_sr: power_w / CHANNELS / solid_angle,
         half_angle_deg,
         power_w,
+        profile: None,
     })
+}
+
+/// The lamp of a maker's photometric `file`, whose beam and, where `lumen` does not say, luminous flux it has. Power is that of
+/// light with `efficacy_lm_per_w`, of which each of three channels gets a third.
+///
+/// # Errors
+/// A value out of its range, by the option's name.
+pub fn lamp_of_file(
+    file: &Photometry,
+    lumen: Option<f64>,
+    efficacy_lm_per_w: f64,
+) -> Result<LampFit, String> {
+    let of_file = file.lumen(180.0);
+    let lumen = lumen.unwrap_or(of_file);
+    check(&[
+        ("--lumen", lumen, 1e9),
+        ("--efficacy-lm-per-w", efficacy_lm_per_w, 683.0),
+    ])?;
+    let axis = file.beam[0].1;
+    let rows = file
+        .beam
+        .iter()
+        .map(|&(angle_deg, cd)| [angle_deg, cd / axis]);
+    let mut profile: Vec<[f64; 2]> = rows.collect();
+    // One row of darkness ends a beam.
+    while let [.., before, last] = profile.as_slice()
+        && before[1] == 0.0
+        && last[1] == 0.0
+    {
+        profile.pop();
+    }
+    let power_w = lumen / efficacy_lm_per_w;
+    // The file's candelas over its lumens are what a watt a channel makes on the axis.
+    let per_power_sr = axis / of_file;
+    Ok(LampFit {
+        intensity_w_per_sr: power_w / CHANNELS * per_power_sr,
+        half_angle_deg: profile.last().map_or(0.0, |row| row[0]),
+        power_w,
+        profile: Some(profile),
+    })
+}
+
+fn check(ranges: &[(&str, f64, f64)]) -> Result<(), String> {
+    for &(option, value, most) in ranges {
+        if !(value > 0.0 && value <= most) {
+            return Err(format!("{option} must be in (0, {most}], got {value}"));
+        }
+    }
+    Ok(())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use uw_media::spectral::illuminant;
     use uw_render::scene::Falloff;
-
-    #[test]
-    fn spectra_have_the_lumens_per_watt_of_their_kind() {
-        let line = |nm: f64| Curve::new(vec![(nm - 0.6, 0.0), (nm, 1.0), (nm + 0.6, 0.0)]);
-        // The definition of the candela: 683 lm/W at 555 nm. A tenth of that is left at 650 nm (CIE 1924: 0.107).
-        assert!((efficacy_lm_per_w(&line(555.5)) / 683.0 - 1.0).abs() < 0.02);
-        assert!((efficacy_lm_per_w(&line(650.5)) / 683.0 - 0.107).abs() < 0.02);
-        let white = efficacy_lm_per_w(&illuminant(SPECTRUM).expect("a spectrum"));
-        let halogen = efficacy_lm_per_w(&illuminant("halogen").expect("a spectrum"));
-        assert!((310.0..340.0).contains(&white), "{white}");
-        assert!((230.0..260.0).contains(&halogen), "{halogen}");
-        assert_eq!(efficacy_lm_per_w(&Curve::new(Vec::new())), 0.0);
-    }
 
     /// The intensity over all directions, as the scene's falloff has it, is the power of the data sheet.
     #[test]
@@ -114,5 +133,25 @@ mod tests {
             let told = lamp(values[0], values[1], values[2]).expect_err("refused");
             assert!(told.contains(words), "{told}");
         }
+    }
+    #[test]
+    fn a_photometric_file_s_lamp_has_its_lumens() {
+        let file = Photometry {
+            beam: vec![(0.0, 200.0), (30.0, 100.0), (60.0, 0.0), (90.0, 0.0)],
+            uneven: 0.0,
+        };
+        let fit = lamp_of_file(&file, None, 250.0).expect("a lamp");
+        let rows = vec![[0.0, 1.0], [30.0, 0.5], [60.0, 0.0]];
+        assert_eq!(
+            (fit.profile, fit.half_angle_deg),
+            (Some(rows.clone()), 60.0)
+        );
+        assert!((fit.power_w / (file.lumen(180.0) / 250.0) - 1.0).abs() < 1e-12);
+        let falloff = Falloff::Profile(rows.iter().map(|row| (row[0], row[1])).collect());
+        let power = 3.0 * fit.intensity_w_per_sr * falloff.solid_angle_sr(60.0);
+        assert!((power / fit.power_w - 1.0).abs() < 1e-4, "{power}");
+        let brighter = lamp_of_file(&file, Some(1000.0), 250.0).expect("a lamp");
+        assert_eq!(brighter.power_w, 4.0);
+        assert!(lamp_of_file(&file, Some(0.0), 250.0).is_err());
     }
 }

@@ -5,6 +5,7 @@
 //! flat where the camera keeps to sRGB; places are blocks of pixels, so that noise is small beside a count.
 
 use uw_calib::Encoding;
+use uw_media::{CurveError, ResponseCurve};
 use uw_render::image::Frame;
 
 use super::solve::solve;
@@ -25,7 +26,7 @@ const LEAST_AT_NODE: f64 = 20.0;
 const LEAST_NODES: usize = 25;
 /// Weight of the bends over the mean weight of a node's own data.
 const SMOOTH: f64 = 1e-3;
-/// Root mean square of ln(light) by which a curve may be off the nearer of the two encodings.
+/// Root mean square of ln(light) by which a curve may be off sRGB or the straight line to be called that.
 pub const MOST_OFF: f64 = 0.05;
 /// Root mean square of ln(light) by which pictures may contradict each other.
 const MOST_CONTRADICTION: f64 = 0.05;
@@ -48,7 +49,7 @@ pub struct Deviation {
 /// What pictures at known relative light say of the curve.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ResponseFit {
-    /// The nearer of the two encodings.
+    /// The nearer of the two named encodings where it is off by at most [`MOST_OFF`], else the curve.
     pub encoding: Encoding,
     /// The curve: 8-bit counts, light over that at the brightest count seen, standard error of its logarithm.
     pub curve: Vec<[f64; 3]>,
@@ -63,18 +64,14 @@ pub struct ResponseFit {
 }
 
 impl ResponseFit {
-    /// What the curve is off the nearer encoding.
+    /// What the curve is off the nearer of the two.
     pub fn nearer(&self) -> Deviation {
         let [srgb, linear] = self.off;
-        if srgb.encoding == self.encoding {
-            srgb
-        } else {
-            linear
-        }
+        if srgb.rms <= linear.rms { srgb } else { linear }
     }
 }
 
-/// Pictures do not go together, or the curve is neither encoding.
+/// Pictures do not go together, or say nothing of a curve.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ResponseError {
     /// As many factors as pictures, at least two.
@@ -128,6 +125,9 @@ pub enum ResponseError {
         /// Scatter about the curve, counts.
         scatter_counts: f64,
     },
+    /// What was found is no curve that a camera can have.
+    #[error("{0}; the pictures say too little or do not go together")]
+    NoCurve(#[from] CurveError),
 }
 
 /// A block's mean count in one picture.
@@ -141,8 +141,7 @@ struct Seen {
 /// view one after another in light that falls off across them and stays as it is.
 ///
 /// # Errors
-/// Pictures that do not go together or contradict each other, and too few counts seen. A curve that is far from both encodings is
-/// no error here: [`ResponseFit::off`] tells.
+/// Pictures that do not go together or contradict each other, and too few counts seen.
 pub fn fit(frames: &[Frame], light: &[f64]) -> Result<ResponseFit, ResponseError> {
     check(frames, light)?;
     let places = places(frames);
@@ -184,20 +183,27 @@ pub fn fit(frames: &[Frame], light: &[f64]) -> Result<ResponseFit, ResponseError
         let error = (variance * inverse[k][k]).sqrt();
         [node(k), (log_light(k) - brightest).exp(), error]
     });
-    let off =
-        [Encoding::Srgb, Encoding::Linear].map(|encoding| deviation(encoding, &nodes, log_light));
-    Ok(ResponseFit {
-        encoding: if off[0].rms <= off[1].rms {
-            Encoding::Srgb
-        } else {
-            Encoding::Linear
-        },
+    let mut found = ResponseFit {
+        encoding: Encoding::Srgb,
         curve: curve.collect(),
-        off,
+        off: [Encoding::Srgb, Encoding::Linear]
+            .map(|encoding| deviation(encoding, &nodes, log_light)),
         contradiction,
         scatter_counts,
         blocks,
-    })
+    };
+    let nearer = found.nearer();
+    found.encoding = match nearer.rms <= MOST_OFF {
+        true => nearer.encoding,
+        false => Encoding::Curve(measured(&found.curve)?),
+    };
+    Ok(found)
+}
+
+/// The curve as vehicles state it.
+fn measured(curve: &[[f64; 3]]) -> Result<ResponseCurve, CurveError> {
+    let points: Vec<[f64; 2]> = curve.iter().map(|row| [row[0], row[1]]).collect();
+    ResponseCurve::new(&points)
 }
 
 fn check(frames: &[Frame], light: &[f64]) -> Result<(), ResponseError> {

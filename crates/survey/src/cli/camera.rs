@@ -86,14 +86,6 @@ impl CameraArguments {
     }
 }
 
-/// The word for an encoding.
-pub(super) fn name_of(encoding: Encoding) -> &'static str {
-    match encoding {
-        Encoding::Srgb => "srgb",
-        Encoding::Linear => "linear",
-    }
-}
-
 /// The names of the encodings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(super) enum CurveName {

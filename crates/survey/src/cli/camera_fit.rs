@@ -13,7 +13,7 @@ use clap::{Args, Subcommand};
 use serde_json::json;
 use uw_render::image::{Frame, read_frame};
 
-use super::camera::{CurveName, name_of};
+use super::camera::CurveName;
 use super::error::{CliError, note};
 use super::output;
 use crate::camera_fit::noise::{NoiseFit, fit};
@@ -138,7 +138,7 @@ impl NoiseFitArguments {
             if jpeg { "JPEG" } else { "still" },
             frames[0].width,
             frames[0].height,
-            name_of(encoding)
+            encoding.name()
         );
         let measured = |error: f64| Measurement {
             error: Some(rounded(error)),

@@ -1,7 +1,7 @@
 //! What the sensor makes of a linear signal on average: mean and variance of the stored count.
 
 use uw_calib::response::{self, LinearNoise};
-use uw_render::scene::{Encoding, Sensor};
+use uw_render::scene::Sensor;
 
 /// Mean and variance of the 8-bit count that the sensor of a scene stores for a linear signal; the closed form is
 /// [`uw_calib::response`].
@@ -11,14 +11,10 @@ pub struct CountResponse(response::CountResponse);
 impl CountResponse {
     /// The response of `sensor`, whose exposure does not enter; counts are taken as 8-bit ones.
     pub fn new(sensor: &Sensor) -> Self {
-        let encoding = match sensor.encoding {
-            Encoding::Linear => uw_calib::Encoding::Linear,
-            Encoding::Srgb => uw_calib::Encoding::Srgb,
-        };
         let noise = sensor
             .noise
             .map_or(LinearNoise::default(), |n| LinearNoise { a: n.a, b: n.b });
-        Self(response::CountResponse::new(encoding, noise))
+        Self(response::CountResponse::new(sensor.encoding, noise))
     }
 
     /// Mean and variance of the count at `signal`; what is below 0 counts as 0.
@@ -32,7 +28,7 @@ impl CountResponse {
 mod tests {
     use super::*;
     use uw_render::image::Picture;
-    use uw_render::scene::{Exposure, Noise};
+    use uw_render::scene::{Encoding, Exposure, Noise};
 
     /// Exposes even pictures and compares mean and variance of their counts, in the dark, in the middle and at
     /// the clipping point.

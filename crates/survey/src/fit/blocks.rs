@@ -1,6 +1,6 @@
 //! The part of the target that every picture shows, as means over blocks of pixels.
 
-use uw_calib::encoding::Encoding;
+use uw_calib::Encoding;
 use uw_calib::picture::Counts;
 use uw_calib::response::LinearNoise;
 

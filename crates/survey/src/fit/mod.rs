@@ -24,7 +24,7 @@ mod water;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use uw_calib::encoding::Encoding;
+use uw_calib::Encoding;
 use uw_calib::{DepthMeasurement, ManifestError, StatsError};
 use uw_media::WaterType;
 

@@ -2,7 +2,7 @@
 
 use uw_calib::Encoding;
 use uw_render::image::{Frame, Picture};
-use uw_render::scene::{self, Exposure, Noise, Sensor, WhiteBalance};
+use uw_render::scene::{Exposure, Noise, Sensor, WhiteBalance};
 use uw_survey::camera_fit::FramesError;
 use uw_survey::camera_fit::noise::{NoiseFit, fit};
 
@@ -26,10 +26,7 @@ fn view(shift: f64) -> Picture {
 fn sensor(encoding: Encoding, bits: u8, noise: [f64; 2]) -> Sensor {
     Sensor {
         exposure: Exposure::Fixed(1.0),
-        encoding: match encoding {
-            Encoding::Srgb => scene::Encoding::Srgb,
-            Encoding::Linear => scene::Encoding::Linear,
-        },
+        encoding,
         bits: bits.into(),
         noise: Some(Noise {
             a: noise[0],

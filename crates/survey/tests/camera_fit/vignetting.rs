@@ -2,7 +2,7 @@
 
 use uw_calib::Encoding;
 use uw_render::image::{Frame, Picture};
-use uw_render::scene::{self, Exposure, Noise, Sensor};
+use uw_render::scene::{Exposure, Noise, Sensor};
 use uw_survey::camera_fit::even::even;
 use uw_survey::camera_fit::vignetting::{VignettingError, fit};
 use uw_survey::vehicle::Vignetting;
@@ -22,7 +22,7 @@ fn frame(lens: Vignetting, seed: u64, board: impl Fn(f64, f64) -> f64) -> Frame 
     }
     let sensor = Sensor {
         exposure: Exposure::Fixed(1.0),
-        encoding: scene::Encoding::Srgb,
+        encoding: Encoding::Srgb,
         noise: Some(Noise { a: 4e-4, b: 2e-6 }),
         ..Sensor::default()
     };

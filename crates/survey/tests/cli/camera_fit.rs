@@ -222,6 +222,43 @@ fn a_vehicle_gets_its_encoding() {
     assert!(told["off"][0]["rms"].as_f64().is_some_and(|rms| rms < 0.02));
 }
 
+/// A camera with a tone curve of its own gets that curve, and its noise is measured through it.
+#[test]
+fn a_vehicle_gets_the_curve_of_its_camera() {
+    let folder = Folder::new();
+    let points: Vec<[f64; 2]> = (1..=51)
+        .map(|k| 5.0 * f64::from(k))
+        .map(|counts| [counts, (counts / 255.0).powf(1.6)])
+        .collect();
+    let hidden = Encoding::Curve(uw_media::ResponseCurve::new(&points).expect("a curve"));
+    series(&folder, hidden, &[0.2, 0.5, 1.0]);
+    let told = folder
+        .good("camera-fit response 0.2.png 0.5.png 1.png --light 2,5,10 -o v.toml")
+        .stdout;
+    assert!(told.starts_with("encoding  curve\n"), "{told}");
+    let file = vehicle(&folder, "v.toml");
+    let found = file.vehicle.encoding;
+    assert!(matches!(found, Encoding::Curve(_)), "{found:?}");
+    assert!(
+        (file.measured["encoding"].from).contains("3 pictures, seen from"),
+        "{:?}",
+        file.measured
+    );
+    // Light up to a factor, which the end of the counts that were seen leaves open.
+    let ratio = |counts: f64| found.light(counts) / hidden.light(counts);
+    for counts in [25.0, 50.0, 100.0, 200.0] {
+        let off = ratio(counts) / ratio(150.0) - 1.0;
+        assert!(off.abs() < 0.03, "{counts}: {off}");
+    }
+    std::fs::copy(folder.path("1.png"), folder.path("first.png")).expect("copied");
+    series(&folder, hidden, &[0.2, 1.0]);
+    folder.good("camera-fit noise first.png 1.png --vehicle v.toml -o v.toml");
+    let file = vehicle(&folder, "v.toml");
+    assert_eq!(file.vehicle.encoding, found);
+    let off = file.vehicle.noise_a / 2e-4 - 1.0;
+    assert!(off.abs() < 0.06, "noise_a is off by {off}");
+}
+
 /// A lens that is measured is taken out of a picture, and a picture of another shape is refused.
 #[test]
 fn a_vehicle_gets_its_vignetting() {
@@ -363,4 +400,77 @@ fn a_vehicle_gets_its_lamps_level_curve_and_calibrations_count_in_light() {
         .good("camera-fit lamp --lumen 1500 --beam-angle-deg 120 --spectrum halogen -o l.toml")
         .stdout;
     assert!(warm.contains("assumed: light of halogen (2"), "{warm}");
+}
+
+/// A maker's photometric file gives a vehicle its beam, and a scene its lamp.
+#[test]
+fn a_photometric_file_is_a_lamp() {
+    let folder = Folder::new();
+    // 90, 45 and 0 cd: straight lines from the axis to 60 degrees.
+    folder.write(
+        "lamp.ies",
+        "IESNA:LM-63-2002\n[MANUFAC] nobody\nTILT=NONE\n1 -1 1 4 1 1 2 0 0 0\n1 1 20\n0 30 60 90\n0\n90 45 0 0\n",
+    );
+    let told = folder
+        .good("--json camera-fit lamp --file lamp.ies -o v.toml")
+        .stdout;
+    let json: Value = serde_json::from_str(&told).expect("JSON");
+    let found = vehicle(&folder, "v.toml");
+    let rows = vec![[0.0, 1.0], [30.0, 0.5], [60.0, 0.0]];
+    assert_eq!(found.vehicle.lamp_profile, Some(rows));
+    assert_eq!(found.vehicle.lamp_half_angle_deg, 60.0);
+    assert!(found.measured["lamp_profile"].from.contains("lamp.ies, "));
+    // A third of the file's candelas in each channel, as watts.
+    let efficacy = json["efficacy_lm_per_w"].as_f64().expect("a number");
+    let axis = 90.0 / efficacy / 3.0;
+    let off = found.vehicle.lamp_intensity / axis - 1.0;
+    assert!(off.abs() < 1e-3, "{off}");
+    folder.refused(
+        "camera-fit lamp --file v.toml -o w.toml",
+        &["v.toml: must be a photometric file, .ies or .ldt"],
+    );
+    let scene = |power: &str| {
+        format!(
+            "format = \"uw-scene/1\"\n\
+             [camera]\nposition_m = [0, 0, 0]\nforward = [1, 0, 0]\nhfov_deg = 20\nwidth = 16\nheight = 16\n\
+             [[lamp]]\nposition_m = [0, 0, 0]\nforward = [1, 0, 0]\nfalloff = {{ file = \"lamp.ies\" }}\n{power}\n\
+             [[object]]\nreflectance = [1, 1, 1]\n\
+             plane = {{ center_m = [1, 0, 0], normal = [-1, 0, 0], up = [0, 0, 1], size_m = [9, 9] }}\n\
+             [sensor]\nexposure = 1.0\nencoding = \"linear\"\nbits = 16\n"
+        )
+    };
+    let mut brightness = Vec::new();
+    for (name, power) in [
+        ("file.toml", "".to_owned()),
+        (
+            "given.toml",
+            format!("intensity = [{axis}, {axis}, {axis}]"),
+        ),
+    ] {
+        folder.write(name, scene(&power));
+        let picture = name.replace("toml", "png");
+        folder.good(&format!("render {name} -o {picture} --spp 4 --seed 3"));
+        let told = folder
+            .good(&format!("--json stats --encoding linear {picture}"))
+            .stdout;
+        let told: Value = serde_json::from_str(&told).expect("JSON");
+        brightness.push(told[0]["mean"][1].as_f64().expect("a mean"));
+    }
+    assert!(
+        (brightness[0] / brightness[1] - 1.0).abs() < 2e-3,
+        "{brightness:?}"
+    );
+    folder.write("both.toml", scene("intensity = [1, 1, 1]\npower_lm = 90"));
+    folder.refused(
+        "render both.toml -o x.png",
+        &["lamp 1 power_lm must be left out"],
+    );
+    folder.write(
+        "none.toml",
+        scene("").replace("{ file = \"lamp.ies\" }", "\"cosine\""),
+    );
+    folder.refused(
+        "render none.toml -o x.png",
+        &["lamp 1 lacks the required field `intensity`"],
+    );
 }

@@ -10,7 +10,7 @@ use uw_render::{
     image::{Counts, ExrImage, LayerData, Picture, linear_to_srgb},
     layers::{self, RenderLayer},
     prepare::Prepared,
-    scene::Sensor,
+    scene::{Encoding, Sensor},
     sensor::channel_means,
 };
 
@@ -68,7 +68,7 @@ pub enum Pixels {
     /// On the host.
     Image(ColorImage),
     /// On the adapter of the window, with the sensor that took them.
-    Texture(Arc<Texture>, Sensor),
+    Texture(Arc<Texture>, Box<Sensor>),
 }
 
 /// A picture ready for the screen.
@@ -205,11 +205,11 @@ impl Shown {
     /// A picture on the adapter of the window, from a sensor that is set for it.
     pub fn on_adapter(texture: Arc<Texture>, radiance: Vec<[f32; 3]>, sensor: Sensor) -> Self {
         Self {
-            pixels: Pixels::Texture(texture, sensor),
+            exposure: sensor.exposure_factor_of(|| [1.0; 3]),
+            pixels: Pixels::Texture(texture, Box::new(sensor)),
             radiance,
             values: None,
             legend: None,
-            exposure: sensor.exposure_factor_of(|| [1.0; 3]),
         }
     }
 
@@ -232,7 +232,7 @@ impl Shown {
                 };
                 let sensor = Sensor {
                     noise: None,
-                    ..*sensor
+                    ..**sensor
                 };
                 bytes(&sensor.expose(&picture, NOISE_SEED).counts)
                     .first()
@@ -242,9 +242,12 @@ impl Shown {
     }
 }
 
-/// Whether the display wants nothing but the sensor's picture, which the adapter of the window can make by itself.
-pub fn is_photograph(display: &Display, lamps: usize) -> bool {
-    display.layer.within(lamps) == ShownLayer::Picture && display.false_colour == FalseColour::Off
+/// Whether the display wants nothing but the sensor's picture, in an encoding that the adapter of the window can make by itself.
+pub fn is_photograph(display: &Display, sensor: &Sensor, lamps: usize) -> bool {
+    let known = !matches!(sensor.encoding, Encoding::Curve(_));
+    known
+        && display.layer.within(lamps) == ShownLayer::Picture
+        && display.false_colour == FalseColour::Off
 }
 
 /// The same for the adapter: what `sensor`, set for the picture, makes of it.

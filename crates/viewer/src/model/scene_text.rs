@@ -295,12 +295,12 @@ fn write_sensor(text: &mut String, sensor: &SensorSettings) {
         Exposure::AutoMean(mean) => format!("{{ auto_mean = {mean:?} }}"),
     };
     let encoding = match sensor.encoding {
-        Encoding::Linear => "linear",
-        Encoding::Srgb => "srgb",
+        Encoding::Linear | Encoding::Srgb => format!("{:?}", sensor.encoding.name()),
+        Encoding::Curve(curve) => format!("{{ curve = {:?} }}", curve.points()),
     };
     let _ = write!(
         text,
-        "\n[sensor]\nexposure = {exposure}\nencoding = \"{encoding}\"\nbits = {}\n",
+        "\n[sensor]\nexposure = {exposure}\nencoding = {encoding}\nbits = {}\n",
         sensor.bits
     );
     if let Some(noise) = sensor.noise {

@@ -106,6 +106,9 @@ fn sensor(ui: &mut Ui, sensor: &mut SensorSettings, used: Option<f64>) {
         ui.label("encoding");
         ui.selectable_value(&mut sensor.encoding, Encoding::Srgb, "sRGB");
         ui.selectable_value(&mut sensor.encoding, Encoding::Linear, "linear");
+        if let Encoding::Curve(_) = sensor.encoding {
+            let _ = ui.selectable_label(true, "measured curve");
+        }
         ui.separator();
         ui.selectable_value(&mut sensor.bits, 8, "8 bits");
         ui.selectable_value(&mut sensor.bits, 16, "16 bits");

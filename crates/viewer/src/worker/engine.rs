@@ -203,7 +203,9 @@ impl<'a> Engine<'a> {
                 stepper,
                 statistics,
                 snow: None,
-            } if gpu.is_shared() && display::is_photograph(&view.display, scene.lamps.len()) => {
+            } if gpu.is_shared()
+                && display::is_photograph(&view.display, &view.sensor, scene.lamps.len()) =>
+            {
                 let size_px = [scene.camera.width, scene.camera.height];
                 let sensor = view.sensor.set_for(statistics.mean);
                 let texture = textures.take(gpu, size_px)?;

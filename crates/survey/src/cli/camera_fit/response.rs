@@ -5,10 +5,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde_json::json;
+use uw_calib::Encoding;
 
 use super::{Destination, frames, names};
-use crate::camera_fit::response::{MOST_OFF, ResponseFit, fit};
-use crate::cli::camera::name_of;
+use crate::camera_fit::response::{ResponseFit, fit};
 use crate::cli::error::CliError;
 use crate::cli::output;
 use crate::vehicle::Measurement;
@@ -40,32 +40,21 @@ impl ResponseArguments {
             CliError::input(format_args!("{}: {error}", names(&self.pictures)))
         };
         let found = fit(&frames, &self.light).map_err(|error| wrong(&error))?;
-        let nearer = found.nearer();
-        if nearer.rms > MOST_OFF {
-            return Err(wrong(&format_args!(
-                "the camera's curve is neither sRGB nor linear: {}. Light may be off by {:.0} % (root mean square); set the camera to \
-                 sRGB without a tone curve or contrast style, or develop its raw pictures",
-                told(&found),
-                100.0 * MOST_OFF
-            )));
-        }
         let from = format!(
-            "uw camera-fit response: {} pictures, light off by {:.1} % (most {:+.1} % at {} counts)",
+            "uw camera-fit response: {} pictures, {}",
             frames.len(),
-            100.0 * nearer.rms,
-            100.0 * nearer.most,
-            nearer.at_counts
+            known(&found)
         );
         file.vehicle.encoding = found.encoding;
-        let known = Measurement { error: None, from };
+        let measured = Measurement { error: None, from };
         self.to
-            .write(file, BTreeMap::from([("encoding".to_owned(), known)]))?;
+            .write(file, BTreeMap::from([("encoding".to_owned(), measured)]))?;
         output::to_stdout(|out| match json {
             true => writeln!(out, "{}", object(&found)),
             false => writeln!(
                 out,
                 "encoding  {}\nthe curve: {}\ncontradiction of the pictures {:.1} % of light, scatter {:.2} counts, {} blocks of pixels",
-                name_of(found.encoding),
+                found.encoding.name(),
                 told(&found),
                 100.0 * found.contradiction,
                 found.scatter_counts,
@@ -75,11 +64,27 @@ impl ResponseArguments {
     }
 }
 
+/// How well the encoding is known.
+fn known(found: &ResponseFit) -> String {
+    if let Encoding::Curve(_) = found.encoding {
+        let ends = [found.curve.first(), found.curve.last()];
+        let [low, high] = ends.map(|row| row.map_or(0.0, |row| row[0]));
+        return format!("seen from {low} to {high} counts, beyond as sRGB goes on");
+    }
+    let nearer = found.nearer();
+    format!(
+        "light off by {:.1} % (most {:+.1} % at {} counts)",
+        100.0 * nearer.rms,
+        100.0 * nearer.most,
+        nearer.at_counts
+    )
+}
+
 fn told(found: &ResponseFit) -> String {
     let one = found.off.map(|off| {
         format!(
             "off {} by {:.1} % of light (most {:+.1} % at {} counts)",
-            name_of(off.encoding),
+            off.encoding.name(),
             100.0 * off.rms,
             100.0 * off.most,
             off.at_counts
@@ -90,10 +95,10 @@ fn told(found: &ResponseFit) -> String {
 
 fn object(found: &ResponseFit) -> serde_json::Value {
     let off = found.off.map(|off| {
-        json!({"encoding": name_of(off.encoding), "rms": off.rms, "most": off.most, "at_counts": off.at_counts})
+        json!({"encoding": off.encoding.name(), "rms": off.rms, "most": off.most, "at_counts": off.at_counts})
     });
     json!({
-        "encoding": name_of(found.encoding), "off": off, "curve": found.curve, "contradiction": found.contradiction,
+        "encoding": found.encoding.name(), "off": off, "curve": found.curve, "contradiction": found.contradiction,
         "scatter_counts": found.scatter_counts, "blocks": found.blocks,
     })
 }
