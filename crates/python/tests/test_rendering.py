@@ -105,6 +105,9 @@ INTERRUPTED = """
 import os, signal, sys, threading
 import uwguide
 
+# A shell starts what runs in its background without it.
+signal.signal(signal.SIGINT, signal.default_int_handler)
+
 work = []
 
 def other():

@@ -16,7 +16,8 @@ use super::values::{positive, samples};
 use super::{interrupt, output, scene_file};
 use crate::dataset::Shard;
 use crate::sequence::{
-    self, Export, Made, Observer, RunOptions, Sequence, SequenceConfig, SequenceError, Trajectory,
+    self, Export, Made, Observer, RunOptions, Sequence, SequenceConfig, SequenceError, Shutter,
+    Trajectory,
 };
 
 /// Arguments of `uw sequence`.
@@ -35,6 +36,12 @@ pub(super) struct SequenceArguments {
     /// Frames in a second, between the poses of the file. Default: a frame for each pose.
     #[arg(long, value_name = "HZ", value_parser = positive)]
     rate_hz: Option<f64>,
+    /// Exposure, s: pictures are blurred by the motion along the poses of the file. A frame begins at its pose.
+    #[arg(long, value_name = "S", value_parser = positive, allow_hyphen_values = true)]
+    exposure_s: Option<f64>,
+    /// Rolling shutter: time from the first row's exposure to the last's, s.
+    #[arg(long, value_name = "S", value_parser = positive, allow_hyphen_values = true)]
+    rolling_shutter_s: Option<f64>,
     /// What to write when all frames are there: lists as of the TUM data sets are always written.
     #[arg(long, value_enum, value_delimiter = ',', default_value = "tum")]
     format: Vec<FormatChoice>,
@@ -80,6 +87,8 @@ enum FormatChoice {
     Colmap,
     /// transforms.json.
     Nerfstudio,
+    /// sequence.mcap, messages of ROS 2.
+    Mcap,
 }
 
 impl SequenceArguments {
@@ -91,12 +100,13 @@ impl SequenceArguments {
                 "{folder}: nothing to resume, it holds no sequence.json"
             )));
         }
-        let trajectory = self.read_trajectory()?;
+        let path = Trajectory::read(&self.trajectory).map_err(CliError::input)?;
+        let trajectory = self.frames_of(&path)?;
         let scene = self.scene.read()?;
         let lamp_names: Vec<String> = scene.lamps.iter().map(|lamp| lamp.name.clone()).collect();
         let layers = RenderLayer::by_names(&self.layers, &lamp_names)
             .map_err(|error| CliError::input(format!("--layers: {error}")))?;
-        let config = self.config(&scene, &trajectory, &lamp_names)?;
+        let config = self.config(&scene, (&trajectory, &path), &lamp_names)?;
         if !json {
             scene
                 .warnings
@@ -130,6 +140,7 @@ impl SequenceArguments {
         let sequence = Sequence {
             scene: &scene,
             trajectory: &trajectory,
+            path: &path,
             config: &config,
             layers: &layers,
         };
@@ -145,11 +156,10 @@ impl SequenceArguments {
         self.tell(&made.map_err(explain)?, start, json)
     }
 
-    fn read_trajectory(&self) -> Result<Trajectory, CliError> {
-        let trajectory = Trajectory::read(&self.trajectory).map_err(CliError::input)?;
+    fn frames_of(&self, path: &Trajectory) -> Result<Trajectory, CliError> {
         match self.rate_hz {
-            None => Ok(trajectory),
-            Some(rate_hz) => trajectory
+            None => Ok(path.clone()),
+            Some(rate_hz) => path
                 .at_rate(rate_hz)
                 .map_err(|error| CliError::input(format_args!("--rate-hz: {error}"))),
         }
@@ -158,7 +168,7 @@ impl SequenceArguments {
     fn config(
         &self,
         scene: &Scene,
-        trajectory: &Trajectory,
+        (trajectory, path): (&Trajectory, &Trajectory),
         lamps: &[String],
     ) -> Result<SequenceConfig, CliError> {
         if let Some(unknown) = self.fixed_lamp.iter().find(|name| !lamps.contains(name)) {
@@ -173,6 +183,10 @@ impl SequenceArguments {
                 "--denoise needs an even number of samples per pixel, got {samples_per_pixel}"
             )));
         }
+        let shutter = Shutter {
+            exposure_s: self.exposure_s.unwrap_or_default(),
+            rolling_s: self.rolling_shutter_s.unwrap_or_default(),
+        };
         let file = scene_file(&self.scene.scene)?;
         let text = uw_assets::ALL
             .read_to_string(&file)
@@ -183,6 +197,8 @@ impl SequenceArguments {
             scene_crc32: crc32fast::hash(text.as_bytes()),
             frames: trajectory.poses().len(),
             poses_crc32: SequenceConfig::checksum(trajectory),
+            shutter,
+            path_crc32: (!shutter.is_instant()).then(|| SequenceConfig::checksum(path)),
             changes: self.scene.changes(),
             fixed_lamps: self.fixed_lamp.clone(),
             stereo_baseline_m: self.stereo,
@@ -226,6 +242,7 @@ impl FormatChoice {
             Self::Tum => None,
             Self::Colmap => Some(Export::Colmap),
             Self::Nerfstudio => Some(Export::Nerfstudio),
+            Self::Mcap => Some(Export::Mcap),
         }
     }
 }

@@ -7,7 +7,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::{SequenceError, Trajectory};
+use super::{SequenceError, Shutter, Trajectory};
 use crate::dataset::write_bytes;
 
 /// Format and version.
@@ -28,6 +28,12 @@ pub struct SequenceConfig {
     pub frames: usize,
     /// CRC-32 of their poses.
     pub poses_crc32: u32,
+    /// When the rows of a frame see, where that is not one moment.
+    #[serde(default, skip_serializing_if = "Shutter::is_instant")]
+    pub shutter: Shutter,
+    /// CRC-32 of the poses as they were given, which count where the shutter is open for a time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub path_crc32: Option<u32>,
     /// What the command line says instead of the scene file.
     pub changes: Vec<String>,
     /// Lamps that stay where they are.
@@ -114,15 +120,15 @@ impl SequenceConfig {
         }
         let [there, asked] =
             [&stored, self].map(|config| serde_json::to_value(config).unwrap_or_default());
-        let fields = there.as_object().into_iter().flatten();
-        let differs = |(name, value): (&String, &Value)| {
-            (asked[name.as_str()] != *value).then(|| (name.clone(), value.clone()))
-        };
-        let Some((name, value)) = fields.filter_map(differs).next() else {
+        let fields = [&there, &asked].map(Value::as_object);
+        let mut names = fields.into_iter().flatten().flat_map(|own| own.keys());
+        let differs = |name: &&String| asked[name.as_str()] != there[name.as_str()];
+        let Some(name) = names.find(differs) else {
             return refuse("is of another sequence".to_owned());
         };
         refuse(format!(
-            "the frames here were made with {name} = {value}, asked for is {}; take another folder",
+            "the frames here were made with {name} = {}, asked for is {}; take another folder",
+            there[name.as_str()],
             asked[name.as_str()]
         ))
     }

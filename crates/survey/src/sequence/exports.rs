@@ -1,6 +1,6 @@
-//! A sequence as reconstruction programs read it: COLMAP's text model and nerfstudio's `transforms.json`.
+//! A sequence as other programs read it: COLMAP's text model, nerfstudio's `transforms.json`, and what [`mcap`] writes.
 //!
-//! Both count image points from the top left corner of the picture, as this program does. A port's refraction is in none of their
+//! The first two count image points from the top left corner of the picture, as this program does. A port's refraction is in none of their
 //! models.
 
 use std::fmt::Write as _;
@@ -14,7 +14,7 @@ use uw_render::scene::{Camera, Lens};
 use super::frame::Eye;
 use super::lists::lens;
 use super::placing::looking_from;
-use super::{Sequence, SequenceError};
+use super::{Sequence, SequenceError, mcap};
 use crate::dataset::{name_in, write_bytes};
 
 /// A way to write a sequence for other programs.
@@ -24,12 +24,17 @@ pub enum Export {
     Colmap,
     /// `transforms.json`.
     Nerfstudio,
+    /// `sequence.mcap`, messages of ROS 2.
+    Mcap,
 }
 
 impl Export {
-    /// Refuses a camera that the format has no model for.
-    pub(super) fn check(self, camera: &Camera) -> Result<(), SequenceError> {
-        if camera.port.is_none() {
+    /// Refuses a camera and times that the format has no form for.
+    pub(super) fn check(self, sequence: &Sequence<'_>) -> Result<(), SequenceError> {
+        if self == Self::Mcap {
+            mcap::check(sequence)?;
+        }
+        if sequence.scene.camera.port.is_none() {
             return Ok(());
         }
         Err(SequenceError::Unsuitable(format!(
@@ -44,6 +49,7 @@ impl Export {
         match self {
             Self::Colmap => "colmap",
             Self::Nerfstudio => "nerfstudio",
+            Self::Mcap => "mcap",
         }
     }
 
@@ -55,6 +61,7 @@ impl Export {
     ) -> Result<(), SequenceError> {
         match self {
             Self::Colmap => write_colmap(sequence, folder, eyes),
+            Self::Mcap => mcap::write(sequence, folder, eyes),
             Self::Nerfstudio => {
                 let text = format!("{:#}\n", transforms(sequence, folder, eyes));
                 Ok(write_bytes(

@@ -10,9 +10,12 @@ use uw_render::denoise::{self, DenoiseError};
 use uw_render::film::Film;
 use uw_render::image::{ExrImage, ImageError, LayerData, write_atomically, write_frame};
 use uw_render::integrator::{Plan, Progress, RenderError, RenderStats};
-use uw_render::layers::{RenderLayer, exr_image, picture};
+use uw_render::layers::{RenderLayer, exr_image};
 use uw_render::prepare::Prepared;
 
+use super::exposed::{Exposed, in_order, is_light, stacked};
+use super::placing::Moment;
+use super::shutter::Band;
 use super::{Observer, RunOptions, SequenceError, Stage};
 
 /// Depths of a PNG are in mm; 0 is none, or one beyond the largest.
@@ -82,6 +85,20 @@ pub(super) fn make_folders(folder: &Path, eyes: &[Eye]) -> Result<(), SequenceEr
     Ok(())
 }
 
+/// A picture that is being made.
+struct Making<'m> {
+    stage: &'m Stage<'m>,
+    k: usize,
+    eye: Eye,
+    seed: u64,
+    /// Layers of the EXR file, those of light and those of the first surface.
+    layers: Vec<RenderLayer>,
+    light: Vec<RenderLayer>,
+    truth: Vec<RenderLayer>,
+    options: &'m RunOptions<'m>,
+    observer: &'m Observer<'m>,
+}
+
 /// Makes a picture with its depth; false where it was stopped and nothing is written.
 pub(super) fn make(
     stage: &Stage<'_>,
@@ -93,59 +110,157 @@ pub(super) fn make(
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<bool, SequenceError> {
     let config = stage.sequence.config;
-    let (scene, prepared) = stage.placed(k, eye);
-    let seed = eye.seed(config.seed, k);
-    let plan = Plan {
-        samples_per_pixel: Some(config.samples_per_pixel),
-        time_limit: None,
-        target_error: None,
-        seed,
-        threads: options.threads,
-        max_bounces: config.max_bounces,
-        dark_lamps: stage.sequence.layers.iter().any(|layer| layer.is_lamp()),
-    };
-    let observe = |p: &Progress| {
-        if let Some(total) = p.rows_total {
-            progress(p.rows_done as f64 / total as f64);
-        }
-    };
-    let with = |device: &Device| render(stage, &prepared, device, &plan, observer, &observe);
-    let mut rendered = with(options.device);
-    if let Some(reason) = falls_back(options, &rendered) {
-        (observer.tell)(&format!(
-            "frame {k}: {reason}; rendering with --backend cpu"
-        ));
-        rendered = with(&Device::Cpu);
-    }
-    let (film, stats) = match rendered {
-        Err(DenoiseError::Render(RenderError::Incomplete { .. })) => return Ok(false),
-        other => other.map_err(|source| SequenceError::Render {
-            frame: k,
-            time_s: stage.sequence.trajectory.poses()[k].time_s,
-            source,
-        })?,
-    };
-    if stats.interrupted {
-        return Ok(false);
-    }
-    let shown = picture(&film);
-    let sensor = scene.sensor.unwrap_or_default();
+    let others = (stage.sequence.layers.iter()).filter(|layer| **layer != RenderLayer::Depth);
     let layers: Vec<RenderLayer> = std::iter::once(RenderLayer::Depth)
-        .chain(
-            stage
-                .sequence
-                .layers
-                .iter()
-                .copied()
-                .filter(|layer| *layer != RenderLayer::Depth),
-        )
+        .chain(others.copied())
         .collect();
-    let mut image = exr_image(&prepared, &film, &layers);
-    image.attributes = attributes(&stats, sensor.exposure_factor(&shown));
+    let (light, truth) = layers.iter().partition(|layer| is_light(**layer));
+    let seed = eye.seed(config.seed, k);
+    let making = Making {
+        stage,
+        k,
+        eye,
+        seed,
+        layers,
+        light,
+        truth,
+        options,
+        observer,
+    };
+    let bands = config.shutter.bands(stage.shell.camera.height);
+    let mut parts = Vec::new();
+    let mut stats = None;
+    for (b, band) in bands.iter().enumerate() {
+        let of_band = |share: f64| progress((b as f64 + share) / bands.len() as f64);
+        let Some((image, of_part)) = making.band(b, band, &of_band)? else {
+            return Ok(false);
+        };
+        parts.push(image);
+        stats = stats.or(Some(of_part));
+    }
+    let mut image = stacked(parts);
+    let sensor = stage.shell.sensor.unwrap_or_default();
+    let exposure = sensor.exposure_factor(&image.picture);
+    image.attributes = stats.map_or_else(Vec::new, |(stats, moments)| {
+        attributes(&stats, moments, exposure)
+    });
     image.write(&eye.exr(folder, k))?;
     write_depth(&eye.depth(folder, k), &image)?;
-    write_frame(&eye.picture(folder, k), &sensor.expose(&shown, seed))?;
+    write_frame(
+        &eye.picture(folder, k),
+        &sensor.expose(&image.picture, seed),
+    )?;
     Ok(true)
+}
+
+/// A picture of some rows, how it was rendered and of how many moments it is the mean; `None` where it was stopped.
+type Part = Option<(ExrImage, (RenderStats, u32))>;
+
+impl Making<'_> {
+    /// The rows of a band: the mean over the moments of their exposure.
+    fn band(
+        &self,
+        b: usize,
+        band: &Band,
+        progress: &(dyn Fn(f64) + Sync),
+    ) -> Result<Part, SequenceError> {
+        let sequence = self.stage.sequence;
+        let (shutter, config) = (sequence.config.shutter, sequence.config);
+        let (count, samples) = shutter.moments(config.samples_per_pixel, config.denoise);
+        let seed = |j: usize| self.seed ^ ((((b << 8) + j) as u64) << 48);
+        let opened = self.moment(band, 0.0, count);
+        let (_, at_opening) = self.stage.placed(&opened, self.eye);
+        let mut exposed: Option<Exposed> = None;
+        let mut last = None;
+        for (j, time_s) in shutter.times_s(count, seed(0)).into_iter().enumerate() {
+            let moved;
+            let prepared = match shutter.exposure_s > 0.0 {
+                true => {
+                    moved = self
+                        .stage
+                        .placed(&self.moment(band, time_s, count), self.eye);
+                    &moved.1
+                }
+                false => &at_opening,
+            };
+            let of_moment = |share: f64| progress((j as f64 + share) / f64::from(count));
+            let Some((film, stats)) = self.rendered(prepared, seed(j), samples, &of_moment)? else {
+                return Ok(None);
+            };
+            let image = exr_image(prepared, &film, &self.light);
+            match &mut exposed {
+                Some(exposed) => exposed.add(&image),
+                None => exposed = Some(Exposed::new(image)),
+            }
+            last = Some((film, stats));
+        }
+        Ok(exposed.zip(last).map(|(exposed, (film, stats))| {
+            let mut image = exposed.mean(&self.light);
+            let truth = exr_image(&at_opening, &film, &self.truth).layers;
+            image.layers = in_order(&self.layers, std::mem::take(&mut image.layers), truth);
+            (image, (stats, count))
+        }))
+    }
+
+    /// The moment `time_s` after a band's rows have opened.
+    fn moment(&self, band: &Band, time_s: f64, moments: u32) -> Moment {
+        let sequence = self.stage.sequence;
+        let shutter = sequence.config.shutter;
+        let own = sequence.trajectory.poses()[self.k];
+        Moment {
+            pose: match shutter.is_instant() {
+                true => own,
+                false => sequence.path.at(own.time_s + band.opens_s + time_s),
+            },
+            velocity_m_s: sequence.trajectory.velocity_m_s(self.k),
+            exposure_s: (shutter.exposure_s > 0.0).then(|| shutter.exposure_s / f64::from(moments)),
+            rows: band.rows.clone(),
+        }
+    }
+
+    /// Renders what is seen at a moment; `None` where it was stopped.
+    fn rendered(
+        &self,
+        prepared: &Prepared,
+        seed: u64,
+        samples_per_pixel: u32,
+        progress: &(dyn Fn(f64) + Sync),
+    ) -> Result<Option<(Film, RenderStats)>, SequenceError> {
+        let (stage, options, observer) = (self.stage, self.options, self.observer);
+        let plan = Plan {
+            samples_per_pixel: Some(samples_per_pixel),
+            time_limit: None,
+            target_error: None,
+            seed,
+            threads: options.threads,
+            max_bounces: stage.sequence.config.max_bounces,
+            dark_lamps: self.layers.iter().any(|layer| layer.is_lamp()),
+        };
+        let observe = |p: &Progress| {
+            if let Some(total) = p.rows_total {
+                progress(p.rows_done as f64 / total as f64);
+            }
+        };
+        let with = |device: &Device| render(stage, prepared, device, &plan, observer, &observe);
+        let mut rendered = with(options.device);
+        if let Some(reason) = falls_back(options, &rendered) {
+            let k = self.k;
+            (observer.tell)(&format!(
+                "frame {k}: {reason}; rendering with --backend cpu"
+            ));
+            rendered = with(&Device::Cpu);
+        }
+        match rendered {
+            Err(DenoiseError::Render(RenderError::Incomplete { .. })) => Ok(None),
+            Ok((_, stats)) if stats.interrupted => Ok(None),
+            Ok(done) => Ok(Some(done)),
+            Err(source) => Err(SequenceError::Render {
+                frame: self.k,
+                time_s: stage.sequence.trajectory.poses()[self.k].time_s,
+                source,
+            }),
+        }
+    }
 }
 
 fn render(
@@ -181,12 +296,14 @@ fn falls_back(
     needs_double(rendered, false)
 }
 
-/// What an EXR file says about its making.
-fn attributes(stats: &RenderStats, exposure: f64) -> Vec<(String, String)> {
+/// What an EXR file says about its making; what denoising came to is that of one moment.
+fn attributes(stats: &RenderStats, moments: u32, exposure: f64) -> Vec<(String, String)> {
+    let samples = stats.samples_per_pixel * u64::from(moments);
     let own = [
         ("uw.version", env!("CARGO_PKG_VERSION").to_owned()),
         ("uw.seed", stats.seed.to_string()),
-        ("uw.samples_per_pixel", stats.samples_per_pixel.to_string()),
+        ("uw.samples_per_pixel", samples.to_string()),
+        ("uw.moments", moments.to_string()),
         ("uw.backend", stats.backend.to_owned()),
         ("uw.exposure", exposure.to_string()),
     ];

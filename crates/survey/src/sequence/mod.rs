@@ -1,13 +1,17 @@
 //! Pictures along a trajectory with what is true of them: a scene, poses -> a folder of frames with depth, poses and camera.
 //!
-//! [`trajectory`] reads poses, [`placing`] puts camera and lamps there, [`config`] says what a folder is and refuses another, [`frame`]
-//! renders and writes, [`lists`] and [`exports`] write what other programs read, once all frames are there.
+//! [`trajectory`] reads poses, [`shutter`] tells when the rows of a frame see, [`placing`] puts camera and lamps there, [`config`] says
+//! what a folder is and refuses another, [`frame`] renders and writes, [`exposed`] puts moments and rows together, [`lists`] and [`exports`] write what other programs read, once all frames are there.
 
 mod config;
 mod exports;
+mod exposed;
 mod frame;
 mod lists;
+mod mcap;
 mod placing;
+mod ros;
+mod shutter;
 mod trajectory;
 
 use std::cell::LazyCell;
@@ -24,10 +28,12 @@ use uw_render::scene::Scene;
 
 pub use config::SequenceConfig;
 pub use exports::Export;
+pub use shutter::Shutter;
 pub use trajectory::{Pose, Trajectory, TrajectoryError};
 
 use crate::dataset::Shard;
 use frame::Eye;
+use placing::Moment;
 
 /// What a sequence is made of.
 pub struct Sequence<'a> {
@@ -35,6 +41,8 @@ pub struct Sequence<'a> {
     pub scene: &'a Scene,
     /// A pose for each frame.
     pub trajectory: &'a Trajectory,
+    /// The poses as they were given, along which the camera moves while its shutter is open; beyond the last one it stands still.
+    pub path: &'a Trajectory,
     /// What frames are asked for.
     pub config: &'a SequenceConfig,
     /// Layers of the EXR files besides depth.
@@ -135,7 +143,7 @@ pub fn make(
     let eyes = Eye::of(sequence.config.stereo_baseline_m);
     placing::check(sequence)?;
     for export in options.exports {
-        export.check(&sequence.scene.camera)?;
+        export.check(sequence)?;
     }
     sequence.config.claim(folder)?;
     frame::make_folders(folder, &eyes)?;
@@ -193,9 +201,9 @@ impl<'a> Stage<'a> {
         }
     }
 
-    /// The scene as an eye sees it in frame `k`.
-    fn placed(&self, k: usize, eye: Eye) -> (Scene, Prepared) {
-        let scene = placing::placed(&self.shell, self.sequence, k, eye);
+    /// The scene as an eye sees it at a moment.
+    fn placed(&self, moment: &Moment, eye: Eye) -> (Scene, Prepared) {
+        let scene = placing::placed(&self.shell, self.sequence, moment, eye);
         let mut prepared = Prepared::build_unsteered(&scene, Arc::clone(&self.geometry));
         prepared.steer(self.daylight.clone());
         (scene, prepared)

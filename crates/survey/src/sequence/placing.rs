@@ -1,5 +1,7 @@
 //! Camera, lamps and marine snow at a pose.
 
+use std::ops::Range;
+
 use glam::{DMat3, DVec3};
 use uw_render::scene::{Camera, Scene};
 
@@ -11,7 +13,7 @@ pub(super) fn check(sequence: &Sequence<'_>) -> Result<(), SequenceError> {
     let Some(surface) = sequence.scene.surface else {
         return Ok(());
     };
-    for (k, pose) in sequence.trajectory.poses().iter().enumerate() {
+    for (k, pose) in sequence.path.poses().iter().enumerate() {
         let moved = Moved::to(&sequence.scene.camera, pose);
         for lamp in &sequence.scene.lamps {
             let z = moved.point(lamp.position_m).z;
@@ -52,11 +54,23 @@ pub(super) fn without_surfaces(scene: &Scene) -> Scene {
     }
 }
 
-/// `shell` as an eye sees it in frame `k`: lamps keep their place before the camera of the scene but for fixed ones, flakes have drifted
+/// What part of a frame is seen when.
+#[derive(Clone, Debug)]
+pub(super) struct Moment {
+    /// Where the camera is.
+    pub(super) pose: Pose,
+    /// Velocity along the trajectory, m/s.
+    pub(super) velocity_m_s: DVec3,
+    /// For how long flakes streak, s; `None`: as long as the scene says.
+    pub(super) exposure_s: Option<f64>,
+    /// Rows of the picture.
+    pub(super) rows: Range<u32>,
+}
+
+/// `shell` as an eye sees it at a moment: lamps keep their place before the camera of the scene but for fixed ones, flakes have drifted
 /// since the first pose, and streak by the velocity along the trajectory.
-pub(super) fn placed(shell: &Scene, sequence: &Sequence<'_>, k: usize, eye: Eye) -> Scene {
-    let poses = sequence.trajectory.poses();
-    let pose = &poses[k];
+pub(super) fn placed(shell: &Scene, sequence: &Sequence<'_>, moment: &Moment, eye: Eye) -> Scene {
+    let (first, pose) = (&sequence.trajectory.poses()[0], &moment.pose);
     let moved = Moved::to(&sequence.scene.camera, pose);
     let mut scene = shell.clone();
     for lamp in &mut scene.lamps {
@@ -66,10 +80,14 @@ pub(super) fn placed(shell: &Scene, sequence: &Sequence<'_>, k: usize, eye: Eye)
         }
     }
     scene.camera = looking_from(&scene.camera, pose, eye);
+    // The picture of some rows is that of a camera whose middle lies elsewhere.
+    scene.camera.centre_px.y -= f64::from(moment.rows.start);
+    scene.camera.height = moment.rows.len() as u32;
     scene.camera = scene.placed_camera();
     if let Some(snow) = &mut scene.snow {
-        snow.time_s += pose.time_s - poses[0].time_s;
-        snow.blur.velocity_m_s = sequence.trajectory.velocity_m_s(k);
+        snow.time_s += pose.time_s - first.time_s;
+        snow.blur.velocity_m_s = moment.velocity_m_s;
+        snow.blur.exposure_s = moment.exposure_s.unwrap_or(snow.blur.exposure_s);
     }
     scene
 }

@@ -46,7 +46,7 @@ fn truth(folder: &Folder) -> Vec<(f64, DVec3, DMat3)> {
 #[test]
 fn frames_come_with_depth_poses_lists_and_exports() {
     let folder = folder();
-    let made = folder.good("sequence scene.toml poses.csv -o out --stereo 0.1 --format tum,colmap,nerfstudio --layers normal");
+    let made = folder.good("sequence scene.toml poses.csv -o out --stereo 0.1 --format tum,colmap,nerfstudio,mcap --layers normal");
     assert!(
         made.stderr.contains("3 frames, 6 pictures"),
         "{}",
@@ -111,6 +111,14 @@ fn frames_come_with_depth_poses_lists_and_exports() {
             && (column(1) + poses[2].2.y_axis).length() < 1e-8
     );
     assert_eq!(frames["frames"][4]["file_path"], "rgb/000002.png");
+    // What its messages say is read by others (tests/python).
+    let recording = folder.read("out/sequence.mcap");
+    let stream = mcap::MessageStream::new(&recording).expect("a recording");
+    let topics: Vec<String> = stream
+        .map(|message| message.expect("a message").channel.topic.clone())
+        .collect();
+    let of = |topic: &str| topics.iter().filter(|own| *own == topic).count();
+    assert_eq!([of("/pose"), of("/right/depth"), topics.len()], [3, 3, 24]);
 }
 
 /// Pixels hold the places that poses, camera file and baseline say, and the picture shows a bright square where its place is.
@@ -157,6 +165,96 @@ fn pictures_show_a_place_where_the_poses_say() {
             assert!(off < 0.5, "{name}: the square is off by {off}");
         }
     }
+}
+
+/// Place and width, pixels, of what is bright in a picture's row of light: mean and standard deviation of the column.
+fn columns(picture: &uw_render::image::Picture, rows: std::ops::Range<u32>) -> (f64, f64) {
+    let width = picture.width as usize;
+    let (mut light, mut sum, mut squares) = (0.0, 0.0, 0.0);
+    for row in rows {
+        for (column, pixel) in picture.data[row as usize * width..][..width]
+            .iter()
+            .enumerate()
+        {
+            let (x, green) = (column as f64 + 0.5, f64::from(pixel[1]));
+            light += green;
+            sum += green * x;
+            squares += green * x * x;
+        }
+    }
+    let mean = sum / light;
+    (mean, (squares / light - mean * mean).sqrt())
+}
+
+/// A glowing post in clear air that the camera passes: a streak as long as speed times exposure from where its pose says, and where
+/// rows open one after another, a post that leans.
+#[test]
+fn a_shutter_blurs_by_speed_times_exposure_and_bends_what_passes() {
+    let folder = Folder::new();
+    folder.write(
+        "post.toml",
+        "format = \"uw-scene/1\"\n\
+         [camera]\nposition_m = [0, 0, 0]\nforward = [1, 0, 0]\nfx = 100\nwidth = 160\nheight = 90\n\
+         [[object]]\nplane = { center_m = [2, 0, 0], normal = [-1, 0, 0], up = [0, 0, 1], size_m = [0.09, 4] }\n\
+         reflectance = [0, 0, 0]\nemission = [1, 1, 1]\n",
+    );
+    // Half a metre a second to the right, which is -y: 25 pixels a second at 2 m.
+    folder.write(
+        "path.txt",
+        "0 0 0.2 0 0.5 -0.5 0.5 -0.5\n2 0 -0.8 0 0.5 -0.5 0.5 -0.5\n",
+    );
+    let seen = |options: &str, out: &str| {
+        folder.good(&format!(
+            "sequence post.toml path.txt -o {out} --rate-hz 1 --spp 64 --backend cpu {options}"
+        ));
+        let name = format!("{out}/exr/000000.exr");
+        ExrImage::read(&folder.path(&name)).expect("an EXR")
+    };
+    let sharp = columns(&seen("", "sharp").picture, 0..90);
+    // From 80 pixels the post lies 0.2 m to the right of the camera, 10 pixels.
+    assert!((sharp.0 - 90.0).abs() < 0.05, "{sharp:?}");
+    let exposed = seen("--exposure-s 0.8 --layers variance", "exposed");
+    let blurred = columns(&exposed.picture, 0..90);
+    // 0.8 s are 20 pixels, to the left of where the post was when the shutter opened.
+    let length = 12f64.sqrt() * (blurred.1.powi(2) - sharp.1.powi(2)).sqrt();
+    assert!(
+        (length / 20.0 - 1.0).abs() < 0.05,
+        "a streak of {length} pixels"
+    );
+    assert!(
+        (blurred.0 - sharp.0 + 10.0).abs() < 0.5,
+        "{sharp:?} {blurred:?}"
+    );
+    let light = |image: &ExrImage| image.picture.mean()[1];
+    let again = seen("--exposure-s 0.8 --seed 9", "again");
+    assert_ne!(exposed.picture, again.picture);
+    assert!((light(&again) / light(&exposed) - 1.0).abs() < 0.01);
+    // The depth is that of the pose.
+    let Some(LayerData::Scalar(depths)) = exposed.layer("depth") else {
+        panic!("no depth");
+    };
+    let of_post = depths.iter().filter(|depth| depth.is_finite()).count();
+    assert_eq!(of_post, 4 * 90, "columns of the sharp post");
+    // A second from the first row to the last: the post leans by 25 pixels, top to bottom.
+    let rolled = seen("--rolling-shutter-s 1", "rolled");
+    let (top, bottom) = (
+        columns(&rolled.picture, 0..5),
+        columns(&rolled.picture, 85..90),
+    );
+    // Both five rows open when their middle one does, 2/89 of a second after the first and before the last.
+    let lean = bottom.0 - top.0;
+    assert!(
+        (lean + 25.0 * 85.0 / 89.0).abs() < 0.3,
+        "leans by {lean} pixels"
+    );
+    folder.refused(
+        "sequence post.toml path.txt -o rolled --rate-hz 1 --spp 64 --backend cpu",
+        &["made with", "asked for is"],
+    );
+    folder.refused(
+        "sequence post.toml path.txt -o x --exposure-s -1",
+        &["--exposure-s"],
+    );
 }
 
 /// Lamps keep their place before the camera; those that are fixed do not.
@@ -254,6 +352,7 @@ fn what_makes_no_sequence_is_refused_before_anything_is_written() {
         "up.txt",
         "0 0 0 0 0.5 -0.5 0.5 -0.5\n1 0 0 2.5 0.5 -0.5 0.5 -0.5\n",
     );
+    folder.write("early.txt", "-1 0 0 0 0.5 -0.5 0.5 -0.5\n");
     folder.write("bad.txt", "0 0 0 0 0 0 0 1\n1 0 0 0 0 0 1\n");
     std::fs::create_dir(folder.path("other")).expect("a folder");
     folder.write("other/notes.txt", "mine");
@@ -286,6 +385,10 @@ fn what_makes_no_sequence_is_refused_before_anything_is_written() {
             ["--layers", "colour"],
         ),
         ("poses.csv -o out --stereo 0".to_owned(), ["--stereo", "0"]),
+        (
+            "early.txt -o out --format mcap".to_owned(),
+            ["from 0 to", "got -1"],
+        ),
         (
             format!("poses.csv -o out --format colmap {port}"),
             ["no model for a port", "--format tum"],
