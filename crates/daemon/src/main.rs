@@ -99,11 +99,11 @@ struct Serve {
 struct Replay {
     /// The recording (--record or operations.record), JSON or MCAP.
     log: PathBuf,
-    /// The model file that was used.
-    #[arg(long, required_unless_present = "water")]
+    /// The model that was used, NAME|FILE; as `uwguide` itself, the shipped one where neither this nor a water file is given.
+    #[arg(long, conflicts_with = "water", value_name = "NAME|FILE")]
     model: Option<PathBuf>,
     /// The water file that was used.
-    #[arg(long, conflicts_with = "model")]
+    #[arg(long)]
     water: Option<PathBuf>,
     /// The vehicle that was used.
     #[arg(long, value_name = "NAME|FILE")]
