@@ -257,6 +257,19 @@ mod tests {
         ]);
         let text = file.to_text().expect("text");
         assert_eq!(VehicleFile::parse(&text, "v").expect("read"), file);
+        // Of a measured curve rounding may change the last digit.
+        let points = [[20.0, 1.0], [120.0, 9.0], [250.0, 40.0]];
+        let curve = uw_media::ResponseCurve::new(&points).expect("a curve");
+        file.vehicle.encoding = Encoding::Curve(curve);
+        let text = file.to_text().expect("text");
+        let again = VehicleFile::parse(&text, "v")
+            .expect("read")
+            .vehicle
+            .encoding;
+        for counts in [1.0, 20.0, 77.0, 120.0, 250.0, 255.0] {
+            let off = again.light(counts) / file.vehicle.encoding.light(counts) - 1.0;
+            assert!(off.abs() < 1e-12, "{counts}: {off}");
+        }
     }
 
     #[test]
@@ -281,7 +294,11 @@ mod tests {
             ("response = \"canon\"", "vehicle.response"),
             (
                 "encoding = \"gamma\"",
-                "encoding = \"gamma\": unknown variant `gamma`, expected `srgb` or `linear`",
+                "encoding = \"gamma\": unknown variant `gamma`, expected one of `srgb`, `linear`, `curve`",
+            ),
+            (
+                "encoding = { curve = [[10.0, 0.2], [20.0, 0.1]] }",
+                "must rise from point to point, got [20, 0.1] after [10, 0.2]",
             ),
             (
                 "vignetting = [-2.0, 0.0, 0.0]",

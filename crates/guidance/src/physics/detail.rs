@@ -132,6 +132,11 @@ impl Shape {
         spread(&self.means)
     }
 
+    /// Whether no patch shows more than noise, so that nothing tells how the detail is spread.
+    pub(super) fn is_hidden(&self) -> bool {
+        self.deviations.iter().all(|deviation| *deviation == 0.0)
+    }
+
     /// Standard deviation of the patches' deviations over their mean.
     pub(super) fn unevenness(&self) -> f64 {
         spread(&self.deviations)

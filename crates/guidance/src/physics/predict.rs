@@ -231,28 +231,36 @@ impl<'a> Predictor<'a> {
 
     /// Contrast of a channel and its standard error, 8-bit counts.
     fn with_error(&self, k: usize, distance_m: f64, seen: &Seen, look: &Look) -> (f64, f64) {
-        let whole = self.over_patches(k, seen, look, look.deviation);
+        let whole = self.over_patches(k, seen, look, look.deviation, 0.0);
         let of_water = self.place.doubt.as_ref().map_or(0.0, |doubt| {
             doubt.relative(k, distance_m - look.from_m, seen.lamps[k])
         });
-        let raised = self.over_patches(k, seen, look, look.raised(of_water));
+        // What noise hides may as well be there, the same in all patches.
+        let raised = self.over_patches(k, seen, look, look.raised(of_water), 1.0);
         let of_detail = (raised - whole).abs();
         let of_model = MODEL_ERROR * whole;
         (whole, of_detail.hypot(of_model).hypot(ROUNDING_COUNTS))
     }
 
-    /// Mean over patches of the deviation of the stored count, where the target's is `deviation`.
-    fn over_patches(&self, k: usize, seen: &Seen, look: &Look, deviation: f64) -> f64 {
+    /// Mean over patches of the deviation of the stored count, where the target's is `deviation`; that of a patch over it is `hidden`
+    /// where noise hides all patches.
+    fn over_patches(&self, k: usize, seen: &Seen, look: &Look, deviation: f64, hidden: f64) -> f64 {
         let exposure = self.place.exposure;
         let mean: [f64; PATCHES] =
             std::array::from_fn(|i| seen.veil[k][i] + seen.gain[k][i] * look.mean);
         let slope = slope_variance(&mean);
         let (shape, deviation) = (look.shape, deviation * self.correction[k]);
+        let is_hidden = shape.is_hidden();
         let mut sum = 0.0;
         for i in 0..PATCHES {
+            let of_patch = if is_hidden {
+                hidden
+            } else {
+                shape.deviations[i]
+            };
             let gain = exposure * seen.gain[k][i];
             let signal = exposure * mean[i] + gain * look.mean * (shape.means[i] - 1.0);
-            let own = gain * deviation * shape.deviations[i];
+            let own = gain * deviation * of_patch;
             let spread = (own * own + exposure.powi(2) * slope[i]).sqrt();
             sum += self.counted(signal, spread, &shape.quantiles);
         }
@@ -305,7 +313,9 @@ impl AtDistance<'_> {
     pub(super) fn counts(&self, light_pct: f64) -> [f64; 3] {
         let mut counts = [0.0; 3];
         self.each(light_pct, &mut |k, seen, look| {
-            counts[k] = self.predictor.over_patches(k, seen, look, look.deviation);
+            counts[k] = self
+                .predictor
+                .over_patches(k, seen, look, look.deviation, 0.0);
         });
         counts
     }

@@ -96,6 +96,16 @@ impl Noise {
 
 /// The stored picture from a distance, pixels averaged over 3 × 3 points, at a lamp level.
 fn picture(file: &WaterFile, at: &Candidate, seed: u64) -> Counts {
+    picture_of(file, at, seed, &reflectance)
+}
+
+/// The same of another target.
+fn picture_of(
+    file: &WaterFile,
+    at: &Candidate,
+    seed: u64,
+    reflectance: &dyn Fn(f64, f64) -> f64,
+) -> Counts {
     let (d, level) = (at.distance_m, 0.01 * at.light_pct);
     let light = 0.5 + level * 2.0 / (d * d);
     let veil = VEIL * d + level * VEIL;
@@ -413,6 +423,32 @@ fn present(water: &Arc<Water>, here: &Candidate, seed: u64) -> Present {
     let counts = picture(&even_water(), here, seed);
     let measured = contrast_of(&counts);
     Present::new(Arc::clone(water), &counts, (here, 3.0), measured)
+}
+
+/// Detail in the middle of a far picture that noise hides is all that a near one shows: it is not predicted, but the error holds it.
+#[test]
+fn what_noise_hides_in_the_middle_is_in_the_error() {
+    let mut file = even_water();
+    file.sensor.noise_a = 1e-3;
+    let target = |x: f64, y: f64| {
+        let strength = if x.hypot(y) < 1.2 { 0.15 } else { 1.0 };
+        0.3 + strength * (reflectance(x, y) - 0.3)
+    };
+    let (far, near) = (at(4.0, 0.0), at(0.5, 0.0));
+    let shown = picture_of(&file, &far, 9, &target);
+    // The file says more noise than there is.
+    let mut noisy = even_water();
+    noisy.sensor.noise_a = 2e-3;
+    let linear = LinearPicture::of_counts(&shown, file.sensor.encoding);
+    let response = noisy.sensor.response();
+    let place = noisy.place(&response, 3.0);
+    let predictor = Predictor::new(place, &linear, (&far, contrast_of(&shown)), &[]);
+    let found = predictor.contrast(&near);
+    let truth = contrast_of(&picture_of(&file, &near, 10, &target));
+    for k in 0..3 {
+        let (off, error) = (found.counts[k] - truth[k], found.error_counts[k]);
+        assert!(error > 1.0 && off.abs() < 1.645 * error, "{off} {error}");
+    }
 }
 
 /// A search looks at cubics between nodes: to a hundredth of a count, but where pixels reach full scale and contrast falls to nothing
