@@ -11,12 +11,16 @@ debootstrap --variant=minbase "$suite" "$root" >"$root.log" 2>&1 || { tail "$roo
 rm -f "$root.log"
 mount -t proc proc "$root/proc"
 cp "$package" "$root/tmp/package.deb"
-inside() { chroot "$root" env -i PATH=/usr/bin:/usr/sbin:/bin:/sbin HOME=/root LANG=C.UTF-8 sh -euc "$1"; }
+# A command in there, whose words are shown when it fails.
+inside() {
+    chroot "$root" env -i PATH=/usr/bin:/usr/sbin:/bin:/sbin HOME=/root LANG=C.UTF-8 DEBIAN_FRONTEND=noninteractive sh -euc "$1" \
+        >"$root/tmp/said" 2>&1 || { echo "deb_trial.sh: $1" >&2; tail "$root/tmp/said" >&2; exit 1; }
+}
 
-inside 'apt-get install -qy --no-install-recommends /tmp/package.deb >/dev/null'
-inside 'cd /tmp; uw demo -o demo --width 160 --spp 2 >/dev/null 2>&1; test -s demo/report.md; echo "demo: $(wc -l <demo/report.md) lines of report"'
-inside 'cd /tmp; uw render flat_hull -o hull.png --width 64 --spp 2 2>/dev/null; test -s hull.png; uw doctor | head -n 3'
-inside 'printf "%s\n" "{\"op\": \"health\"}" | uwguide --profile 1C --stdio 2>/dev/null | grep "\"ok\":true" >/dev/null; echo "daemon: answers"'
-inside 'test -s /usr/share/man/man1/uw.1.gz; test -s /usr/lib/systemd/system/uwguide.service'
-inside 'apt-get remove -qy uwguide >/dev/null; ! command -v uw; ! test -e /usr/share/man/man1/uw.1.gz; ! test -e /usr/share/doc/uwguide'
+inside 'apt-get install -qy --no-install-recommends /tmp/package.deb'
+inside 'cd /tmp && uw doctor && uw demo -o demo && test -s demo/report.md'
+inside 'cd /tmp && uw render flat_hull -o hull.png --width 64 --spp 2 && test -s hull.png'
+inside 'echo "{\"op\": \"health\"}" | uwguide --profile 1C --stdio | grep "\"ok\":true"'
+inside 'test -s /usr/share/man/man1/uw.1.gz && test -s /usr/lib/systemd/system/uwguide.service'
+inside 'apt-get remove -qy uwguide && ! command -v uw && ! test -e /usr/share/man/man1/uw.1.gz && ! test -e /usr/share/doc/uwguide'
 echo "installed, used and removed in a bare $suite"
