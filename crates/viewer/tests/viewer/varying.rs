@@ -509,7 +509,12 @@ fn marine_snow_is_saved_as_it_was_read() {
 
 #[test]
 fn the_switch_brings_marine_snow_into_the_picture() {
-    let mut harness = showing("jerlov = \"3C\"\n");
+    // A strip of the view: flakes of a whole window take a minute of processor time.
+    let strip = text("jerlov = \"3C\"\n").replace("height = 90", "height = 12");
+    let mut harness = viewer();
+    let (_, settings) = OpenScene::parse(&strip, "strip.toml".as_ref()).expect("valid");
+    harness.state_mut().settings = settings;
+    harness.run_steps(3);
     let picture = |harness: &mut Harness<'_, Viewer>| {
         until(harness, "a finished picture", |v| {
             let done = |f: &Frame| f.activity == Activity::Done && f.coarseness == 1;
