@@ -69,8 +69,8 @@ impl Encoding {
 }
 
 /// A measured curve between counts and light, one for all channels: its logarithm of light over sRGB's, linear in the logarithm
-/// of the count between nodes (as a power of the count is), and as much as at the outermost measured count beyond. In files a list of `[counts, light]`, 8-bit
-/// counts and light in any unit, both rising.
+/// of the count between nodes (as a power of the count is), and as much as at the outermost measured count beyond. In files a
+/// list of `[counts, light]`, 8-bit counts and light in any unit, both rising.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Vec<[f64; 2]>", into = "Vec<[f64; 2]>")]
 pub struct ResponseCurve {
@@ -338,7 +338,8 @@ mod tests {
     fn a_curve_is_the_one_it_was_made_of() {
         for gamma in [1.0, 1.4, 1.8, 2.2, 2.6] {
             let encoding = Encoding::Curve(power(gamma));
-            // Between the first points, 5 and 10 counts, one of the nodes has the curve that goes on like sRGB: light is off by up to a fifth.
+            // Between the first points, 5 and 10 counts, one of the nodes has the curve that goes on like sRGB: light is off by up to a
+            // fifth.
             for counts in [10.0, 22.0, 60.0, 130.0, 200.0, 250.0] {
                 let truth = (counts / FULL).powf(gamma);
                 let off = encoding.light(counts) / truth - 1.0;

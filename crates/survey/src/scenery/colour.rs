@@ -2,6 +2,8 @@
 
 use std::sync::LazyLock;
 
+pub use uw_media::encoding::srgb_to_linear;
+
 /// Reflectance in R, G, B, linear, 0..1.
 pub type Reflectance = [f32; 3];
 
@@ -22,15 +24,6 @@ pub fn scale(reflectance: Reflectance, factor: f32) -> Reflectance {
 /// Kept inside [`REFLECTANCE_RANGE`].
 pub fn plausible(reflectance: Reflectance) -> Reflectance {
     reflectance.map(|v| v.clamp(REFLECTANCE_RANGE[0], REFLECTANCE_RANGE[1]))
-}
-
-/// Linear value of an sRGB code value in [0, 1] (IEC 61966-2-1).
-pub fn srgb_to_linear(code: f64) -> f64 {
-    if code <= 0.04045 {
-        code / 12.92
-    } else {
-        ((code + 0.055) / 1.055).powf(2.4)
-    }
 }
 
 /// The linear values at which the rounded 8-bit code steps up.
