@@ -20,8 +20,9 @@
 //! at least the deviation of rounding, 0.29 steps: where noise does not reach from step to step, rounding makes up to as much of an even
 //! picture. Errors of the stated noise of a known sensor are not in it.
 
+use crate::even::Even;
 use crate::noise::{self, NoiseModel, NoiseSource, Tiles};
-use crate::stats::{PATCH_COLUMNS, PATCH_ROWS, PatchGrid};
+use crate::stats::{PATCH_COLUMNS, PATCH_ROWS, PatchGrid, PatchStats};
 
 /// Share of pixels at full scale above which a picture's numbers are doubtful.
 pub const MAX_SATURATED: f64 = 0.01;
@@ -57,14 +58,21 @@ pub struct Detail {
     pub saturated: [f64; 3],
 }
 
+/// The picture as it was stored behind a lens, of a picture that was made even.
+pub(crate) struct Behind<'a> {
+    pub(crate) even: &'a Even,
+    pub(crate) pixels: &'a [[f64; 3]],
+}
+
 impl Detail {
-    /// Measures the picture of a grid, whose pixel `i` is `pixel(i)` in 8-bit counts, stored in steps of `step` counts. `None`
-    /// where the noise is to be taken from the picture and patches are smaller than 3 × 3 pixels.
-    pub fn measure(
+    /// Measures the picture of a grid, whose pixel `i` is `pixel(i)` in 8-bit counts, stored in steps of `step` counts. Of
+    /// a picture that was made even, `behind` is how it was stored. `None` where the noise is to be taken from the picture and patches are smaller than 3 × 3 pixels.
+    pub(crate) fn measure(
         grid: &PatchGrid,
         pixel: &impl Fn(usize) -> [f64; 3],
         step: f64,
         model: &NoiseModel,
+        behind: Option<&Behind<'_>>,
     ) -> Option<Self> {
         let size = [grid.width / PATCH_COLUMNS, grid.height / PATCH_ROWS];
         let corners: Vec<usize> = (0..PATCH_ROWS * PATCH_COLUMNS)
@@ -95,7 +103,8 @@ impl Detail {
             }
             detail.black[k] = black as f64 / pixels as f64;
             detail.saturated[k] = saturated as f64 / pixels as f64;
-            let sums = channel(grid, k, &tiles, &|i| plane[i], step, model)?;
+            let noise = noise_of(grid, k, &tiles, (&plane, behind), step, model)?;
+            let sums = channel(grid, k, &tiles, &|i| plane[i], &noise);
             detail.contrast[k] = sums.contrast();
             detail.floor[k] = sums.floor().max(ROUNDING * step);
             detail.noise[k] = (sums.noise / sums.patches).max(0.0).sqrt();
@@ -186,29 +195,74 @@ impl Sums {
     }
 }
 
+/// Noise of a channel: variance of each patch, squared counts, and the relative standard errors of that at a level and of all.
+struct ChannelNoise {
+    patches: Vec<f64>,
+    of_level: f64,
+    of_all: f64,
+}
+
+fn noise_of(
+    grid: &PatchGrid,
+    k: usize,
+    tiles: &Tiles,
+    (plane, behind): (&[f64], Option<&Behind<'_>>),
+    step: f64,
+    model: &NoiseModel,
+) -> Option<ChannelNoise> {
+    let size = [grid.width, grid.height];
+    // Mean count of each patch before it was made even, and by how much deviations have grown.
+    let before = |(patch, &corner): (&PatchStats, &usize)| {
+        let Some(behind) = behind else {
+            return (patch.mean[k], 1.0);
+        };
+        let middle = corner + tiles.height / 2 * grid.width + tiles.width / 2;
+        let place = [middle % grid.width, middle / grid.width];
+        let share = behind.even.share(place, size);
+        behind.even.before(patch.mean[k], share)
+    };
+    let patches = grid.patches.iter().zip(tiles.corners);
+    match model {
+        NoiseModel::Picture => {
+            let found = match behind {
+                Some(behind) => noise::estimate(tiles, &|i| behind.pixels[i][k])?,
+                None => noise::estimate(tiles, &|i| plane[i])?,
+            };
+            let grown = patches.zip(&found.patches).map(|(patch, noise)| {
+                let (_, growth) = before(patch);
+                noise * growth * growth
+            });
+            Some(ChannelNoise {
+                patches: grown.collect(),
+                of_level: found.of_level,
+                of_all: found.of_all,
+            })
+        }
+        NoiseModel::Sensor(sensor) => {
+            let of = |patch: (&PatchStats, &usize)| {
+                let (mean, growth) = before(patch);
+                let square = growth * growth;
+                square * sensor.of_patch(mean, patch.0.std[k] * patch.0.std[k] / square, step)
+            };
+            Some(ChannelNoise {
+                patches: patches.map(of).collect(),
+                of_level: 0.0,
+                of_all: 0.0,
+            })
+        }
+    }
+}
+
 fn channel(
     grid: &PatchGrid,
     k: usize,
     tiles: &Tiles,
     value: &impl Fn(usize) -> f64,
-    step: f64,
-    model: &NoiseModel,
-) -> Option<Sums> {
-    let (noise, of_level, of_all) = match model {
-        NoiseModel::Picture => {
-            let found = noise::estimate(tiles, value)?;
-            (found.patches, found.of_level, found.of_all)
-        }
-        NoiseModel::Sensor(sensor) => {
-            let of = |p: &crate::stats::PatchStats| {
-                sensor.of_patch(p.mean[k], p.std[k] * p.std[k], step)
-            };
-            (grid.patches.iter().map(of).collect(), 0.0, 0.0)
-        }
-    };
+    found: &ChannelNoise,
+) -> Sums {
     let pixels = (tiles.width * tiles.height) as f64;
     let mut sums = Sums::default();
-    for ((patch, &corner), &noise) in grid.patches.iter().zip(tiles.corners).zip(&noise) {
+    for ((patch, &corner), &noise) in grid.patches.iter().zip(tiles.corners).zip(&found.patches) {
         let (mean, total) = (patch.mean[k], patch.std[k] * patch.std[k]);
         let fourth: f64 = (0..tiles.height)
             .flat_map(|y| (0..tiles.width).map(move |x| corner + y * tiles.stride + x))
@@ -221,7 +275,7 @@ fn channel(
             SPREADS[0]
         };
         let own = noise * (spread / pixels).sqrt();
-        let error = own.hypot(noise * of_level);
+        let error = own.hypot(noise * found.of_level);
         // A patch's variance is about its own mean, which has a share of the noise.
         let noise = noise * (1.0 - 1.0 / pixels);
         sums.patches += 1.0;
@@ -233,10 +287,10 @@ fn channel(
         if error > 0.0 {
             sums.scales += error.sqrt();
             sums.own += ROOT_DEVIATION * ROOT_DEVIATION * own * own / error;
-            sums.shared += ROOT_SLOPE * noise * of_all / error.sqrt();
+            sums.shared += ROOT_SLOPE * noise * found.of_all / error.sqrt();
         }
     }
-    Some(sums)
+    sums
 }
 
 /// Nearly unbiased root of a difference of variances that is known with a standard error; see the head of this file.

@@ -24,6 +24,7 @@ mod coverage;
 mod daylight;
 pub mod detail;
 mod doubts;
+pub mod even;
 pub mod json;
 mod levels;
 pub mod manifest;
@@ -41,6 +42,7 @@ pub use calibrate::{
     CalibrateError, ContrastMeasurement, DepthMeasurement, relative_to_shallowest,
 };
 pub use detail::Detail;
+pub use even::Even;
 pub use manifest::{Manifest, ManifestError, Row, RowKind};
 pub use noise::{NoiseModel, NoiseSource, SensorNoise};
 pub use processing::Processing;

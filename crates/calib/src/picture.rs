@@ -6,6 +6,7 @@ use std::path::Path;
 
 use image::{DynamicImage, ImageReader, Limits};
 
+use crate::even::Even;
 use crate::stats::StatsError;
 
 /// Longest image side that is decoded, pixels; several times that of any camera on a vehicle.
@@ -27,25 +28,33 @@ pub struct Counts {
 }
 
 impl Counts {
-    /// Reads a PNG, TIFF or JPEG file; alpha is ignored, grey is replicated.
+    /// Reads a PNG, TIFF or JPEG file; alpha is ignored, grey is replicated. `even` takes its lens out.
     ///
     /// # Errors
     /// The file cannot be read, or is no picture of 8 or 16 bits per channel.
-    pub fn read(path: &Path) -> Result<Self, StatsError> {
+    pub fn read(path: &Path, even: Option<&Even>) -> Result<Self, StatsError> {
         let (image, name) = of_file(path)?;
-        Self::of(&image, name)
+        Ok(Self::of(&image, &name)?.evened(even))
     }
 
     /// The same of a file held in memory; `name` is for messages.
     ///
     /// # Errors
     /// It is no picture of 8 or 16 bits per channel.
-    pub fn from_encoded(bytes: &[u8], name: &str) -> Result<Self, StatsError> {
+    pub fn from_encoded(bytes: &[u8], name: &str, even: Option<&Even>) -> Result<Self, StatsError> {
         let image = decode(Box::new(Cursor::new(bytes)), name)?;
-        Self::of(&image, name.to_owned())
+        Ok(Self::of(&image, name)?.evened(even))
     }
 
-    fn of(image: &DynamicImage, name: String) -> Result<Self, StatsError> {
+    /// Without what a lens does, where one is given.
+    pub(crate) fn evened(mut self, even: Option<&Even>) -> Self {
+        if let Some(even) = even {
+            even.apply(&mut self);
+        }
+        self
+    }
+
+    pub(crate) fn of(image: &DynamicImage, name: &str) -> Result<Self, StatsError> {
         let eight = |samples: &[u8], channels: usize| -> Vec<[f64; 3]> {
             let pixel = |p: &[u8]| triple(p, channels).map(f64::from);
             samples.chunks_exact(channels).map(pixel).collect()
@@ -65,7 +74,7 @@ impl Counts {
             DynamicImage::ImageRgba16(b) => sixteen(b.as_raw(), 4),
             other => {
                 return Err(StatsError::SampleType {
-                    name,
+                    name: name.to_owned(),
                     got: format!("{:?}", other.color()),
                 });
             }

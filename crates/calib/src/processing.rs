@@ -47,7 +47,9 @@ impl Processing {
             jpeg_quality: jpeg_quality(bytes),
             noise_share: match sensor {
                 NoiseModel::Picture => [None; 3],
-                NoiseModel::Sensor(_) => noise_share(&Counts::from_encoded(bytes, name)?, sensor),
+                NoiseModel::Sensor(_) => {
+                    noise_share(&Counts::from_encoded(bytes, name, None)?, sensor)
+                }
             },
         })
     }
@@ -157,7 +159,7 @@ fn noise_share(picture: &Counts, sensor: &NoiseModel) -> [Option<f64>; 3] {
     let Ok(grid) = patch_statistics(picture.width, picture.height, pixel) else {
         return [None; 3];
     };
-    let measure = |model: &NoiseModel| Detail::measure(&grid, &pixel, 1.0, model);
+    let measure = |model: &NoiseModel| Detail::measure(&grid, &pixel, 1.0, model, None);
     let (Some(found), Some(known)) = (measure(&NoiseModel::Picture), measure(sensor)) else {
         return [None; 3];
     };

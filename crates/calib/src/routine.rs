@@ -10,6 +10,7 @@ use crate::coverage::{Coverage, SAME_DEPTH_M, range};
 use crate::daylight::{self, Dark};
 use crate::detail::Detail;
 use crate::doubts::Doubts;
+use crate::even::Even;
 use crate::levels::{Lit, contrast_at};
 use crate::manifest::{Manifest, Row, RowKind};
 use crate::noise::NoiseModel;
@@ -64,6 +65,8 @@ pub struct RoutineOptions {
     pub daylight: Daylight,
     /// Where the noise is taken from that is left out of the corrected contrasts.
     pub noise: NoiseModel,
+    /// The lens that is taken out of the pictures, where they still have it.
+    pub even: Option<Even>,
     /// Light of the lamps by the level that they are set to, where it is known: the column `level_pct` needs it.
     pub levels: Option<LevelCurve>,
     /// What is known of camera and lamps, for the profile to state; where it states a size, pictures of the target have to have it.
@@ -135,7 +138,6 @@ pub fn fit_daylight(
     path: &Path,
     options: &RoutineOptions,
 ) -> Result<Option<DaylightFit>, CalibrateError> {
-    let encoding = options.encoding;
     let (manifest, coverage) = examine(path, options, false)?;
     if coverage.looks_up() {
         return Ok(None);
@@ -143,7 +145,7 @@ pub fn fit_daylight(
     let mut dark = Vec::new();
     for t in manifest.rows.iter().filter_map(target) {
         if let (0.0, Some(depth_m)) = (t.light_pct, t.depth_m) {
-            let light = measured(&manifest, t.row, |path| linear(path, encoding))?;
+            let light = measured(&manifest, t.row, |path| linear(path, options))?;
             dark.push(Dark {
                 depth_m,
                 distance_m: t.distance_m,
@@ -166,8 +168,9 @@ pub fn fit_daylight(
     }))
 }
 
-fn linear(path: &Path, encoding: Encoding) -> Result<PatchGrid, StatsError> {
-    PatchGrid::from_file_as(path, |counts| encoding.light(counts))
+fn linear(path: &Path, options: &RoutineOptions) -> Result<PatchGrid, StatsError> {
+    let light = |counts| options.encoding.light(counts);
+    PatchGrid::from_file_as(path, options.even.as_ref(), light)
 }
 
 fn measured<T>(
@@ -269,7 +272,7 @@ impl<'a> Work<'a> {
         for row in &manifest.rows {
             if let RowKind::Depth { depth_m } = row.kind {
                 let picture = measured(manifest, row, |path| {
-                    Measured::from_file(path, &self.options.noise)
+                    Measured::from_file(path, &self.options.noise, self.options.even.as_ref())
                 })?;
                 self.doubts.look_up(row, picture.detail.as_ref());
                 let mean = picture.grid.stats.mean;
@@ -389,7 +392,7 @@ impl<'a> Work<'a> {
     /// Contrast of a picture of the target, which must have the size of the others, and what of it is noise.
     fn contrast_of(&mut self, row: &Row) -> Result<([f64; 3], Option<Detail>), CalibrateError> {
         let Measured { grid, detail } = measured(self.manifest, row, |path| {
-            Measured::from_file(path, &self.options.noise)
+            Measured::from_file(path, &self.options.noise, self.options.even.as_ref())
         })?;
         // A picture that is decoded has far fewer pixels a side than this could hold.
         let size = [grid.width, grid.height].map(|side| u32::try_from(side).unwrap_or(u32::MAX));
@@ -470,10 +473,10 @@ impl<'a> Work<'a> {
         let lit = |t: &Target| -> Result<Lit, CalibrateError> {
             Ok(Lit {
                 light_pct: t.light_pct,
-                counts: measured(self.manifest, t.row, PatchGrid::from_file)?,
-                linear: measured(self.manifest, t.row, |path| {
-                    linear(path, self.options.encoding)
+                counts: measured(self.manifest, t.row, |path| {
+                    PatchGrid::from_file_even(path, self.options.even.as_ref())
                 })?,
+                linear: measured(self.manifest, t.row, |path| linear(path, self.options))?,
             })
         };
         let contrast = contrast_at(level, &lit(one)?, &lit(other)?, self.options.encoding);

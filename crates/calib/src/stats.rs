@@ -12,9 +12,10 @@ use std::path::Path;
 use image::DynamicImage;
 use thiserror::Error;
 
-use crate::detail::Detail;
+use crate::detail::{Behind, Detail};
+use crate::even::Even;
 use crate::noise::NoiseModel;
-use crate::picture::{self, COUNTS_PER_U16, Encoded};
+use crate::picture::{self, COUNTS_PER_U16, Counts, Encoded};
 
 /// Patches along the width.
 pub const PATCH_COLUMNS: usize = 10;
@@ -118,9 +119,13 @@ pub struct Measured {
 }
 
 impl Measured {
-    /// Measures a PNG, TIFF or JPEG file.
-    pub fn from_file(path: &Path, noise: &NoiseModel) -> Result<Self, StatsError> {
-        file(path, &|counts| counts, Some(noise))
+    /// Measures a PNG, TIFF or JPEG file; `even` takes its lens out.
+    pub fn from_file(
+        path: &Path,
+        noise: &NoiseModel,
+        even: Option<&Even>,
+    ) -> Result<Self, StatsError> {
+        file(path, &|counts| counts, Some(noise), even)
     }
 
     /// Measures interleaved 8-bit R, G, B samples, row 0 at the top.
@@ -163,13 +168,14 @@ impl Measured {
     }
 
     /// Measures an image held in memory as the bytes of a PNG, TIFF or JPEG file; `name` is for messages.
-    pub fn from_encoded(bytes: &[u8], name: &str, noise: &NoiseModel) -> Result<Self, StatsError> {
-        decode(
-            Box::new(Cursor::new(bytes)),
-            name,
-            &|counts| counts,
-            Some(noise),
-        )
+    pub fn from_encoded(
+        bytes: &[u8],
+        name: &str,
+        noise: &NoiseModel,
+        even: Option<&Even>,
+    ) -> Result<Self, StatsError> {
+        let bytes = Box::new(Cursor::new(bytes));
+        decode(bytes, name, &|counts| counts, Some(noise), even)
     }
 }
 
@@ -219,19 +225,28 @@ impl ImageStats {
 impl PatchGrid {
     /// Measures a PNG, TIFF or JPEG file.
     pub fn from_file(path: &Path) -> Result<Self, StatsError> {
-        Self::from_file_as(path, |counts| counts)
+        Self::from_file_even(path, None)
+    }
+
+    /// The same without what a lens does, where one is given.
+    pub fn from_file_even(path: &Path, even: Option<&Even>) -> Result<Self, StatsError> {
+        Self::from_file_as(path, even, |counts| counts)
     }
 
     /// The same of `light(counts)` in place of every pixel's counts: in linear light, say, where `light` undoes the camera's
     /// encoding.
-    pub fn from_file_as(path: &Path, light: impl Fn(f64) -> f64) -> Result<Self, StatsError> {
-        Ok(file(path, &light, None)?.grid)
+    pub fn from_file_as(
+        path: &Path,
+        even: Option<&Even>,
+        light: impl Fn(f64) -> f64,
+    ) -> Result<Self, StatsError> {
+        Ok(file(path, &light, None, even)?.grid)
     }
 
     /// Measures an image held in memory as the bytes of a PNG, TIFF or JPEG file; `name` is for messages.
     pub fn from_encoded(bytes: &[u8], name: &str) -> Result<Self, StatsError> {
         let bytes = Box::new(Cursor::new(bytes));
-        Ok(decode(bytes, name, &|counts| counts, None)?.grid)
+        Ok(decode(bytes, name, &|counts| counts, None, None)?.grid)
     }
 }
 
@@ -369,7 +384,8 @@ fn interleaved<T: Copy + Into<f64>>(
         std::array::from_fn(|k| light(samples[i * channels + k * step].into() * counts_per_unit))
     };
     let grid = patch_statistics(width, height, pixel)?;
-    let detail = noise.and_then(|noise| Detail::measure(&grid, &pixel, counts_per_unit, noise));
+    let detail =
+        noise.and_then(|noise| Detail::measure(&grid, &pixel, counts_per_unit, noise, None));
     Ok(Measured { grid, detail })
 }
 
@@ -377,9 +393,10 @@ fn file(
     path: &Path,
     light: &dyn Fn(f64) -> f64,
     noise: Option<&NoiseModel>,
+    even: Option<&Even>,
 ) -> Result<Measured, StatsError> {
     let (image, name) = picture::of_file(path)?;
-    named(measure(&image, &name, light, noise), &name)
+    named(measure(&image, &name, light, noise, even), &name)
 }
 
 fn decode(
@@ -387,9 +404,10 @@ fn decode(
     name: &str,
     light: &dyn Fn(f64) -> f64,
     noise: Option<&NoiseModel>,
+    even: Option<&Even>,
 ) -> Result<Measured, StatsError> {
     let image = picture::decode(encoded, name)?;
-    named(measure(&image, name, light, noise), name)
+    named(measure(&image, name, light, noise, even), name)
 }
 
 /// The same, a small picture by its name.
@@ -409,8 +427,12 @@ fn measure(
     name: &str,
     light: &dyn Fn(f64) -> f64,
     noise: Option<&NoiseModel>,
+    even: Option<&Even>,
 ) -> Result<Measured, StatsError> {
     let (w, h) = (image.width() as usize, image.height() as usize);
+    if let Some(even) = even {
+        return measure_even(&Counts::of(image, name)?, step(image), light, noise, even);
+    }
     match image {
         DynamicImage::ImageLuma8(b) => interleaved(w, h, b.as_raw(), 1, 1.0, light, noise),
         DynamicImage::ImageLumaA8(b) => interleaved(w, h, b.as_raw(), 2, 1.0, light, noise),
@@ -433,6 +455,32 @@ fn measure(
             got: format!("{:?}", other.color()),
         }),
     }
+}
+
+/// Counts from one stored value to the next.
+fn step(image: &DynamicImage) -> f64 {
+    match image.color().bytes_per_pixel() > image.color().channel_count() {
+        true => COUNTS_PER_U16,
+        false => 1.0,
+    }
+}
+
+fn measure_even(
+    stored: &Counts,
+    step: f64,
+    light: &dyn Fn(f64) -> f64,
+    noise: Option<&NoiseModel>,
+    even: &Even,
+) -> Result<Measured, StatsError> {
+    let made = stored.clone().evened(Some(even));
+    let pixel = |i: usize| made.pixels[i].map(light);
+    let grid = patch_statistics(made.width, made.height, pixel)?;
+    let behind = Behind {
+        even,
+        pixels: &stored.pixels,
+    };
+    let detail = noise.and_then(|noise| Detail::measure(&grid, &pixel, step, noise, Some(&behind)));
+    Ok(Measured { grid, detail })
 }
 
 #[cfg(test)]

@@ -2,11 +2,10 @@
 
 mod file;
 mod level_curve;
-mod vignetting;
 
 pub use file::{Measurement, VehicleError, VehicleFile};
 pub use level_curve::LevelCurve;
-pub use vignetting::Vignetting;
+pub use uw_media::Vignetting;
 
 use serde::{Deserialize, Serialize};
 use uw_media::MediaError;
@@ -52,8 +51,8 @@ pub struct Vehicle {
     /// How counts of its pictures stand for light; sRGB is not stated in files.
     #[serde(skip_serializing_if = "is_srgb")]
     pub encoding: Encoding,
-    /// What the lens leaves of the light away from the middle; `None`: all of it. Rendered pictures have none, and pictures of the
-    /// camera are rid of it before they are used.
+    /// What the lens leaves of the light away from the middle; `None`: all of it. Views rendered for the vehicle have none, and pictures of
+    /// its camera are rid of it when they are read ([`crate::even`]).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub vignetting: Option<Vignetting>,
     /// Angle from a lamp's axis in degrees, rising, and intensity over that on it, >= 0; dark beyond the last. `None`: the cosine.

@@ -59,6 +59,7 @@ fn water(width_px: usize, height_px: usize) -> Arc<Water> {
             exposure_m2_sr_per_w: 1.0,
             noise_a: 2e-4,
             noise_b: 1e-6,
+            vignetting: None,
         },
         tables: WaterTables {
             half_view: [0.577, 0.577 * height_px as f64 / width_px as f64],

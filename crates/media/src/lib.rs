@@ -1,4 +1,4 @@
-//! Water and cameras as numbers: inherent optical properties, phase functions, the air-water interface, responses and encodings.
+//! Water and cameras as numbers: inherent optical properties, phase functions, the air-water interface, responses, encodings and vignetting.
 //!
 //! ```
 //! use uw_media::phase::{FournierForand, Phase, PhaseFunction, PhaseTable};
@@ -30,6 +30,7 @@ pub mod phase;
 pub mod spectral;
 mod tables;
 pub mod transmittance;
+mod vignetting;
 
 pub use bands::{Bands, Camera, Interval, channel_iops};
 pub use depth_profile::{DepthLayer, depth_profile};
@@ -37,3 +38,4 @@ pub use encoding::{CurveError, Encoding, ResponseCurve};
 pub use error::{MediaError, meant};
 pub use iops::{Iops, Spectrum};
 pub use jerlov::{SpectralIop, WaterType, spectrum};
+pub use vignetting::Vignetting;

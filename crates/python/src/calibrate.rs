@@ -51,6 +51,7 @@ pub(crate) fn calibrate(
         (None, None) => Known::Nothing,
     };
     let options = RoutineOptions {
+        even: None,
         light_pct: light_pct.map(level).transpose()?,
         encoding,
         noise: pictures::noise(noise, encoding)?,

@@ -85,11 +85,6 @@ impl Task {
     /// What the pictures may not be good for.
     fn doubts(&self) -> Vec<String> {
         let mut doubts = Vec::new();
-        if self.vehicle.vignetting.is_some() {
-            doubts.push(
-                "the vehicle's vignetting is not taken off: make the pictures even first (uw camera-fit even)".to_owned(),
-            );
-        }
         let noise = LinearNoise {
             a: self.vehicle.noise_a,
             b: self.vehicle.noise_b,

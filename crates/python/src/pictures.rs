@@ -102,7 +102,7 @@ pub(crate) fn measure_file(
 ) -> PyResult<String> {
     let noise = self::noise(noise, self::encoding(encoding)?)?;
     let measured = py.detach(|| {
-        let measured = Measured::from_file(&file, &noise)?;
+        let measured = Measured::from_file(&file, &noise, None)?;
         Ok::<_, StatsError>((measured, Processing::of_file(&file, &noise)?))
     });
     let (measured, processing) = measured.map_err(value_error)?;

@@ -1,5 +1,6 @@
 //! The sensor: linear radiance becomes stored numbers. The only lossy step.
 
+use std::borrow::Cow;
 use std::f64::consts::TAU;
 use uw_media::Spectrum;
 
@@ -9,14 +10,16 @@ use crate::image::{Counts, Frame, Picture};
 use crate::scene::{Exposure, Noise, Sensor, WhiteBalance};
 
 impl Sensor {
-    /// Exposes a picture: exposure, noise, white balance, colour matrix, clipping to [0, 1], encoding, rounding to the nearest
+    /// Exposes a picture: vignetting, exposure, noise, white balance, colour matrix, clipping to [0, 1], encoding, rounding to the nearest
     /// count.
     ///
     /// The noise depends on `seed`, the pixel's place and the channel alone, not on the number of threads.
     /// Radiance that is not a number counts as 0.
     pub fn expose(&self, picture: &Picture, seed: u64) -> Frame {
-        let factor = self.exposure_factor(picture);
-        let colours = self.colours(channel_means(picture));
+        let picture = &*self.seen(picture);
+        let means = channel_means(picture);
+        let factor = self.exposure_factor_of(|| means);
+        let colours = self.colours(means);
         let counts = if self.bits == 16 {
             Counts::Bits16(self.counts(picture, (factor, colours), seed, |encoded| {
                 quantise(encoded, u16::MAX.into()) as u16
@@ -33,10 +36,27 @@ impl Sensor {
         }
     }
 
+    /// What the lens leaves of a picture's radiance.
+    pub fn seen<'p>(&self, picture: &'p Picture) -> Cow<'p, Picture> {
+        let Some(lens) = self.vignetting else {
+            return Cow::Borrowed(picture);
+        };
+        let size = (picture.width, picture.height);
+        let left = |(i, radiance): (usize, &[f32; 3])| {
+            let i = i as u32;
+            let share = lens.share_at((i % size.0, i / size.0), size) as f32;
+            radiance.map(|value| share * value)
+        };
+        Cow::Owned(Picture {
+            data: picture.data.iter().enumerate().map(left).collect(),
+            ..*picture
+        })
+    }
+
     /// Factor from radiance, W/(m² sr), to the linear signal. For a picture that is black all over,
     /// which no factor brings to a mean, it is 1.
     pub fn exposure_factor(&self, picture: &Picture) -> f64 {
-        self.exposure_factor_of(|| channel_means(picture))
+        self.exposure_factor_of(|| channel_means(&self.seen(picture)))
     }
 
     /// The same of a picture whose channels have these mean radiances, which are asked for where they count.
@@ -187,6 +207,7 @@ fn mix(mut z: u64) -> u64 {
 mod tests {
     use super::*;
     use crate::scene::Encoding;
+    use uw_media::Vignetting;
 
     fn uniform(level: f32, width: u32, height: u32) -> Picture {
         Picture {
@@ -210,6 +231,52 @@ mod tests {
             Counts::Bits16(counts) => counts.clone(),
             Counts::Bits8(_) => panic!("16 bits were asked for"),
         }
+    }
+
+    /// A plain picture is darker by the share at each pixel, and noise is that of what is left; the mean of automatic exposure counts it.
+    #[test]
+    fn vignetting_is_before_noise_and_exposure() {
+        let lens = Vignetting::new([-0.5, 0.1, 0.0]).expect("a lens");
+        let sensor = Sensor {
+            vignetting: Some(lens),
+            noise: None,
+            ..linear_16_bits(Noise { a: 0.0, b: 0.0 })
+        };
+        let plain = uniform(0.5, 64, 36);
+        let counts = counts_16(&sensor.expose(&plain, 1));
+        for (i, count) in counts.iter().step_by(3).enumerate() {
+            let i = i as u32;
+            let want = 0.5 * 65_535.0 * lens.share_at((i % 64, i / 64), (64, 36));
+            assert!(
+                (f64::from(*count) - want).abs() < 0.51,
+                "{i} {count} {want}"
+            );
+        }
+        let auto = Sensor {
+            exposure: Exposure::AutoMean(0.3),
+            ..sensor
+        };
+        let seen = counts_16(&auto.expose(&plain, 1));
+        let mean = seen.iter().map(|&c| f64::from(c)).sum::<f64>() / seen.len() as f64;
+        assert!((mean / 65_535.0 - 0.3).abs() < 1e-5, "{mean}");
+        let noisy = Sensor {
+            noise: Some(Noise { a: 4e-4, b: 0.0 }),
+            ..sensor
+        };
+        let corner = lens.share(1.0);
+        let seeds = 0..400;
+        let values: Vec<f64> = seeds
+            .map(|seed| {
+                f64::from(counts_16(&noisy.expose(&uniform(0.5, 8, 8), seed))[0]) / 65_535.0
+            })
+            .collect();
+        let mean = values.iter().sum::<f64>() / 400.0;
+        let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / 399.0;
+        let share = lens.share_at((0, 0), (8, 8));
+        assert!(share > corner);
+        // Five standard errors of a variance of 400 values.
+        let off = variance / (4e-4 * 0.5 * share) - 1.0;
+        assert!(off.abs() < 5.0 * (2.0f64 / 399.0).sqrt(), "{off}");
     }
 
     fn counts_8(frame: &Frame) -> Vec<u8> {

@@ -96,6 +96,7 @@ const CASES: &[(&str, &str)] = &[
     ("sensor_bits.toml", r#":4: sensor.bits must be 8 or 16, got 12"#),
     ("sensor_curve.toml", r#":4: sensor.encoding.curve must be a list of [counts, light], 8-bit counts and light, both rising (counts and light of a curve must rise from point to point, got [20, 0.1] after [10, 0.2]), got [[10, 0.2], [20, 0.1]]"#),
     ("sensor_curve_points.toml", r#":4: sensor.encoding.curve 1 must be a list of [counts, light], 8-bit counts and light, both rising, got 10"#),
+    ("sensor_vignetting.toml", r#":4: sensor.vignetting must be k1, k2, k3 of which 1 + k1 r^2 + k2 r^4 + k3 r^6 is from 0.05 to 1.5 for r from 0 to 1, got [-1.0, 0.0, 0.0]"#),
     ("sensor_exposure.toml", r#":4: sensor.exposure.auto_mean must be in (0, 1], got 1.5"#),
     ("sensor_noise.toml", r#":4: sensor.noise.a must be >= 0, got -1e-3"#),
     ("sky_negative.toml", r#":4: sky.radiance must be >= 0 W/(m² sr), got -0.1"#),

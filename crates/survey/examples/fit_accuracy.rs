@@ -123,7 +123,8 @@ impl Predictions {
         let mut shots = Vec::new();
         for distance_m in DISTANCES_M {
             for light_pct in [0.0, LIGHT_PCT] {
-                let picture = Counts::read(&folder.join(format!("d{distance_m}_{light_pct}.png")))?;
+                let picture =
+                    Counts::read(&folder.join(format!("d{distance_m}_{light_pct}.png")), None)?;
                 let stats =
                     ImageStats::from_counts(picture.width, picture.height, &picture.pixels)?;
                 let at = Candidate {

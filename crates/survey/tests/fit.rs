@@ -12,7 +12,7 @@ use uw_guidance::physics::{LinearPicture, Predictor};
 use uw_media::WaterType;
 use uw_survey::environment::{MEAN, WaterKind};
 use uw_survey::fit::{Fit, FitError, Options, depths, fit, report, water_file};
-use uw_survey::vehicle::Vehicle;
+use uw_survey::vehicle::{Vehicle, Vignetting};
 
 /// Bound of |z| for the 20 comparisons of two scenes at 1 % altogether (Šidák), errors taken as normal.
 const MOST_Z: f64 = 3.5;
@@ -23,6 +23,14 @@ fn vehicle() -> Vehicle {
         width: 640,
         height: 360,
         ..Vehicle::default()
+    }
+}
+
+/// The same behind a lens that leaves 57 % of the light in the corners.
+fn behind_a_lens() -> Vehicle {
+    Vehicle {
+        vignetting: Vignetting::new([-0.35, -0.1, 0.02]).ok(),
+        ..vehicle()
     }
 }
 
@@ -37,11 +45,11 @@ fn never(_: usize, _: usize) -> bool {
     true
 }
 
-fn fitted(scene: u32, folder: &Path) -> (Truth, Fit) {
+fn fitted(scene: u32, vehicle: &Vehicle, folder: &Path) -> (Truth, Fit) {
     let truth = Truth::draw(2, scene, MEAN).expect("a truth");
-    let manifest = truth.take(folder, &vehicle(), 5).expect("pictures");
-    (truth.look_up(&manifest, &vehicle(), 5)).expect("pictures that look up");
-    let found = fit(&manifest, &vehicle(), &options(&truth), &never).expect("a fit");
+    let manifest = truth.take(folder, vehicle, 5).expect("pictures");
+    (truth.look_up(&manifest, vehicle, 5)).expect("pictures that look up");
+    let found = fit(&manifest, vehicle, &options(&truth), &never).expect("a fit");
     (truth, found)
 }
 
@@ -65,7 +73,7 @@ fn assert_found(truth: &Truth, found: &Fit) {
 #[test]
 fn a_hidden_water_is_found_within_its_errors() {
     let folder = tempfile::tempdir().expect("a folder");
-    let (truth, found) = fitted(3, folder.path());
+    let (truth, found) = fitted(3, &vehicle(), folder.path());
     assert_found(&truth, &found);
 }
 
@@ -131,14 +139,16 @@ fn a_bottom_that_is_said_to_be_a_wall_is_told() {
     }
 }
 
-/// Another one is, too; its water file predicts what the target would show from elsewhere, and the report is written.
+/// Another one is, too, behind a lens with vignetting; its water file predicts what the target would show from elsewhere, and the report is written.
 #[test]
 fn a_fitted_water_is_the_hidden_one_and_predicts() {
     let folder = tempfile::tempdir().expect("a folder");
-    let (truth, found) = fitted(0, folder.path());
+    let vehicle = behind_a_lens();
+    let (truth, found) = fitted(0, &vehicle, folder.path());
     assert_found(&truth, &found);
     let options = options(&truth);
-    let file = water_file(&found, &vehicle(), &options, 4096, "test").expect("tables");
+    let file = water_file(&found, &vehicle, &options, 4096, "test").expect("tables");
+    let even = file.sensor.even();
     let response = file.sensor.response();
     let numbers = file.fit.as_ref().expect("numbers of the fit");
     let day = numbers.daylight_gain.expect("pictures with the lamps off");
@@ -147,7 +157,7 @@ fn a_fitted_water_is_the_hidden_one_and_predicts() {
         assert!((0.25..4.0).contains(&gain), "{day:?}");
     }
     let stats = |name: &str| {
-        let picture = Counts::read(&folder.path().join(name)).expect("a picture");
+        let picture = Counts::read(&folder.path().join(name), even.as_ref()).expect("a picture");
         let stats =
             uw_calib::ImageStats::from_counts(picture.width, picture.height, &picture.pixels);
         (picture, stats.expect("patches").contrast)
@@ -179,7 +189,7 @@ fn a_fitted_water_is_the_hidden_one_and_predicts() {
         }
     }
     let reported = folder.path().join("report");
-    let depths = depths(&found, &vehicle(), &options).expect("renders");
+    let depths = depths(&found, &vehicle, &options).expect("renders");
     assert_eq!(depths.len(), hidden_truth::UP_DEPTHS_M.len());
     for [seen, fitted] in depths.iter().flat_map(|at| at.k_z) {
         // K_z is e^(-K_d z) or less over 4 m: an attenuation 10 % off would move it by up to 0.04.
@@ -192,7 +202,7 @@ fn a_fitted_water_is_the_hidden_one_and_predicts() {
     };
     assert_eq!(rows("fit.csv"), 3 * found.pictures.len());
     assert_eq!(rows("depths.csv"), 3 * depths.len());
-    assert!(Counts::read(&reported.join("fit.png")).is_ok());
+    assert!(Counts::read(&reported.join("fit.png"), None).is_ok());
 }
 
 /// Pictures that show no light of the lamps, of another camera, or from too few places make no water.

@@ -1,10 +1,10 @@
-//! What the daemon takes from a vehicle's file: the camera's noise and encoding, and what models, water files and profiles have to fit.
+//! What the daemon takes from a vehicle's file: the camera's noise, encoding and vignetting, and what models, water files and profiles have to fit.
 
 use std::path::Path;
 
 use uw_calib::response::LinearNoise;
 use uw_calib::vehicle::VehicleError;
-use uw_calib::{NoiseModel, SensorNoise, VehicleFile};
+use uw_calib::{Even, NoiseModel, SensorNoise, VehicleFile};
 
 use super::Config;
 
@@ -20,6 +20,7 @@ impl Config {
         let vehicle = VehicleFile::find(name, Path::new(""))?.vehicle;
         let settings = &mut self.settings;
         settings.vehicle = vehicle.rig(Some(vehicle.exposure));
+        settings.even = Even::of_vehicle(&vehicle, vehicle.encoding);
         settings.level_curve = vehicle.level_curve;
         if settings.noise == NoiseModel::Picture {
             let noise = LinearNoise {

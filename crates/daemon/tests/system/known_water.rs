@@ -55,6 +55,7 @@ pub(crate) fn attenuating(
             exposure_m2_sr_per_w: 1.0,
             noise_a,
             noise_b,
+            vignetting: None,
         },
         tables: WaterTables {
             half_view: [

@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use thiserror::Error;
 use uw_calib::response::{CountResponse, LinearNoise};
-use uw_calib::{Encoding, Rig};
+use uw_calib::vehicle::Vignetting;
+use uw_calib::{Encoding, Even, Rig};
 
 use super::doubt::WaterDoubt;
 use super::grid::PATCHES;
@@ -58,6 +59,9 @@ pub struct SensorNumbers {
     pub noise_a: f64,
     /// See `noise_a`.
     pub noise_b: f64,
+    /// What the camera's lens leaves of the light away from the middle; pictures are rid of it. `None`: all of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub vignetting: Option<Vignetting>,
 }
 
 impl SensorNumbers {
@@ -145,6 +149,11 @@ impl SensorNumbers {
     /// Mean and variance of the counts that it stores.
     pub fn response(&self) -> CountResponse {
         CountResponse::new(self.encoding, self.noise())
+    }
+
+    /// What takes the lens out of its pictures, where that is to be done.
+    pub fn even(&self) -> Option<Even> {
+        self.vignetting.map(|lens| Even::new(lens, self.encoding))
     }
 
     /// Noise of the linear signal.

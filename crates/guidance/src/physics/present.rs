@@ -5,7 +5,7 @@ use std::sync::Arc;
 use uw_calib::picture::Counts;
 use uw_calib::response::CountResponse;
 use uw_calib::stats::contrast_misfit;
-use uw_calib::{NoiseModel, SensorNoise};
+use uw_calib::{Even, NoiseModel, SensorNoise};
 
 use super::blocks::Blocks;
 use super::brightness::{self, Brightness, Look, Sensor};
@@ -35,6 +35,7 @@ pub struct Water {
     file: WaterFile,
     response: CountResponse,
     noise: NoiseModel,
+    even: Option<Even>,
     sights: Arc<[Sight]>,
 }
 
@@ -45,6 +46,7 @@ impl Water {
             response: file.sensor.response(),
             noise: SensorNoise::new(file.sensor.encoding, file.sensor.noise())
                 .map_or(NoiseModel::Picture, NoiseModel::Sensor),
+            even: file.sensor.even(),
             sights: by_distance(&file.sights),
             file,
         }
@@ -58,6 +60,11 @@ impl Water {
     /// The noise of its camera's pictures.
     pub fn noise(&self) -> &NoiseModel {
         &self.noise
+    }
+
+    /// What takes the lens out of its camera's pictures, where that is to be done.
+    pub fn even(&self) -> Option<&Even> {
+        self.even.as_ref()
     }
 
     /// Width and height of its camera's pictures, pixels.
@@ -119,7 +126,7 @@ impl ResidualFrom {
 }
 
 impl Present {
-    /// Of a picture of the water's camera, taken at `here` at `depth_m`, with its published contrast, 8-bit counts.
+    /// Of a picture of the water's camera without what its lens does, taken at `here` at `depth_m`, with its published contrast, 8-bit counts.
     pub fn new(
         water: Arc<Water>,
         picture: &Counts,

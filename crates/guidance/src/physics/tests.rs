@@ -54,6 +54,7 @@ pub(super) fn even_water() -> WaterFile {
             exposure_m2_sr_per_w: 1.0,
             noise_a: 1e-4,
             noise_b: 1e-6,
+            vignetting: None,
         },
         tables: WaterTables {
             half_view: [HALF_VIEW, HALF_VIEW * HEIGHT as f64 / WIDTH as f64],

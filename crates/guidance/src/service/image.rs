@@ -11,6 +11,7 @@ use uw_calib::{Measured, NoiseModel, Processing};
 use crate::feed::Picture;
 use crate::observation::Quality;
 use crate::physics::Water;
+use crate::service::Settings;
 use crate::wire::reply::{self, COUNTS_DECIMALS, Code, SHARE_DECIMALS, WireError};
 use crate::wire::request::ImageSource;
 
@@ -57,19 +58,21 @@ fn open_under(directory: &Path, path: &str) -> Option<File> {
     (same && usable(&file.metadata().ok()?)).then_some(file)
 }
 
-/// Reads and measures an image; its noise is taken from where `noise` says, and compared with the sensor's where that or `water`
+/// Reads and measures an image, without what the lens does; its noise is taken from where the settings say, and compared with the sensor's where that or `water`
 /// knows it. The pixels come with it where it has the size of the water's pictures.
 pub(super) fn measure(
     image: &ImageSource,
-    policy: &ImagePolicy,
-    noise: &NoiseModel,
+    settings: &Settings,
     water: Option<&Water>,
 ) -> Result<(Picture, Option<Counts>), WireError> {
     let bad = |field: &str, message: String| WireError::new(Code::BadImage, message).at(field);
     let (field, bytes) = match image {
         ImageSource::Path(path) => {
             let field = "image.path";
-            let file = policy.open(path).map_err(|message| bad(field, message))?;
+            let file = settings
+                .images
+                .open(path)
+                .map_err(|message| bad(field, message))?;
             (field, of_file(file).map_err(|message| bad(field, message))?)
         }
         ImageSource::Base64(text) => {
@@ -81,11 +84,14 @@ pub(super) fn measure(
         }
     };
     let unusable = |error: uw_calib::StatsError| bad(field, error.to_string());
+    let noise = &settings.noise;
+    let of_water = water.and_then(|water| water.even());
+    let even = settings.even.as_ref().or(of_water);
     let Measured { grid, detail } =
-        Measured::from_encoded(&bytes, field, noise).map_err(unusable)?;
+        Measured::from_encoded(&bytes, field, noise, even).map_err(unusable)?;
     let of_water = water.filter(|water| water.size_px() == [grid.width, grid.height]);
     let counts = match of_water {
-        Some(_) => Some(Counts::from_encoded(&bytes, field).map_err(unusable)?),
+        Some(_) => Some(Counts::from_encoded(&bytes, field, even).map_err(unusable)?),
         None => None,
     };
     let sensor = match (noise, of_water) {

@@ -12,7 +12,7 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 use serde_json::{Value, json};
 use thiserror::Error;
 use uw_calib::vehicle::LevelCurve;
-use uw_calib::{NoiseModel, Profile, ProfileError, Rig};
+use uw_calib::{Even, NoiseModel, Profile, ProfileError, Rig};
 
 use crate::beams::BeamGeometry;
 use crate::checks::Checks;
@@ -58,6 +58,8 @@ pub struct Settings {
     pub images: ImagePolicy,
     /// Where the noise of images is taken from.
     pub noise: NoiseModel,
+    /// The lens that is taken out of images; `None` for that of the water file, where there is one.
+    pub even: Option<Even>,
     /// Camera and lamps of the vehicle, as far as they are known: those of model, water file and profile have to be the same.
     pub vehicle: Rig,
     /// Light of the vehicle's lamps by the level that they are set to; `None`: in proportion.

@@ -256,8 +256,7 @@ impl Session {
                 objective,
             } => {
                 let settings = &self.service.settings;
-                let measure =
-                    |water| image::measure(&image, &settings.images, &settings.noise, water);
+                let measure = |water| image::measure(&image, settings, water);
                 let picture = match (&snapshot.loaded.basis, measured) {
                     (Basis::Network(_), Some(picture)) => picture,
                     (Basis::Network(_), None) => measure(None)?.0,

@@ -49,7 +49,7 @@ pub use uw_media::Encoding;
 
 use glam::{DVec2, DVec3};
 use uw_media::{
-    Iops, Spectrum,
+    Iops, Spectrum, Vignetting,
     phase::Phase,
     spectral::{Curve, Response, WaterSpectrum},
 };
@@ -345,6 +345,8 @@ pub struct Sensor {
     pub white_balance: WhiteBalance,
     /// What the camera's channels are turned into after that, row by row those of the stored picture.
     pub color_matrix: [Spectrum; 3],
+    /// What the lens leaves of the light away from the middle; `None`: all of it.
+    pub vignetting: Option<Vignetting>,
 }
 
 /// White balance.

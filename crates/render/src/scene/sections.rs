@@ -1,6 +1,6 @@
 //! The small tables of a scene file: water surface, sensor, render defaults.
 
-use uw_media::{ResponseCurve, Spectrum};
+use uw_media::{ResponseCurve, Spectrum, Vignetting};
 
 use super::range::Range;
 use super::reader::Table;
@@ -10,13 +10,14 @@ use super::{
     WhiteBalance,
 };
 
-const SENSOR_FIELDS: [&str; 6] = [
+const SENSOR_FIELDS: [&str; 7] = [
     "exposure",
     "encoding",
     "bits",
     "noise",
     "white_balance",
     "color_matrix",
+    "vignetting",
 ];
 /// Most samples per pixel.
 const MAX_SAMPLES: u32 = 1 << 30;
@@ -41,6 +42,7 @@ impl Default for Sensor {
             noise: None,
             white_balance: WhiteBalance::None,
             color_matrix: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            vignetting: None,
         }
     }
 }
@@ -81,6 +83,7 @@ pub(super) fn read_sensor(
         noise: read_noise(&table)?,
         white_balance: read_white_balance(&table, spectral)?,
         color_matrix: read_color_matrix(&table)?.unwrap_or(default.color_matrix),
+        vignetting: read_vignetting(&table)?,
     }))
 }
 
@@ -107,6 +110,18 @@ fn read_encoding(sensor: &Table<'_>) -> Result<Option<Encoding>, SceneError> {
     let made = ResponseCurve::new(&points)
         .map_err(|reason| curve.invalid(format!("{expected} ({reason})")))?;
     Ok(Some(Encoding::Curve(made)))
+}
+
+/// `vignetting`: the three coefficients of a vehicle's file.
+fn read_vignetting(sensor: &Table<'_>) -> Result<Option<Vignetting>, SceneError> {
+    let Some(value) = sensor.optional("vignetting") else {
+        return Ok(None);
+    };
+    let coefficients = value.as_numbers(Range::finite(""))?;
+    let lens = Vignetting::new(coefficients);
+    lens.map(Some).map_err(|_| {
+        value.invalid("k1, k2, k3 of which 1 + k1 r^2 + k2 r^4 + k3 r^6 is from 0.05 to 1.5 for r from 0 to 1")
+    })
 }
 
 /// `color_matrix`: three rows of three numbers.

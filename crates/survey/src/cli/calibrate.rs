@@ -65,6 +65,7 @@ impl CalibrateArguments {
         let mut options = RoutineOptions {
             light_pct: self.light_pct,
             encoding: camera.encoding,
+            even: camera.even,
             noise: camera.noise,
             levels: vehicle.and_then(|vehicle| vehicle.level_curve.clone()),
             rig: vehicle

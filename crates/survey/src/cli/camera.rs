@@ -4,7 +4,7 @@ use std::path::Path;
 
 use clap::{Args, ValueEnum};
 use uw_calib::response::LinearNoise;
-use uw_calib::{Encoding, NoiseModel, SensorNoise, Vehicle, VehicleFile};
+use uw_calib::{Encoding, Even, NoiseModel, SensorNoise, Vehicle, VehicleFile};
 
 use super::error::CliError;
 
@@ -12,7 +12,7 @@ use super::error::CliError;
 #[derive(Debug, Args)]
 pub(super) struct CameraArguments {
     /// The vehicle that took the pictures: a name among assets/vehicles or a file (*.toml). Its encoding and noise serve where they are
-    /// not given.
+    /// not given; its vignetting is taken out of the pictures.
     #[arg(long, value_name = "NAME|FILE")]
     vehicle: Option<String>,
     /// How the camera's counts stand for light: that of --vehicle, else srgb, where it is left out.
@@ -43,6 +43,8 @@ pub(super) struct Camera {
     pub(super) encoding: Encoding,
     /// Where the noise is taken from.
     pub(super) noise: NoiseModel,
+    /// What takes the vehicle's lens out of pictures, where it is known.
+    pub(super) even: Option<Even>,
     /// The vehicle, where one was named.
     pub(super) vehicle: Option<Vehicle>,
 }
@@ -67,6 +69,7 @@ impl CameraArguments {
         Ok(Camera {
             encoding,
             noise: self.noise(encoding, vehicle.as_ref())?,
+            even: (vehicle.as_ref()).and_then(|vehicle| Even::of_vehicle(vehicle, encoding)),
             vehicle,
         })
     }

@@ -78,11 +78,6 @@ impl FitArguments {
         let here = Path::new("");
         let vehicle = VehicleFile::find(&self.vehicle, here).map_err(CliError::input)?;
         let options = self.options(vehicle.vehicle.encoding)?;
-        if vehicle.vehicle.vignetting.is_some() {
-            note(
-                "uw: warning: the vehicle's vignetting is not taken off: make the pictures even first (uw camera-fit even)",
-            );
-        }
         self.warn_of_processing(&vehicle.vehicle, options.encoding);
         let cancel = cancel_flag()?;
         let display = ProgressDisplay::start(false, true);

@@ -84,7 +84,7 @@ impl PhysicsArguments {
 }
 
 fn picture(file: &WaterFile, image: &Path) -> Result<Counts, CliError> {
-    let picture = Counts::read(image).map_err(CliError::input)?;
+    let picture = Counts::read(image, file.sensor.even().as_ref()).map_err(CliError::input)?;
     let (width, height) = (file.sensor.width_px, file.sensor.height_px);
     if (picture.width, picture.height) != (width, height) {
         return Err(CliError::input(format!(

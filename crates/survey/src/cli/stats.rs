@@ -30,13 +30,14 @@ struct Row {
 impl StatsArguments {
     /// Measures all pictures, then prints a table, or a list of objects where `json`.
     pub(super) fn run(&self, json: bool) -> Result<(), CliError> {
-        let noise = self.camera.camera()?.noise;
+        let camera = self.camera.camera()?;
+        let (noise, even) = (&camera.noise, camera.even.as_ref());
         let mut rows = Vec::with_capacity(self.images.len());
         for path in &self.images {
             rows.push(Row {
                 file: path.display().to_string(),
-                picture: Measured::from_file(path, &noise).map_err(CliError::input)?,
-                processing: Processing::of_file(path, &noise).map_err(CliError::input)?,
+                picture: Measured::from_file(path, noise, even).map_err(CliError::input)?,
+                processing: Processing::of_file(path, noise).map_err(CliError::input)?,
             });
         }
         output::to_stdout(|out| {

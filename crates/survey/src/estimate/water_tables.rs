@@ -149,6 +149,7 @@ pub fn sensor_numbers(vehicle: &Vehicle, encoding: Encoding) -> SensorNumbers {
         exposure_m2_sr_per_w: vehicle.exposure,
         noise_a: vehicle.noise_a,
         noise_b: vehicle.noise_b,
+        vignetting: vehicle.vignetting,
     }
 }
 

@@ -3,6 +3,7 @@
 use uw_calib::Encoding;
 use uw_calib::picture::Counts;
 use uw_calib::response::LinearNoise;
+use uw_calib::vehicle::Vignetting;
 
 /// Most blocks across and down the part that all pictures show.
 const MOST_BLOCKS: [usize; 2] = [12, 8];
@@ -113,6 +114,8 @@ impl Grid {
 pub(super) struct Sensor {
     pub(super) encoding: Encoding,
     pub(super) noise: LinearNoise,
+    /// What the lens left of the light before the pictures were made even.
+    pub(super) lens: Option<Vignetting>,
 }
 
 /// Pixels that an interval covers, and how much of each.
@@ -141,13 +144,17 @@ fn block(picture: &Counts, x: [f64; 2], y: [f64; 2], sensor: &Sensor) -> Block {
         }
     }
     let signal = sum.map(|s| s / weights);
+    let place = [x, y].map(|[from, to]| (0.5 * (from + to)) as u32);
+    let size = (picture.width as u32, picture.height as u32);
+    let left = (sensor.lens).map_or(1.0, |lens| lens.share_at(place.into(), size));
     let variance = [0, 1, 2].map(|k| {
         let y = signal[k];
-        let of_pixel = sensor.noise.a * y + sensor.noise.b;
-        let rounding = ROUNDING / sensor.encoding.slope(y).powi(2);
+        let stored = left * y;
+        let of_pixel = sensor.noise.a * stored + sensor.noise.b;
+        let rounding = ROUNDING / sensor.encoding.slope(stored).powi(2);
         match clipped[k] {
             true => f64::INFINITY,
-            false => (of_pixel + rounding) * squares / (weights * weights),
+            false => (of_pixel + rounding) * squares / (weights * left).powi(2),
         }
     });
     Block { signal, variance }
@@ -159,6 +166,7 @@ mod tests {
 
     const SENSOR: Sensor = Sensor {
         encoding: Encoding::Linear,
+        lens: None,
         noise: LinearNoise { a: 0.0, b: 1e-4 },
     };
 

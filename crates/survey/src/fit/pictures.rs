@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use uw_calib::manifest::{Manifest, RowKind};
 use uw_calib::picture::Counts;
 use uw_calib::response::LinearNoise;
-use uw_calib::{DepthMeasurement, Encoding, PatchGrid};
+use uw_calib::{DepthMeasurement, Encoding, Even, PatchGrid};
 
 use super::blocks::{Block, Grid, Sensor};
 use super::{FitError, Options};
@@ -95,6 +95,7 @@ impl Pictures {
             .fold((f64::INFINITY, 0f64), |(near, far), d| {
                 (near.min(d), far.max(d))
             });
+        let even = Even::of_vehicle(vehicle, options.encoding);
         let size_px = [vehicle.width as usize, vehicle.height as usize];
         let share = nearest_m / farthest_m;
         let grid = Grid::new(size_px, share).ok_or_else(|| FitError::TooFar {
@@ -108,7 +109,7 @@ impl Pictures {
             shown: Vec::new(),
             places: Vec::new(),
             single: 0,
-            up: looking_up(&manifest, options)?,
+            up: looking_up(&manifest, options, even.as_ref())?,
         };
         let sensor = Sensor {
             encoding: options.encoding,
@@ -116,9 +117,10 @@ impl Pictures {
                 a: vehicle.noise_a,
                 b: vehicle.noise_b,
             },
+            lens: vehicle.vignetting,
         };
         for place in &places {
-            pictures.add(path, place, size_px, &sensor, options)?;
+            pictures.add(path, place, size_px, (&sensor, even.as_ref()), options)?;
         }
         pictures.places = places;
         Ok(pictures)
@@ -130,13 +132,13 @@ impl Pictures {
         path: &Path,
         place: &[Row],
         size_px: [usize; 2],
-        sensor: &Sensor,
+        (sensor, even): (&Sensor, Option<&Even>),
         options: &Options,
     ) -> Result<(), FitError> {
         let share = self.nearest_m / place[0].distance_m;
         let shown_blocks = self.grid.shown(share);
         let read = |row: &Row| -> Result<Vec<Block>, FitError> {
-            let picture = Counts::read(&row.image)?;
+            let picture = Counts::read(&row.image, even)?;
             if [picture.width, picture.height] != size_px {
                 return Err(FitError::Size {
                     manifest: path.display().to_string(),
@@ -180,14 +182,18 @@ impl Pictures {
 }
 
 /// Mean counts of the pictures that look up, as a camera with sRGB's curve would have them.
-fn looking_up(manifest: &Manifest, options: &Options) -> Result<Vec<DepthMeasurement>, FitError> {
+fn looking_up(
+    manifest: &Manifest,
+    options: &Options,
+    even: Option<&Even>,
+) -> Result<Vec<DepthMeasurement>, FitError> {
     let up = manifest.rows.iter().filter_map(|row| match row.kind {
         RowKind::Depth { depth_m } => Some((depth_m, &row.image)),
         RowKind::Contrast { .. } => None,
     });
     let measured = up.map(|(depth_m, image)| {
         let as_srgb = |counts: f64| Encoding::Srgb.counts(options.encoding.light(counts));
-        let mean = PatchGrid::from_file_as(image, as_srgb)?.stats.mean;
+        let mean = PatchGrid::from_file_as(image, even, as_srgb)?.stats.mean;
         Ok(DepthMeasurement { depth_m, mean })
     });
     measured.collect()

@@ -1,8 +1,8 @@
 //! The water file of a fitted water: tables made for it, and the target as the calibration's pictures show it.
 
-use uw_calib::StatsError;
 use uw_calib::picture::Counts;
 use uw_calib::response::CountResponse;
+use uw_calib::{Even, StatsError};
 use uw_guidance::Candidate;
 use uw_guidance::physics::file::{FitNumbers, WATER_FORMAT};
 use uw_guidance::physics::water::{Field, SourceTables};
@@ -145,6 +145,7 @@ fn daylight_gain(
     options: &Options,
     tables: &WaterTables,
 ) -> Result<Option<[f64; 3]>, WaterError> {
+    let even = Even::of_vehicle(vehicle, options.encoding);
     let (mut products, mut squares) = ([0.0; 3], [0.0; 3]);
     let dark = fit.places.iter().map(|place| &place[0]);
     for row in dark.filter(|row| row.light_pct <= 0.0 && !options.dark) {
@@ -160,7 +161,7 @@ fn daylight_gain(
             continue;
         };
         let source = &tables.views[view].daylight[depth];
-        let picture = Counts::read(&row.image)?;
+        let picture = Counts::read(&row.image, even.as_ref())?;
         let seen = mean_light(&picture, options);
         for k in 0..3 {
             let made = vehicle.exposure * mean_radiance(source, k, fit.reflectance[k]);
@@ -208,9 +209,10 @@ fn brighten(tables: &mut WaterTables, gain: [f64; 3]) {
 /// The target as each picture shows it: daylight alone may leave a channel dark, and lamps may bring one to full scale.
 fn sights(fit: &Fit, options: &Options, file: &WaterFile) -> Result<Vec<Sight>, WaterError> {
     let response: CountResponse = file.sensor.response();
+    let even = file.sensor.even();
     let mut sights = Vec::new();
     for row in fit.places.iter().flatten() {
-        let picture = Counts::read(&row.image)?;
+        let picture = Counts::read(&row.image, even.as_ref())?;
         let linear = LinearPicture::of_counts(&picture, options.encoding);
         let at = Candidate {
             distance_m: row.distance_m,

@@ -284,6 +284,21 @@ fn a_vehicle_gets_its_vignetting() {
         "{lens:?} {error}"
     );
     folder.good("camera-fit even board.png --vehicle v.toml -o even.png");
+    // With the vehicle's file pictures are measured as if they were even; rounded once more, they are so within half a count.
+    let mean = |of: &str| -> [f64; 3] {
+        let told = folder.good(&format!("stats --json {of}"));
+        let told: serde_json::Value = serde_json::from_str(&told).expect("JSON");
+        serde_json::from_value(told[0]["mean"].clone()).expect("three numbers")
+    };
+    let (stored, seen, even) = (
+        mean("board.png"),
+        mean("board.png --vehicle v.toml"),
+        mean("even.png"),
+    );
+    for k in 0..3 {
+        assert!((seen[k] - even[k]).abs() < 0.1, "{seen:?} {even:?}");
+        assert!(seen[k] - stored[k] > 2.0, "{seen:?} {stored:?}");
+    }
     folder.good("camera-fit vignetting even.png -o w.toml");
     let left = vehicle(&folder, "w.toml")
         .vehicle

@@ -9,6 +9,7 @@ use uw_media::WaterType;
 use uw_media::spectral::{Response, WaterBands};
 use uw_render::image::write_frame;
 use uw_render::sampling::Draws;
+use uw_render::scene::Sensor;
 use uw_survey::assets::assets_dir;
 use uw_survey::environment::{MEAN, Target, View, WaterBody, WaterKind, scene_in, sensor};
 use uw_survey::estimate::pyramid::TexturePyramid;
@@ -104,7 +105,8 @@ impl Truth {
             let image = image.ok_or("stopped")?;
             for (j, light_pct) in [0.0, LIGHT_PCT].into_iter().enumerate() {
                 let picture = image.picture(self.gain * light_pct);
-                let frame = sensor(vehicle, vehicle.exposure).expose(&picture, 2 * seed + j as u64);
+                let sensor = behind_lens(sensor(vehicle, vehicle.exposure), vehicle);
+                let frame = sensor.expose(&picture, 2 * seed + j as u64);
                 let name = format!("d{distance_m}_{light_pct}.png");
                 write_frame(&folder.join(&name), &frame)?;
                 writeln!(
@@ -144,7 +146,7 @@ impl Truth {
         let (sensor, views) = look_up_in(vehicle, &UP_DEPTHS_M, quality, &never, of_view)?;
         let mut rows = std::fs::read_to_string(manifest)?;
         for (depth_m, view) in &views {
-            let frame = sensor.expose(&view.picture(0.0), seed);
+            let frame = behind_lens(sensor, vehicle).expose(&view.picture(0.0), seed);
             let name = format!("up{depth_m}.png");
             write_frame(&manifest.with_file_name(&name), &frame)?;
             writeln!(rows, "{name},depth,{depth_m},,")?;
@@ -156,5 +158,13 @@ impl Truth {
     /// Whether the vehicle looks down.
     pub fn is_down(&self) -> Result<bool, Box<dyn Error>> {
         Ok(Target::read(self.pattern, &assets_dir()?)?.is_bottom())
+    }
+}
+
+/// A vehicle's sensor behind its lens.
+fn behind_lens(sensor: Sensor, vehicle: &Vehicle) -> Sensor {
+    Sensor {
+        vignetting: vehicle.vignetting,
+        ..sensor
     }
 }

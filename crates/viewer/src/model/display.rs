@@ -242,9 +242,10 @@ impl Shown {
     }
 }
 
-/// Whether the display wants nothing but the sensor's picture, in an encoding that the adapter of the window can make by itself.
+/// Whether the display wants nothing but the sensor's picture, as the adapter of the window can make it by itself: with
+/// neither a measured curve nor vignetting.
 pub fn is_photograph(display: &Display, sensor: &Sensor, lamps: usize) -> bool {
-    let known = !matches!(sensor.encoding, Encoding::Curve(_));
+    let known = !matches!(sensor.encoding, Encoding::Curve(_)) && sensor.vignetting.is_none();
     known
         && display.layer.within(lamps) == ShownLayer::Picture
         && display.false_colour == FalseColour::Off
@@ -275,7 +276,7 @@ pub fn compose(scene: &Prepared, film: &Film, display: &Display, sensor: &Sensor
         ..
     } = layers::exr_image(scene, film, wanted);
     let values = layers.pop().map(|layer| layer.data);
-    let sensor = sensor.set_for(channel_means(&picture));
+    let sensor = sensor.set_for(channel_means(&sensor.seen(&picture)));
     let (image, legend) = if display.false_colour == FalseColour::Off && !layer.is_single() {
         (photograph(&picture, values.as_ref(), layer, &sensor), None)
     } else {

@@ -312,6 +312,9 @@ fn write_sensor(text: &mut String, sensor: &SensorSettings) {
         Balance::Daylight => writeln!(text, "white_balance = \"d65\""),
         Balance::Gains(gains) => writeln!(text, "white_balance = {gains:?}"),
     };
+    if let Some(lens) = sensor.vignetting {
+        let _ = writeln!(text, "vignetting = {:?}", lens.coefficients());
+    }
     if sensor.color_matrix != Sensor::default().color_matrix {
         let _ = writeln!(text, "color_matrix = {:?}", sensor.color_matrix);
     }

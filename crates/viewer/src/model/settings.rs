@@ -1,8 +1,8 @@
 //! Everything a person can set about the picture.
 
 use glam::DVec3;
-use uw_media::MediaError;
 use uw_media::spectral::{Curve, sky_light, sunlight};
+use uw_media::{MediaError, Vignetting};
 use uw_render::scene::{
     Camera, Encoding, Exposure, Falloff, Lamp, Noise, RenderSettings, Scene, Sensor, Snow,
     Spectral, WaterSurface, WhiteBalance,
@@ -116,6 +116,8 @@ pub struct SensorSettings {
     pub white_balance: Balance,
     /// What the channels become after it, row by row.
     pub color_matrix: [[f64; 3]; 3],
+    /// What the lens leaves of the light away from the middle.
+    pub vignetting: Option<Vignetting>,
 }
 
 /// White balance.
@@ -146,6 +148,7 @@ impl SensorSettings {
                 (_, WhiteBalance::Gains(gains)) => Balance::Gains(gains),
             },
             color_matrix: sensor.color_matrix,
+            vignetting: sensor.vignetting,
         }
     }
 }
@@ -337,6 +340,7 @@ impl Settings {
                 },
             },
             color_matrix: sensor.color_matrix,
+            vignetting: sensor.vignetting,
         }
     }
 

@@ -135,7 +135,7 @@ surface = { height_m = 0.0 }
 sun = { zenith_deg = 40.0, irradiance = [1.0, 1.0, 1.0], spectrum = "clear-sky" }
 sky = { radiance = [0.1, 0.1, 0.1], spectrum = { file = "tables/sky.csv" } }
 camera = { position_m = [0.0, 0.0, -3.0], forward = [1.0, 0.0, 0.0], hfov_deg = 60.0, width = 64, height = 36, response = { file = "tables/camera.csv" } }
-sensor = { exposure = { auto_mean = 0.4 }, white_balance = "d65", color_matrix = [[1.5, -0.5, 0.0], [0.0, 1.0, 0.0], [0.0, -0.25, 1.25]] }
+sensor = { exposure = { auto_mean = 0.4 }, white_balance = "d65", color_matrix = [[1.5, -0.5, 0.0], [0.0, 1.0, 0.0], [0.0, -0.25, 1.25]], vignetting = [-0.3, 0.02, -0.01] }
 [[lamp]]
 name = "left"
 position_m = [0.0, 0.3, -3.0]

@@ -1,0 +1,210 @@
+//! Pictures of a camera whose lens takes light away from the middle, without that: light over the share that is left, at the
+//! middle's level.
+//!
+//! Noise grows where light was missing. What [`crate::detail`] takes off is that of the stored picture, grown alike. Light that comes
+//! out beyond full scale is at full scale, as are pixels that were there.
+
+use crate::Encoding;
+use crate::picture::Counts;
+use crate::vehicle::{Vehicle, Vignetting};
+
+/// Steps of the table of light, a count.
+const STEPS: usize = 8;
+/// Largest count.
+const FULL: f64 = 255.0;
+
+/// A lens, and how counts behind it stand for light.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Even {
+    lens: Vignetting,
+    encoding: Encoding,
+    /// Light at multiples of 1/8 count, rising.
+    lights: Vec<f64>,
+}
+
+impl Even {
+    /// Of a lens before a camera of this encoding.
+    pub fn new(lens: Vignetting, encoding: Encoding) -> Self {
+        let steps = FULL as usize * STEPS;
+        let light = |i| encoding.light(i as f64 / STEPS as f64);
+        Self {
+            lens,
+            encoding,
+            lights: (0..=steps).map(light).collect(),
+        }
+    }
+
+    /// Of a vehicle's lens, if it has one that takes light.
+    pub fn of_vehicle(vehicle: &Vehicle, encoding: Encoding) -> Option<Self> {
+        vehicle.vignetting.map(|lens| Self::new(lens, encoding))
+    }
+
+    /// The lens.
+    pub fn lens(&self) -> Vignetting {
+        self.lens
+    }
+
+    /// Makes a picture even.
+    pub fn apply(&self, picture: &mut Counts) {
+        let (width, height) = (picture.width, picture.height);
+        for (i, pixel) in picture.pixels.iter_mut().enumerate() {
+            let share = self.share([i % width, i / width], [width, height]);
+            *pixel = pixel.map(|counts| self.counts(counts, share));
+        }
+    }
+
+    /// 8-bit counts of a pixel that had `counts` where the lens left `share` of the light.
+    pub fn counts(&self, counts: f64, share: f64) -> f64 {
+        if counts >= FULL {
+            return FULL;
+        }
+        self.counts_of(self.light_of(counts) / share)
+    }
+
+    /// The share of the light at a pixel of a picture of `size` pixels.
+    pub(crate) fn share(&self, place: [usize; 2], size: [usize; 2]) -> f64 {
+        let [place, size] = [place, size].map(|v| v.map(|v| u32::try_from(v).unwrap_or(u32::MAX)));
+        self.lens.share_at(place.into(), size.into())
+    }
+
+    /// What a pixel of `even` counts was before, where the lens left `share`; and by how much a small difference about it has grown.
+    pub(crate) fn before(&self, even: f64, share: f64) -> (f64, f64) {
+        let light = self.encoding.light(even.clamp(0.0, FULL));
+        let slopes = self.encoding.slope(light) / self.encoding.slope(share * light);
+        (self.encoding.counts(share * light), slopes / share)
+    }
+
+    fn light_of(&self, counts: f64) -> f64 {
+        let at = STEPS as f64 * counts.max(0.0);
+        let i = (at as usize).min(self.lights.len() - 2);
+        let [from, to] = [self.lights[i], self.lights[i + 1]];
+        from + (at - i as f64) * (to - from)
+    }
+
+    fn counts_of(&self, light: f64) -> f64 {
+        let after = self.lights.partition_point(|&of| of <= light);
+        let Some(&to) = self.lights.get(after) else {
+            return FULL;
+        };
+        let Some(i) = after.checked_sub(1) else {
+            return 0.0;
+        };
+        let from = self.lights[i];
+        (i as f64 + (light - from) / (to - from)) / STEPS as f64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::noise::{NoiseModel, SensorNoise};
+    use crate::response::LinearNoise;
+    use crate::stats::Measured;
+    use uw_media::ResponseCurve;
+
+    fn lens() -> Vignetting {
+        Vignetting::new([-0.4, 0.05, -0.1]).expect("a lens")
+    }
+
+    fn encodings() -> [Encoding; 3] {
+        let curve = ResponseCurve::new(&[[8.0, 0.001], [60.0, 0.05], [255.0, 1.0]]);
+        [
+            Encoding::Srgb,
+            Encoding::Linear,
+            Encoding::Curve(curve.expect("a curve")),
+        ]
+    }
+
+    #[test]
+    fn light_is_that_of_the_middle() {
+        for encoding in encodings() {
+            let even = Even::new(lens(), encoding);
+            for counts in [0.0, 0.02, 1.5, 33.3, 128.0, 240.0] {
+                for share in [1.0, 0.8, 0.55] {
+                    let light = encoding.light(counts) * share;
+                    let back = even.counts(encoding.counts(light), share);
+                    assert!((back - counts).abs() < 0.02, "{encoding:?} {counts} {back}");
+                    let (before, grown) = even.before(counts, share);
+                    assert!((before - encoding.counts(light)).abs() < 1e-6);
+                    let little = even.counts(before + 0.5, share)
+                        - even.counts((before - 0.5).max(0.0), share);
+                    if counts > 20.0 {
+                        assert!(
+                            (little / grown - 1.0).abs() < 0.02,
+                            "{encoding:?} {little} {grown}"
+                        );
+                    }
+                }
+            }
+            assert_eq!(even.counts(255.0, 0.5), 255.0);
+            assert_eq!(even.counts(254.0, 0.5), 255.0);
+        }
+    }
+
+    /// A board of a fine pattern behind the lens, stored in 8 bits with noise.
+    fn board(
+        lens: Option<Vignetting>,
+        encoding: Encoding,
+        noise: LinearNoise,
+    ) -> (Vec<u8>, [usize; 2]) {
+        let size = [320, 192];
+        let mut state = 7_u64;
+        let mut uniform = || {
+            state = state
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
+            ((state >> 33) as f64 + 0.5) / (1_u64 << 31) as f64
+        };
+        let mut samples = Vec::new();
+        for i in 0..size[0] * size[1] {
+            let place = [i % size[0], i / size[0]];
+            let texture = 0.3 + 0.1 * ((place[0] / 4 + place[1] / 4) % 2) as f64;
+            let share = lens.map_or(1.0, |lens| {
+                Even::new(lens, Encoding::Linear).share(place, size)
+            });
+            for _ in 0..3 {
+                let light = texture * share;
+                let normal =
+                    (-2.0 * uniform().ln()).sqrt() * (std::f64::consts::TAU * uniform()).cos();
+                let seen = light + noise.standard_deviation(light) * normal;
+                samples.push(encoding.counts(seen).round() as u8);
+            }
+        }
+        (samples, size)
+    }
+
+    fn png(samples: &[u8], size: [usize; 2]) -> Vec<u8> {
+        let mut bytes = std::io::Cursor::new(Vec::new());
+        let picture = image::RgbImage::from_raw(size[0] as u32, size[1] as u32, samples.to_vec());
+        let picture = picture.expect("a picture");
+        picture
+            .write_to(&mut bytes, image::ImageFormat::Png)
+            .expect("written");
+        bytes.into_inner()
+    }
+
+    /// Contrast without noise is that of the camera without vignetting, with the noise known and found in the picture.
+    #[test]
+    fn contrast_is_that_of_a_lens_that_leaves_all_light() {
+        let noise = LinearNoise { a: 4e-4, b: 4e-6 };
+        for encoding in encodings() {
+            let even = Even::new(lens(), encoding);
+            let sensor = SensorNoise::new(encoding, noise).expect("noise");
+            let (plain, size) = board(None, encoding, LinearNoise { a: 0.0, b: 0.0 });
+            let want = Measured::from_rgb8(size[0], size[1], &plain, &NoiseModel::Picture);
+            let want = want.expect("measured").grid.stats;
+            let (seen, size) = board(Some(lens()), encoding, noise);
+            for model in [NoiseModel::Sensor(sensor), NoiseModel::Picture] {
+                let bytes = png(&seen, size);
+                let got = Measured::from_encoded(&bytes, "board", &model, Some(&even));
+                let got = got.expect("measured");
+                let detail = got.detail.expect("patches are large enough");
+                for k in 0..3 {
+                    let off = detail.contrast[k] / want.contrast[k] - 1.0;
+                    assert!(off.abs() < 0.01, "{encoding:?} {model:?} {off}");
+                    assert!((got.grid.stats.mean[k] - want.mean[k]).abs() < 0.5);
+                }
+            }
+        }
+    }
+}
