@@ -5,8 +5,9 @@
 
 use super::SceneryError;
 use super::image_file::jpeg_bytes;
-use super::mesh::{Mesh, Vec3};
+use super::mesh::{Mesh, Vec3, turn};
 use super::models::{AssetModel, Surface};
+use super::sites::{Place, Site};
 use super::textures::ReflectanceImage;
 use serde_json::{Value, json};
 
@@ -88,6 +89,67 @@ pub fn tiled_glb_bytes(
         "buffers": [{"byteLength": document.binary.len()}],
     });
     container(root.to_string().into_bytes(), document.binary)
+}
+
+/// The bytes of a `.glb` file of a place, with the pictures of `../textures` on it.
+pub fn site_glb_bytes(site: &Site) -> Result<Vec<u8>, SceneryError> {
+    let mut document = Document::default();
+    let (mut meshes, mut nodes, mut materials) = (Vec::new(), Vec::new(), Vec::new());
+    let mut pictures: Vec<&str> = Vec::new();
+    for (index, part) in site.parts.iter().enumerate() {
+        let (picture, [r, g, b]) = part.skin;
+        let texture = pictures.iter().position(|known| *known == picture);
+        let texture = texture.unwrap_or_else(|| {
+            pictures.push(picture);
+            pictures.len() - 1
+        });
+        materials.push(json!({"name": part.name, "pbrMetallicRoughness": {
+            "baseColorTexture": {"index": texture}, "baseColorFactor": [r, g, b, 1.0], "metallicFactor": 0.0, "roughnessFactor": 1.0,
+        }}));
+        meshes.push(
+            json!({"name": part.name, "primitives": [document.primitive(&part.mesh, index)]}),
+        );
+        for place in &part.places {
+            nodes.push(node(part.name, index, place));
+        }
+    }
+    let textures = (0..pictures.len()).map(|source| json!({"sampler": 0, "source": source}));
+    let images = pictures
+        .iter()
+        .map(|name| json!({"uri": format!("../textures/{name}.png")}));
+    let root = json!({
+        "asset": {"version": "2.0", "generator": concat!("uw-survey ", env!("CARGO_PKG_VERSION"))},
+        "scene": 0,
+        "scenes": [{"name": site.name, "nodes": (0..nodes.len()).collect::<Vec<_>>()}],
+        "nodes": nodes,
+        "meshes": meshes,
+        "materials": materials,
+        "textures": textures.collect::<Vec<_>>(),
+        "samplers": [{"magFilter": LINEAR, "minFilter": LINEAR_MIPMAP_LINEAR, "wrapS": REPEAT, "wrapT": REPEAT}],
+        "images": images.collect::<Vec<_>>(),
+        "accessors": document.accessors,
+        "bufferViews": document.views,
+        "buffers": [{"byteLength": document.binary.len()}],
+    });
+    container(root.to_string().into_bytes(), document.binary)
+}
+
+/// A mesh at a place.
+fn node(name: &str, mesh: usize, place: &Place) -> Value {
+    let mut node = json!({"name": name, "mesh": mesh});
+    if place.at_m != [0.0; 3] {
+        node["translation"] = json!(y_up(place.at_m));
+    }
+    if place.turn != 0.0 {
+        // About the world's +z, which is the file's +y.
+        let [cosine, sine] = turn(0.5 * place.turn);
+        node["rotation"] = json!([0.0, sine as f32, 0.0, cosine as f32]);
+    }
+    if place.size != 1.0 {
+        let size = place.size as f32;
+        node["scale"] = json!([size, size, size]);
+    }
+    node
 }
 
 fn material(name: &str, surface: Surface) -> Value {

@@ -157,7 +157,7 @@ pub fn boulder(centre: Vec3, radius_m: f64, seed: u32, uv: impl Fn(Vec3) -> [f64
 }
 
 /// A unit sphere made of triangles by halving the edges of an icosahedron.
-fn icosphere(subdivisions: u32) -> Mesh {
+pub fn icosphere(subdivisions: u32) -> Mesh {
     const GOLDEN: f64 = 1.618_033_988_749_895;
     let mut mesh = Mesh::default();
     let push = |mesh: &mut Mesh, position: Vec3| {
@@ -216,10 +216,40 @@ fn faces_by_distance(corners: &[Vec3]) -> Vec<[u32; 3]> {
     faces
 }
 
-fn random_direction(bits: u32) -> Vec3 {
+/// A unit vector that belongs to some random bits.
+pub fn random_direction(bits: u32) -> Vec3 {
     normalised(std::array::from_fn(|k| {
         2.0 * f64::from(unit(bits, k as u32)) - 1.0
     }))
+}
+
+/// Sine and cosine of an angle in [0, 1.6] rad, from their series to within 1e-9.
+pub fn quarter_turn(angle_rad: f64) -> (f64, f64) {
+    // The standard library leaves the last bits of sin and cos to the platform; files should not depend on it.
+    let (mut sine, mut cosine, mut term) = (0.0, 0.0, 1.0);
+    for k in 0..16_u32 {
+        match k % 4 {
+            0 => cosine += term,
+            1 => sine += term,
+            2 => cosine -= term,
+            _ => sine -= term,
+        }
+        term *= angle_rad / f64::from(k + 1);
+    }
+    (sine, cosine)
+}
+
+/// Cosine and sine of a share of a whole turn.
+pub fn turn(share: f64) -> [f64; 2] {
+    let quarters = 4.0 * (share - share.floor());
+    let whole = quarters as u32;
+    let (sine, cosine) = quarter_turn((quarters - f64::from(whole)) * std::f64::consts::FRAC_PI_2);
+    match whole {
+        0 => [cosine, sine],
+        1 => [-sine, cosine],
+        2 => [-cosine, -sine],
+        _ => [sine, -cosine],
+    }
 }
 
 /// a + b.

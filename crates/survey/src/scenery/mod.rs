@@ -1,7 +1,7 @@
 //! The project's own scenery: procedural textures and glTF models.
 //!
 //! `noise` → `tile` (noise and scattered items in metres) → `textures` (reflectance pictures) →
-//! `image_file`; `mesh` → `models` → `gltf_writer`. [`write_all`] makes the shipped files again, byte for byte.
+//! `image_file`; `mesh` → `models`, `sites` → `gltf_writer`. [`write_all`] makes the shipped files again, byte for byte.
 
 pub mod colour;
 pub mod gltf_writer;
@@ -9,6 +9,7 @@ pub mod image_file;
 pub mod mesh;
 pub mod models;
 pub mod noise;
+pub mod sites;
 pub mod textures;
 pub mod tile;
 
@@ -96,7 +97,7 @@ const BUMPY_PLATE_TEXTURE: &str = "target_tex_srgb.png";
 pub fn write_all(dir: &Path, options: &Options) -> Result<Vec<PathBuf>, SceneryError> {
     options.check()?;
     let mut files = Vec::new();
-    for pattern in Pattern::ALL {
+    for pattern in Pattern::ALL.into_iter().chain(Pattern::OF_SITES) {
         let tile = Tile {
             size_m: pattern.tile_m(),
             seed: options.seed,
@@ -123,6 +124,11 @@ pub fn write_all(dir: &Path, options: &Options) -> Result<Vec<PathBuf>, SceneryE
             )?;
             files.push(path);
         }
+    }
+    for site in sites::all(options.seed) {
+        let path = dir.join("scenes").join(format!("{}.glb", site.name));
+        write_file(&path, &gltf_writer::site_glb_bytes(&site)?)?;
+        files.push(path);
     }
     let path = dir.join(BUMPY_PLATE);
     write_file(&path, &bumpy_plate_bytes(options.seed)?)?;

@@ -17,7 +17,8 @@ fn small_scenery_is_written_whole_and_the_same_twice() {
     let [first, second] = folders
         .each_ref()
         .map(|folder| write_all(folder.path(), &options).unwrap());
-    assert_eq!(first.len(), Pattern::ALL.len() + 3);
+    let textures = Pattern::ALL.len() + Pattern::OF_SITES.len();
+    assert_eq!(first.len(), textures + 2 + sites::all(1).len() + 1);
     for (one, other) in first.iter().zip(&second) {
         assert!(
             fs::read(one).unwrap() == fs::read(other).unwrap(),
@@ -77,7 +78,7 @@ fn unusable_options_and_folders_are_refused() {
 #[test]
 fn shipped_textures_are_what_the_generator_draws() {
     let options = Options::default();
-    for pattern in Pattern::ALL {
+    for pattern in Pattern::ALL.into_iter().chain(Pattern::OF_SITES) {
         let path = assets()
             .join("textures")
             .join(format!("{}.png", pattern.name()));
@@ -125,6 +126,45 @@ fn shipped_models_are_what_the_generator_builds() {
             geometry(&fs::read(&path).unwrap()) == geometry(&built),
             "{} differs from the generator's model",
             path.display()
+        );
+    }
+}
+
+#[test]
+fn shipped_sites_are_what_the_generator_builds() {
+    for site in sites::all(Options::default().seed) {
+        let path = assets().join("scenes").join(format!("{}.glb", site.name));
+        let built = gltf_writer::site_glb_bytes(&site).unwrap();
+        assert!(fs::read(&path).unwrap() == built, "{}", path.display());
+    }
+}
+
+/// Every site has relief: a grid of rays from its scene's camera meets it at ranges that differ by more than a metre, with the
+/// water between growing more than twofold.
+#[test]
+fn sites_have_range() {
+    for site in sites::all(Options::default().seed) {
+        let path = assets().join("scenes").join(format!("{}.toml", site.name));
+        let scene = uw_render::scene::Scene::read(&path).unwrap();
+        let geometry = uw_render::prepare::Geometry::build(&scene);
+        let camera = &scene.camera;
+        let (width, height) = (f64::from(camera.width), f64::from(camera.height));
+        let mut ranges: Vec<f64> = (1..12)
+            .flat_map(|i| (1..8).map(move |j| [f64::from(i) / 12.0, f64::from(j) / 8.0]))
+            .filter_map(|[u, v]| {
+                let ray = camera.ray(u * width, v * height);
+                let none = uw_render::prepare::Primitive::None;
+                geometry.closest(ray.origin_m, ray.direction, 30.0, none)
+            })
+            .map(|hit| hit.t)
+            .collect();
+        ranges.sort_by(f64::total_cmp);
+        let (near, far) = (ranges[ranges.len() / 10], ranges[ranges.len() * 9 / 10]);
+        assert!(ranges.len() > 30, "{}: {}", site.name, ranges.len());
+        assert!(
+            far > 2.0 * near && far > near + 1.0,
+            "{}: {near} {far}",
+            site.name
         );
     }
 }
@@ -198,5 +238,5 @@ fn shipped_scenes_find_their_files() {
             );
         }
     }
-    assert_eq!(found, 9);
+    assert_eq!(found, 15);
 }

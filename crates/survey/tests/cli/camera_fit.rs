@@ -287,7 +287,7 @@ fn a_vehicle_gets_its_vignetting() {
     // With the vehicle's file pictures are measured as if they were even; rounded once more, they are so within half a count.
     let mean = |of: &str| -> [f64; 3] {
         let told = folder.good(&format!("stats --json {of}"));
-        let told: serde_json::Value = serde_json::from_str(&told).expect("JSON");
+        let told: serde_json::Value = serde_json::from_str(&told.stdout).expect("JSON");
         serde_json::from_value(told[0]["mean"].clone()).expect("three numbers")
     };
     let (stored, seen, even) = (

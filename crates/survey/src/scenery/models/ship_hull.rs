@@ -1,7 +1,9 @@
 //! The side of a ship.
 
 use super::{AssetModel, Part, Surface};
-use crate::scenery::mesh::{Mesh, Vec3, Vertex, cross, minus, normalised, plus, times};
+use crate::scenery::mesh::{
+    Mesh, Vec3, Vertex, cross, minus, normalised, plus, quarter_turn, times,
+};
 use crate::scenery::textures::{Pattern, plating};
 use crate::scenery::tile::Tile;
 
@@ -299,22 +301,6 @@ impl Hull {
         }
         mesh
     }
-}
-
-/// Sine and cosine of an angle in [0, 1.2] rad, from their series to within 1e-12.
-fn quarter_turn(angle_rad: f64) -> (f64, f64) {
-    // The standard library leaves the last bits of sin and cos to the platform; files should not depend on it.
-    let (mut sine, mut cosine, mut term) = (0.0, 0.0, 1.0);
-    for k in 0..16_u32 {
-        match k % 4 {
-            0 => cosine += term,
-            1 => sine += term,
-            2 => cosine -= term,
-            _ => sine -= term,
-        }
-        term *= angle_rad / f64::from(k + 1);
-    }
-    (sine, cosine)
 }
 
 /// Grid lines about `step_m` apart over [0, length_m], with lines at the edges of `opening` and seven

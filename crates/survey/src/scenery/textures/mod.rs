@@ -1,5 +1,6 @@
 //! Textures of the surfaces that underwater vehicles look at, as pictures of linear reflectance.
 
+mod growth;
 mod hull;
 mod reef;
 mod sediment;
@@ -35,10 +36,17 @@ pub enum Pattern {
     PipelineCoating,
     /// A knotted net over a sandy bottom.
     FishingNet,
+    /// Rock or steel under all that grows in the sea.
+    Encrusted,
+    /// A pale living skin, coloured by what it is multiplied with.
+    Polyps,
 }
 
 impl Pattern {
-    /// All patterns.
+    /// What clothes the models of places and is no target.
+    pub const OF_SITES: [Self; 2] = [Self::Encrusted, Self::Polyps];
+
+    /// All patterns that are targets.
     pub const ALL: [Self; 10] = [
         Self::HullRed,
         Self::Seabed,
@@ -65,10 +73,12 @@ impl Pattern {
             Self::Gravel => "gravel",
             Self::PipelineCoating => "pipeline_coating",
             Self::FishingNet => "fishing_net",
+            Self::Encrusted => "encrusted",
+            Self::Polyps => "polyps",
         }
     }
 
-    /// The pattern of that name.
+    /// The target of that name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|pattern| pattern.name() == name)
     }
@@ -95,6 +105,8 @@ impl Pattern {
             Self::Gravel => sediment::gravel(tile, at),
             Self::PipelineCoating => structures::pipeline_coating(tile, at),
             Self::FishingNet => structures::fishing_net(tile, at),
+            Self::Encrusted => growth::encrusted(tile, at),
+            Self::Polyps => growth::polyps(tile, at),
         })
     }
 
