@@ -9,7 +9,7 @@ import package::common::layers::{drawn_along, water_at, way_along};
 import package::common::layout::{HAS_GEOMETRY_IN_AIR, HAS_LAYERS, HAS_QUADS, HAS_SUN, HAS_SURFACE, HAS_TRIANGLES, INFINITE, NONE, Spectrum, far_rows, scene};
 import package::common::math::{expm1, ln_1p, minus_ln};
 import package::common::medium::one_minus_exp;
-import package::common::phase::phase_value;
+import package::common::phase::sun_phase_value;
 import package::common::rng::uniform_number;
 import package::common::tables::{table_row, table_row_f32};
 import package::common::spectrum::{water_c, water_b, sun_irradiance};
@@ -230,14 +230,14 @@ fn scattered_sunlight(origin: vec3f, direction: vec3f, length: f32, x: f32) -> S
         return Spectrum(0.0);
     }
     if HAS_LAYERS {
-        return sunlight_in_layers(origin, direction, length) * sun_irradiance() * phase_value(x);
+        return sunlight_in_layers(origin, direction, length) * sun_irradiance() * sun_phase_value(x);
     }
     let start = water_c() * (depth_of(origin) / scene.sun_towards.z);
     let rate = water_c() * (1.0 - direction.z / scene.sun_towards.z);
     let integral = select(Spectrum(0.0), attenuation_integral(start, rate, length), water_b() > Spectrum(0.0));
     let channels = select(vec3u(0u), vec3u(1u), integral > Spectrum(0.0));
     let lit = channels.x + channels.y + channels.z;
-    let factor = water_b() * sun_irradiance() * phase_value(x);
+    let factor = water_b() * sun_irradiance() * sun_phase_value(x);
     if lit == 0u {
         return Spectrum(0.0);
     }

@@ -91,6 +91,8 @@ struct Scene {
     sobol_table: u32,
     value_ends: vec4u,
     sample_ends: vec4u,
+    /// The phase function's mean over the sun's disk.
+    sun_value_ends: vec4u,
     value_blocks: u32,
     value_cells: u32,
     sample_blocks: u32,
@@ -113,8 +115,8 @@ struct Scene {
     layer_count: u32,
     bridge_node_count: u32,
     plume_count: u32,
-    padding_1: u32,
-    padding_2: u32,
+    sun_value_blocks: u32,
+    sun_value_cells: u32,
     /// Middle of a dome: right, down, forward.
     dome_offset: vec3f,
     /// Distance of a flat port's sides, radii of a dome's, and the difference of the squares of these.

@@ -223,6 +223,58 @@ fn single_scattering_of_sunlight(backend: Backend) {
     assert_standard_normal(&z, "sunlight seen in reflection");
 }
 
+/// In and about the sun's disk light that scattered once is that of the mean of the phase function over it; the errors told are those
+/// that seeds show.
+#[test]
+fn the_sun_behind_water_has_a_finite_peak() {
+    everywhere(sun_behind_water);
+}
+
+fn sun_behind_water(backend: Backend) {
+    use uw_media::phase::disk_mean;
+    let law = Phase::FournierForand(FournierForand::new(1.10, 0.0183).expect("a phase function"));
+    let (a, b, depth) = (0.1, 1e-4, 5.0);
+    let towards = DVec3::new(-0.6, 0.0, 0.8);
+    let mut z = Vec::new();
+    for (i, off_rad) in [0.0, 1e-3, 4.0e-3, 4.64e-3, 5.0e-3, 9e-3, 0.05, 0.3]
+        .into_iter()
+        .enumerate()
+    {
+        let (sin, cos) = f64::sin_cos(off_rad);
+        let direction = cos * towards + sin * DVec3::Y;
+        let mut scene = empty(camera(DVec3::new(0.0, 0.0, -depth), direction, 400));
+        scene.water = Some(water([a; 3], [b; 3], law.clone()));
+        scene.surface = Some(surface(false));
+        scene.sun = Some(Sun {
+            travel_direction: -towards,
+            irradiance: [1.0; 3],
+        });
+        let (mean, error) = measure(backend, &scene, 64, 1, i as u64);
+        let phase = disk_mean(&law, 4.65e-3, (0.5 * off_rad).sin().powi(2));
+        let once = match i {
+            // Along the sun's own beam light is as far whichever way it comes.
+            0 => b * phase * (-(a + b) * depth / towards.z).exp() * depth / towards.z,
+            _ => half_space(a + b, b, phase, 1.0, depth, direction.z, towards.z),
+        };
+        // A thousandth of the light scatters twice, the table is within 1e-3, the width of the disk within 1.1 %.
+        let share = mean[0] / once - 1.0;
+        let rim = if (4e-3..6e-3).contains(&off_rad) {
+            0.15
+        } else {
+            0.03
+        };
+        assert!(
+            share.abs() < rim + 5.0 * error[0] / once,
+            "{off_rad}: {share}"
+        );
+        let (again, other) = measure(backend, &scene, 64, 1, 100 + i as u64);
+        if error[0] > 1e-4 * once {
+            z.push((mean[0] - again[0]) / error[0].hypot(other[0]));
+        }
+    }
+    assert!(z.iter().all(|z| z.abs() < 4.5), "{z:?}");
+}
+
 fn reflected_part(case: &Value, direction: DVec3, depth: f64, c: f64, b: f64, law: &Phase) -> f64 {
     use uw_media::phase::PhaseFunction;
     let angle = number(&case["theta_water_deg"]).to_radians();

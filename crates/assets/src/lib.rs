@@ -19,7 +19,7 @@ pub const SCHEME: &str = "shipped:";
 /// The model that is taken where none is given.
 pub const DEFAULT_MODEL: &str = "shipped:models/default.json";
 /// The scene that is shown where none is given.
-pub const DEFAULT_SCENE: &str = "shipped:scenes/reef_daylight.toml";
+pub const DEFAULT_SCENE: &str = "shipped:scenes/reef.toml";
 
 /// A file within the program.
 struct Embedded {

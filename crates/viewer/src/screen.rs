@@ -6,7 +6,7 @@ use std::path::Path;
 /// Variables that lead to a screen on Linux and its kin.
 const VARIABLES: [&str; 3] = ["WAYLAND_DISPLAY", "WAYLAND_SOCKET", "DISPLAY"];
 /// The scene of the advice where none was asked for.
-const A_SCENE: &str = "reef_daylight";
+const A_SCENE: &str = "reef";
 
 /// Whether nothing leads to a screen; `of` tells the value of a variable. Elsewhere than on Linux and its kin there are no
 /// such variables.

@@ -6,6 +6,7 @@
 //! left for the peak, while `x` keeps its relative precision down to the smallest angle.
 //! The solid angle between `x` and `x + dx` is `4π dx`, so the density of `x` is `4π·value(x)`.
 
+mod disk;
 mod draine;
 mod fast;
 mod fournier_forand;
@@ -15,8 +16,9 @@ mod molecular;
 mod solve;
 mod tabulated;
 
+pub use disk::disk_mean;
 pub use draine::Draine;
-pub use fast::{CellParts, PhaseTable, X_MIN};
+pub use fast::{CellParts, DiskTable, PhaseTable, X_MIN};
 pub use fournier_forand::{FournierForand, backscatter_from_mu, mu_from_backscatter};
 pub use henyey_greenstein::HenyeyGreenstein;
 pub use mixture::Mixture;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use uw_media::phase::{Phase, PhaseFunction, PhaseTable, X_MIN};
+use uw_media::phase::{DiskTable, Phase, PhaseFunction, PhaseTable, X_MIN, disk_mean};
 
 use crate::models::{Model, every_model};
 use crate::statistics::{Rng, integrate};
@@ -58,6 +58,30 @@ fn sampling_errors(phase: &Phase, table: &PhaseTable) -> (f64, f64) {
             (cdf_error, angle_error)
         })
         .fold((0.0, 0.0), |a, b| (a.0.max(b.0), a.1.max(b.1)))
+}
+
+/// The mean over the sun's disk, at angles dense about its rim.
+#[test]
+fn means_over_a_disk_are_met_within_the_stated_error() {
+    let radius = 3.6e-3;
+    let mut rng = Rng::new(5);
+    for Model { name, phase, .. } in every_model().iter().filter(|m| m.smooth) {
+        let table = DiskTable::new(phase, radius);
+        let near = (0..4000).map(|_| radius * (12.0 * rng.uniform() - 7.0).exp2());
+        let worst = near
+            .map(|angle| (0.5 * angle).sin().powi(2))
+            .chain(arguments(6, 2000, 119.0))
+            .filter(|&x| x < table.far_x())
+            .map(|x| {
+                let exact = disk_mean(phase, radius, x);
+                (table.value(x) - exact).abs() / exact.max(1e-3 / (4.0 * PI))
+            })
+            .fold(0.0, f64::max);
+        // Where nearly all light stays within the disk, its rim is a step.
+        let within = phase.cdf((0.5 * radius).sin().powi(2));
+        let most = if within > 0.95 { 0.1 } else { 1e-3 };
+        assert!(worst < most, "{name}: {worst:.1e}");
+    }
 }
 
 #[test]

@@ -14,6 +14,9 @@ use super::solve::Moments;
 const ROWS_AT_ONCE: usize = 8;
 /// Pixels that a fit needs, over its number of terms.
 const PIXELS_PER_TERM: f64 = 2.0;
+/// What a fit may say of a pixel, over the largest value of the layer in the cells that it was made from: beyond, it speaks of what it
+/// has not seen.
+const MOST_OF_SEEN: f64 = 1.5;
 
 /// What is fitted.
 pub(super) struct Problem<'a> {
@@ -51,6 +54,16 @@ struct Block {
 struct Fit {
     region: u32,
     coefficients: [[[f64; MOST_TERMS]; 2]; 3],
+}
+
+/// All cells of a size.
+struct FittedCells {
+    fits: Cells<Fit>,
+    /// Largest size of the layer's values, per channel, in each cell and those around it.
+    seen: Vec<[f32; 3]>,
+    columns: usize,
+    rows: usize,
+    cell_px: usize,
 }
 
 type Cells<T> = Vec<Vec<T>>;
@@ -99,8 +112,15 @@ impl Problem<'_> {
                 Some(fits)
             })
             .collect();
-        let fits: Cells<Fit> = fits?.into_iter().flatten().collect();
-        Some(self.evaluate(&fits, columns, rows, cell_px))
+        let fits = fits?.into_iter().flatten().collect();
+        let cells = FittedCells {
+            fits,
+            seen: self.largest_around(columns, rows, cell_px),
+            columns,
+            rows,
+            cell_px,
+        };
+        Some(self.evaluate(&cells))
     }
 
     /// For each of the nine cells around one, row by row, its weight and how its terms are made.
@@ -192,20 +212,46 @@ impl Problem<'_> {
         regions.into_iter().filter_map(of).collect()
     }
 
-    fn evaluate(&self, fits: &Cells<Fit>, columns: usize, rows: usize, cell_px: usize) -> Fitted {
+    /// Largest size of the layer's values in each cell and those around it.
+    fn largest_around(&self, columns: usize, rows: usize, cell_px: usize) -> Vec<[f32; 3]> {
+        let mut own = vec![[0.0_f32; 3]; columns * rows];
+        let larger = |a: &mut [f32; 3], b: &[f32; 3]| {
+            a.iter_mut().zip(b).for_each(|(a, b)| *a = a.max(b.abs()));
+        };
+        for half in self.halves {
+            for (pixel, value) in half.iter().enumerate() {
+                let (x, y) = (pixel % self.guides.width, pixel / self.guides.width);
+                larger(&mut own[y / cell_px * columns + x / cell_px], value);
+            }
+        }
+        let around = |cell: usize| {
+            let (column, row) = (cell % columns, cell / columns);
+            let mut most = [0.0; 3];
+            for y in row.saturating_sub(1)..(row + 2).min(rows) {
+                for x in column.saturating_sub(1)..(column + 2).min(columns) {
+                    larger(&mut most, &own[y * columns + x]);
+                }
+            }
+            most
+        };
+        (0..columns * rows).map(around).collect()
+    }
+
+    fn evaluate(&self, cells: &FittedCells) -> Fitted {
+        let (columns, rows, cell_px) = (cells.columns, cells.rows, cells.cell_px);
         let width = self.guides.width;
         let of_row = |y: usize| {
             let near_rows = nearest(y, cell_px, rows);
             (0..width)
                 .map(|x| {
                     let near_columns = nearest(x, cell_px, columns);
-                    let mut cells = [(0, 0, 0.0); 4];
-                    for (i, cell) in cells.iter_mut().enumerate() {
+                    let mut near = [(0, 0, 0.0); 4];
+                    for (i, cell) in near.iter_mut().enumerate() {
                         let (column, a) = near_columns[i % 2];
                         let (row, b) = near_rows[i / 2];
                         *cell = (column, row, a * b);
                     }
-                    self.value(fits, columns, (x, y), &cells, cell_px)
+                    self.value(cells, (x, y), &near)
                 })
                 .collect::<Vec<_>>()
         };
@@ -227,15 +273,15 @@ impl Problem<'_> {
         }
     }
 
-    /// The values of a pixel: sums over its fragments of what the fits of `cells` say.
+    /// The values of a pixel: sums over its fragments of what the fits of the cells near it say; none where that is far from all that
+    /// these have seen.
     fn value(
         &self,
-        fits: &Cells<Fit>,
-        columns: usize,
+        cells: &FittedCells,
         (x, y): (usize, usize),
-        cells: &[(usize, usize, f64); 4],
-        cell_px: usize,
+        near_cells: &[(usize, usize, f64); 4],
     ) -> Option<Values> {
+        let (columns, cell_px) = (cells.columns, cells.cell_px);
         let pixel = y * self.guides.width + x;
         let varied = self.guides.is_varied(pixel);
         let mut sum = [[[0.0_f64; 3]; 2]; 3];
@@ -243,8 +289,8 @@ impl Problem<'_> {
             if fragment.region == NO_REGION {
                 return None;
             }
-            let near = cells.iter().filter_map(|&(column, row, weight)| {
-                let mut fits = fits[row * columns + column].iter();
+            let near = near_cells.iter().filter_map(|&(column, row, weight)| {
+                let mut fits = cells.fits[row * columns + column].iter();
                 let fit = fits.find(|fit| fit.region == fragment.region)?;
                 let (u, v) = place(x, y, column, row, cell_px);
                 (weight > 0.0).then(|| (fit, weight, self.basis.monomials(u, v)))
@@ -255,6 +301,15 @@ impl Problem<'_> {
         }
         if !varied {
             (sum[OWN], sum[CROSSED]) = (sum[SHOWN], sum[SHOWN]);
+        }
+        let seen: [f64; 3] = std::array::from_fn(|k| {
+            let of =
+                |&(column, row, _): &(usize, usize, f64)| cells.seen[row * columns + column][k];
+            f64::from(near_cells.iter().map(of).fold(0.0, f32::max))
+        });
+        let far = |half: &[f64; 3]| (0..3).any(|k| !(half[k].abs() <= MOST_OF_SEEN * seen[k]));
+        if sum.iter().flatten().any(far) {
+            return None;
         }
         Some(sum.map(|way| way.map(|half| half.map(|v| v as f32))))
     }

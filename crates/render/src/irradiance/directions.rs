@@ -113,6 +113,7 @@ mod tests {
         })
         .expect("scatters");
         let sun = SunBeam {
+            radius_rad: 0.0,
             towards: DVec3::new(0.6, 0.0, 0.8),
             towards_in_air: DVec3::new(0.8, 0.0, 0.6),
             irradiance: [1.0; 3],

@@ -1,7 +1,7 @@
 //! A prepared scene as records and tables.
 
 use glam::{DVec2, DVec3};
-use uw_media::Spectrum;
+use uw_media::{Spectrum, phase::DiskTable};
 
 use super::{
     GpuError,
@@ -95,7 +95,7 @@ impl Tables {
         record.sobol_table = rows.sobol();
         record.film_layers = (FIXED_LAYERS + scene.lamps.len()) as u32;
         if let Some(medium) = &scene.medium {
-            water(medium, &mut record, &mut rows);
+            water(medium, scene.sun_phase.as_deref(), &mut record, &mut rows);
         }
         if let Some(layers) = &scene.layers {
             rows.layers(layers, origin, scene.spectrum.is_some(), &mut record);
@@ -205,7 +205,7 @@ fn with_port(record: Scene, port: &Port) -> Scene {
     }
 }
 
-fn water(medium: &Medium, record: &mut Scene, rows: &mut Rows) {
+fn water(medium: &Medium, sun_phase: Option<&DiskTable>, record: &mut Scene, rows: &mut Rows) {
     record.b = medium.b;
     record.c = medium.c;
     record.a_min = medium.a_min;
@@ -227,6 +227,14 @@ fn water(medium: &Medium, record: &mut Scene, rows: &mut Rows) {
     record.sample_ends = sample.ends;
     record.sample_blocks = sample.blocks;
     record.sample_cells = sample.cells;
+    // Where there is no sun nobody looks.
+    if let Some(table) = sun_phase {
+        let mean = rows.cells(&table.parts());
+        record.sun_value_ends = mean.ends;
+        record.sun_value_ends[2] = (table.far_x() as f32).to_bits();
+        record.sun_value_blocks = mean.blocks;
+        record.sun_value_cells = mean.cells;
+    }
     let albedo = medium.albedo;
     let largest = largest_order(albedo);
     record.largest_order = largest as u32;

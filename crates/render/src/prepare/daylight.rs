@@ -57,7 +57,10 @@ impl Boundary {
     }
 }
 
-/// The sun's parallel beam, inside the water where there is a surface, else in space.
+/// Half the apparent width of the sun, rad: 695,700 km from 149.6 million km.
+const SUN_RADIUS_RAD: f64 = 4.650e-3;
+
+/// The sun's beam, parallel but for the width of its disk, inside the water where there is a surface, else in space.
 #[derive(Clone, Copy, Debug)]
 pub struct SunBeam {
     /// Unit direction towards the sun in the water.
@@ -68,6 +71,8 @@ pub struct SunBeam {
     pub irradiance: Spectrum,
     /// The same in the air.
     pub irradiance_in_air: Spectrum,
+    /// Half the width of its disk in the water, rad: of a round one of the same solid angle.
+    pub radius_rad: f64,
 }
 
 impl SunBeam {
@@ -89,7 +94,13 @@ impl SunBeam {
             }
             None => (in_air, 1.0),
         };
+        // dω' cos' n² = dω cos.
+        let squeezed = match boundary {
+            Some(b) => in_air.z / (travel.z * b.index * b.index),
+            None => 1.0,
+        };
         Some(Self {
+            radius_rad: SUN_RADIUS_RAD * squeezed.sqrt(),
             towards: -travel,
             towards_in_air: -in_air,
             irradiance: sun.irradiance.map(|e| e * factor),

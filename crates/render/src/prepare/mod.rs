@@ -10,9 +10,10 @@ mod lamps;
 mod layers;
 mod medium;
 mod spectrum;
+mod sun_phase;
 
 use std::sync::Arc;
-use uw_media::Spectrum;
+use uw_media::{Spectrum, phase::DiskTable};
 
 use glam::DVec3;
 
@@ -50,6 +51,8 @@ pub struct Prepared {
     pub lamp_names: Vec<String>,
     /// The sun, where its light can arrive.
     pub sun: Option<SunBeam>,
+    /// The phase function's mean over its disk, where water scatters it.
+    pub sun_phase: Option<Arc<DiskTable>>,
     /// Sky radiance, W/(m² sr).
     pub sky: Spectrum,
     /// Daylight in the water far from any object, to steer walks; `None` where nothing scatters it.
@@ -116,7 +119,15 @@ impl Prepared {
             let sun = sun.as_ref().map_or(0.0, |s| s.irradiance_in_air[k]);
             sun / std::f64::consts::PI + scene.sky_radiance[k] + largest_emission[k]
         });
+        let scattered = scene
+            .water
+            .as_ref()
+            .zip(sun.as_ref())
+            .filter(|_| boundary.is_some());
+        let sun_phase =
+            scattered.map(|(water, sun)| sun_phase::sun_phase(&water.phase, sun.radius_rad));
         Self {
+            sun_phase,
             snow: scene.snow.filter(|_| medium.is_some() && !above),
             camera: scene.placed_camera(),
             medium,

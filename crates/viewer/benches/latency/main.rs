@@ -44,7 +44,7 @@ fn main() {
         is_wanted("window").then_some(Backend::Cpu)
     };
     if let Some(backend) = backend {
-        let line = window::drag(&scenes.join("reef_daylight.toml"), backend);
+        let line = window::drag(&scenes.join("flat_reef.toml"), backend);
         say(&format!(
             "window: {}",
             line.unwrap_or_else(|reason| format!("not measured: {reason}"))
@@ -63,7 +63,7 @@ fn pictures(scenes: &Path, device: &Device) {
          time to full size, s",
     );
     for name in [
-        "reef_daylight",
+        "flat_reef",
         "clear_lamp",
         "flat_hull",
         "hull_inspection",

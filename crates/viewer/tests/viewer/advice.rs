@@ -155,7 +155,7 @@ fn a_place_that_the_model_does_not_know_is_told_instead_of_advice() {
 #[test]
 fn in_the_opening_scene_under_a_sun_that_training_did_not_know_only_the_shipped_default_fits() {
     let ctx = egui::Context::default();
-    let path = repository().join("assets/scenes/reef_daylight.toml");
+    let path = repository().join("assets/scenes/reef.toml");
     let open = OpenScene::read(&path).expect("shipped");
     let options = Options {
         goal: Goal {

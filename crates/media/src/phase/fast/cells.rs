@@ -11,6 +11,8 @@ const ONE_BITS: u64 = 0x3ff0_0000_0000_0000;
 const TOP_EXPONENT: u64 = 1021;
 /// A block holds at most 2^MAX_SPLIT cells.
 const MAX_SPLIT: u32 = 10;
+/// Least split of blocks in which the function bends.
+const BENT_SPLIT: u32 = 4;
 const SPLIT_BITS: u32 = 4;
 
 /// How many octaves below 1/2 a table resolves at its low end, and of one minus the argument at its
@@ -76,12 +78,14 @@ impl End {
 impl CellTable {
     /// Tabulates a function, given twice: as a function of the argument for its low end, and of one
     /// minus the argument for its high end. Its error where the exact value is y is to stay below
-    /// `tolerance(y)`; blocks that cannot meet that within `max_bytes` get as close as the memory allows.
+    /// `tolerance(y)`; blocks that cannot meet that within `max_bytes` get as close as the memory allows. Blocks of the low end that
+    /// reach into `bends`, where the function bends more sharply than a few points of a cell would show, have 2^4 cells at least.
     pub(super) fn build(
         sides: [&dyn Fn(f64) -> f64; 2],
         ends: Ends,
         tolerance: &dyn Fn(f64) -> f64,
         max_bytes: usize,
+        bends: [f64; 2],
     ) -> Self {
         let octaves = [ends.low_octaves, ends.high_octaves];
         let blocks = octaves.map(|octaves| octaves as usize * BLOCKS_PER_OCTAVE);
@@ -89,7 +93,10 @@ impl CellTable {
         let fits: Vec<BlockFit> = (0..blocks[0] + blocks[1])
             .map(|block| {
                 let side = usize::from(block >= blocks[0]);
-                BlockFit::new(sides[side], ends[side].key_range(block), tolerance)
+                let (start, end) = ends[side].key_range(block);
+                let bent = side == 0 && end > bends[0] && start < bends[1];
+                let least = if bent { BENT_SPLIT } else { 0 };
+                BlockFit::new(sides[side], (start, end), tolerance, least)
             })
             .collect();
         let cap = largest_split_within(&fits, max_bytes);
@@ -156,12 +163,13 @@ impl<'a> BlockFit<'a> {
         function: &'a dyn Fn(f64) -> f64,
         (start, end): (f64, f64),
         tolerance: &dyn Fn(f64) -> f64,
+        least_split: u32,
     ) -> Self {
         let mut fit = Self {
             function,
             start,
             width: end - start,
-            split: 0,
+            split: least_split,
         };
         while fit.split < MAX_SPLIT && !fit.meets(tolerance) {
             fit.split += 1;
@@ -236,7 +244,7 @@ mod tests {
     #[test]
     fn a_cubic_is_met_exactly_by_one_cell_to_the_block() {
         let sides: [&dyn Fn(f64) -> f64; 2] = [&polynomial, &|y| polynomial(1.0 - y)];
-        let table = CellTable::build(sides, ENDS, &|_| 1e-13, 1 << 20);
+        let table = CellTable::build(sides, ENDS, &|_| 1e-13, 1 << 20, [0.0; 2]);
         assert_eq!(table.cells.len(), 30 * BLOCKS_PER_OCTAVE);
         for i in 1..1000 {
             let x = f64::from(i) / 1000.0;
@@ -248,12 +256,12 @@ mod tests {
     fn memory_is_bounded_and_then_shared_by_all_blocks() {
         let step = |x: f64| f64::from(u8::from(x > 0.3));
         let sides: [&dyn Fn(f64) -> f64; 2] = [&step, &|y| step(1.0 - y)];
-        let free = CellTable::build(sides, ENDS, &|_| 1e-6, 1 << 20);
+        let free = CellTable::build(sides, ENDS, &|_| 1e-6, 1 << 20, [0.0; 2]);
         assert_eq!(
             free.cells.len(),
             30 * BLOCKS_PER_OCTAVE - 1 + (1 << MAX_SPLIT)
         );
-        let bounded = CellTable::build(sides, ENDS, &|_| 1e-6, 12 << 10);
+        let bounded = CellTable::build(sides, ENDS, &|_| 1e-6, 12 << 10, [0.0; 2]);
         assert!(bounded.bytes() <= 12 << 10);
         assert_eq!((bounded.at(0.28), bounded.at(0.35)), (0.0, 1.0));
     }

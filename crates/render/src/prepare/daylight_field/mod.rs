@@ -193,6 +193,7 @@ mod tests {
         let travel = boundary.refract_into_water(DVec3::new(0.75f64.sqrt(), 0.0, -0.5));
         let entering = (1.0 - boundary.external_reflectance(0.5)) * 0.5;
         let sun = SunBeam {
+            radius_rad: 0.0,
             towards: -travel,
             towards_in_air: DVec3::new(-0.75f64.sqrt(), 0.0, 0.5),
             irradiance: [entering / -travel.z; 3],
