@@ -128,23 +128,15 @@ impl Measured {
         file(path, &|counts| counts, Some(noise), even)
     }
 
-    /// Measures interleaved 8-bit R, G, B samples, row 0 at the top.
+    /// Measures interleaved 8-bit R, G, B samples, row 0 at the top; `even` takes the lens out.
     pub fn from_rgb8(
         width: usize,
         height: usize,
         samples: &[u8],
         noise: &NoiseModel,
+        even: Option<&Even>,
     ) -> Result<Self, StatsError> {
-        check_length(width, height, samples.len())?;
-        interleaved(
-            width,
-            height,
-            samples,
-            3,
-            1.0,
-            &|counts| counts,
-            Some(noise),
-        )
+        Self::from_samples((width, height), samples, 1.0, noise, even)
     }
 
     /// The same of 16-bit samples, which are scaled to 8-bit counts (65535 is 255).
@@ -153,18 +145,32 @@ impl Measured {
         height: usize,
         samples: &[u16],
         noise: &NoiseModel,
+        even: Option<&Even>,
+    ) -> Result<Self, StatsError> {
+        Self::from_samples((width, height), samples, COUNTS_PER_U16, noise, even)
+    }
+
+    fn from_samples<T: Copy + Into<f64>>(
+        (width, height): (usize, usize),
+        samples: &[T],
+        step: f64,
+        noise: &NoiseModel,
+        even: Option<&Even>,
     ) -> Result<Self, StatsError> {
         check_length(width, height, samples.len())?;
         let as_it_is = |counts| counts;
-        interleaved(
+        let Some(even) = even else {
+            return interleaved(width, height, samples, 3, step, &as_it_is, Some(noise));
+        };
+        let pixels = samples.as_chunks::<3>().0;
+        let stored = Counts {
             width,
             height,
-            samples,
-            3,
-            COUNTS_PER_U16,
-            &as_it_is,
-            Some(noise),
-        )
+            pixels: (pixels.iter())
+                .map(|pixel| pixel.map(|sample| step * sample.into()))
+                .collect(),
+        };
+        measure_even(&stored, step, &as_it_is, Some(noise), even)
     }
 
     /// Measures an image held in memory as the bytes of a PNG, TIFF or JPEG file; `name` is for messages.

@@ -4,21 +4,21 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use pyo3::prelude::*;
-use uw_calib::{Calibration, Daylight, Rig, RoutineOptions, from_manifest};
+use uw_calib::{Calibration, Daylight, RoutineOptions, from_manifest};
 use uw_survey::daylight::{Known, attenuation, stand_in};
 use uw_survey::environment::WaterKind;
 
+use crate::camera::Camera;
 use crate::errors::{value_error, warn};
 use crate::interrupt::interruptible;
 use crate::numbers::number;
-use crate::pictures;
 use crate::profile::Profile;
 
 const MADE_BY: &str = concat!("uwguide.calibrate ", env!("CARGO_PKG_VERSION"));
 
 /// Makes a profile of the pictures of a manifest. See ``uwguide.calibrate``.
 #[pyfunction]
-#[pyo3(signature = (manifest, *, light_pct, encoding, noise, jerlov, kd_per_m, backscatter_fraction))]
+#[pyo3(signature = (manifest, *, vehicle, light_pct, encoding, noise, jerlov, kd_per_m, backscatter_fraction))]
 #[expect(
     clippy::too_many_arguments,
     reason = "the keywords of uwguide.calibrate"
@@ -26,8 +26,9 @@ const MADE_BY: &str = concat!("uwguide.calibrate ", env!("CARGO_PKG_VERSION"));
 pub(crate) fn calibrate(
     py: Python<'_>,
     manifest: PathBuf,
+    vehicle: Option<&str>,
     light_pct: Option<&Bound<'_, PyAny>>,
-    encoding: &str,
+    encoding: Option<&str>,
     noise: Option<(f64, f64)>,
     jerlov: Option<&str>,
     kd_per_m: Option<Vec<f64>>,
@@ -35,7 +36,8 @@ pub(crate) fn calibrate(
 ) -> PyResult<Profile> {
     let expected = "above 0 and at most 100";
     let level = |given| number("light_pct", given, expected, |v| v > 0.0 && v <= 100.0);
-    let encoding = pictures::encoding(encoding)?;
+    let camera = Camera::new(vehicle, encoding, noise)?;
+    let vehicle = camera.vehicle.as_ref();
     let known = match (jerlov, kd_per_m) {
         (Some(_), Some(_)) => {
             return Err(value_error("jerlov and kd_per_m must not be given both"));
@@ -51,13 +53,15 @@ pub(crate) fn calibrate(
         (None, None) => Known::Nothing,
     };
     let options = RoutineOptions {
-        even: None,
         light_pct: light_pct.map(level).transpose()?,
-        encoding,
-        noise: pictures::noise(noise, encoding)?,
+        levels: vehicle.and_then(|vehicle| vehicle.level_curve.clone()),
+        rig: vehicle
+            .map(|vehicle| vehicle.rig(Some(vehicle.exposure)))
+            .unwrap_or_default(),
+        encoding: camera.encoding,
+        noise: camera.noise,
+        even: camera.even,
         daylight: Daylight::Pictures,
-        levels: None,
-        rig: Rig::default(),
     };
     let made = interruptible(py, None, |cancel| {
         make(&manifest, known, backscatter_fraction, options, cancel)

@@ -10,10 +10,10 @@ use uw_guidance::physics::WaterFile;
 use uw_survey::fit::{self as fitting, Options};
 use uw_survey::vehicle::{Vehicle, VehicleFile};
 
+use crate::camera;
 use crate::errors::{value_error, warn};
 use crate::interrupt::interruptible;
 use crate::numbers::{seed, whole};
-use crate::pictures;
 use crate::water::Water;
 
 const MADE_BY: &str = concat!("uwguide.fit ", env!("CARGO_PKG_VERSION"));
@@ -53,7 +53,7 @@ pub(crate) fn fit(
         VehicleFile::find(vehicle, Path::new("")).map_err(value_error)?;
     let of_vehicle = vehicle.encoding;
     let options = Options {
-        encoding: encoding.map_or(Ok(of_vehicle), pictures::encoding)?,
+        encoding: encoding.map_or(Ok(of_vehicle), camera::encoding)?,
         dark,
         down: bottom,
         backscatter_fraction,

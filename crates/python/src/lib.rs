@@ -6,6 +6,7 @@
 
 mod arrays;
 mod calibrate;
+mod camera;
 mod errors;
 mod fit;
 mod from_python;
@@ -26,6 +27,8 @@ use pyo3::prelude::*;
 mod _native {
     #[pymodule_export]
     use super::calibrate::calibrate;
+    #[pymodule_export]
+    use super::camera::Camera;
     #[pymodule_export]
     use super::fit::fit;
     #[pymodule_export]

@@ -8,14 +8,12 @@ use numpy::{Element, PyReadonlyArray3};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use serde_json::{Value, json};
-use uw_calib::response::LinearNoise;
-use uw_calib::{
-    Detail, Encoding, ImageStats, Measured, NoiseModel, Processing, SensorNoise, StatsError,
-};
+use uw_calib::{Detail, Even, ImageStats, Measured, NoiseModel, Processing, StatsError};
 use uw_render::image::{Counts, ExrImage, Frame, ImageFormat, write_frame};
 use uw_render::scene::Sensor;
 
 use crate::arrays;
+use crate::camera::Camera;
 use crate::errors::value_error;
 use crate::interrupt::interruptible;
 use crate::numbers;
@@ -94,16 +92,10 @@ pub(crate) fn contrast_of_counts(
 
 /// What ``uw stats --json`` tells of a file, as JSON.
 #[pyfunction]
-pub(crate) fn measure_file(
-    py: Python<'_>,
-    file: PathBuf,
-    noise: Option<(f64, f64)>,
-    encoding: &str,
-) -> PyResult<String> {
-    let noise = self::noise(noise, self::encoding(encoding)?)?;
+pub(crate) fn measure_file(py: Python<'_>, file: PathBuf, camera: &Camera) -> PyResult<String> {
     let measured = py.detach(|| {
-        let measured = Measured::from_file(&file, &noise, None)?;
-        Ok::<_, StatsError>((measured, Processing::of_file(&file, &noise)?))
+        let measured = Measured::from_file(&file, &camera.noise, camera.even.as_ref())?;
+        Ok::<_, StatsError>((measured, Processing::of_file(&file, &camera.noise)?))
     });
     let (measured, processing) = measured.map_err(value_error)?;
     Ok(told(&measured, Some(&processing)).to_string())
@@ -114,10 +106,9 @@ pub(crate) fn measure_file(
 pub(crate) fn measure_rgb8(
     py: Python<'_>,
     image: PyReadonlyArray3<'_, u8>,
-    noise: Option<(f64, f64)>,
-    encoding: &str,
+    camera: &Camera,
 ) -> PyResult<String> {
-    measure(py, &image, noise, encoding, Measured::from_rgb8)
+    measure(py, &image, camera, Measured::from_rgb8)
 }
 
 /// The same of an array of 16 bits.
@@ -125,52 +116,34 @@ pub(crate) fn measure_rgb8(
 pub(crate) fn measure_rgb16(
     py: Python<'_>,
     image: PyReadonlyArray3<'_, u16>,
-    noise: Option<(f64, f64)>,
-    encoding: &str,
+    camera: &Camera,
 ) -> PyResult<String> {
-    measure(py, &image, noise, encoding, Measured::from_rgb16)
+    measure(py, &image, camera, Measured::from_rgb16)
 }
 
 /// Measures the samples of a picture of a width and a height, with the noise taken from where the model says.
-type Measure<T> = fn(usize, usize, &[T], &NoiseModel) -> Result<Measured, StatsError>;
+type Measure<T> =
+    fn(usize, usize, &[T], &NoiseModel, Option<&Even>) -> Result<Measured, StatsError>;
 
 fn measure<T: Element + Sync>(
     py: Python<'_>,
     image: &PyReadonlyArray3<'_, T>,
-    noise: Option<(f64, f64)>,
-    encoding: &str,
+    camera: &Camera,
     measure: Measure<T>,
 ) -> PyResult<String> {
-    let noise = self::noise(noise, self::encoding(encoding)?)?;
     let (height, width) = arrays::size(image)?;
     let samples = image.as_slice().map_err(value_error)?;
-    let measured = py.detach(|| measure(width as usize, height as usize, samples, &noise));
+    let measured = py.detach(|| {
+        let even = camera.even.as_ref();
+        measure(
+            width as usize,
+            height as usize,
+            samples,
+            &camera.noise,
+            even,
+        )
+    });
     Ok(told(&measured.map_err(value_error)?, None).to_string())
-}
-
-/// The encoding of that name.
-///
-/// # Errors
-/// There is none.
-pub(crate) fn encoding(name: &str) -> PyResult<Encoding> {
-    let choices = [("srgb", Encoding::Srgb), ("linear", Encoding::Linear)];
-    numbers::choice("encoding", name, choices)
-}
-
-/// Where the noise is taken from: the sensor's two numbers, or the picture.
-///
-/// # Errors
-/// Numbers that are no noise.
-pub(crate) fn noise(numbers: Option<(f64, f64)>, encoding: Encoding) -> PyResult<NoiseModel> {
-    let Some((a, b)) = numbers else {
-        return Ok(NoiseModel::Picture);
-    };
-    let noise = SensorNoise::new(encoding, LinearNoise { a, b });
-    noise.map(NoiseModel::Sensor).ok_or_else(|| {
-        value_error(format_args!(
-            "noise_a and noise_b must be finite and >= 0, got {a} and {b}"
-        ))
-    })
 }
 
 fn told(measured: &Measured, processing: Option<&Processing>) -> Value {

@@ -32,6 +32,19 @@ class Measures(unittest.TestCase):
                 self.assertEqual(ours["contrast_corrected"], sensor["contrast_corrected"])
                 self.assertEqual(ours["noise_source"], "sensor")
 
+    def test_a_vehicle_is_heeded_as_by_uw(self):
+        picture, file, vehicle = a_picture(), self.folder / "picture.png", self.folder / "v.toml"
+        uwguide.save(file, picture)
+        vehicle.write_text('format = "uw-vehicle/1"\nencoding = "linear"\nvignetting = [-0.4, 0.0, 0.0]\n')
+        told = uw_stats(file, "--vehicle", str(vehicle))
+        for image in (picture, file):
+            ours = uwguide.stats(image, vehicle=vehicle)
+            for name in ("contrast", "mean", "contrast_corrected", "noise_floor", "noise_source"):
+                self.assertEqual(ours[name], told[name], name)
+        self.assertGreater(ours["mean"][0], uwguide.stats(picture)["mean"][0])
+        with self.assertRaisesRegex(ValueError, "neither a file"):
+            uwguide.stats(picture, vehicle="yacht")
+
     def test_contrast_by_its_definition(self):
         picture = a_picture(75, 128)
         patches = picture[:72, :120].reshape(6, 12, 10, 12, 3)

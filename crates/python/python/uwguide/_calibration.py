@@ -1,5 +1,6 @@
 """Profiles and waters from the pictures of a calibration."""
 
+import os
 from typing import Optional, Sequence
 
 from . import _native
@@ -10,8 +11,9 @@ from ._native import Profile, Water
 def calibrate(
     manifest: PathLike,
     *,
+    vehicle: Optional[PathLike] = None,
     light_pct: Optional[float] = None,
-    encoding: str = "srgb",
+    encoding: Optional[str] = None,
     noise_a: Optional[float] = None,
     noise_b: Optional[float] = None,
     jerlov: Optional[str] = None,
@@ -22,10 +24,12 @@ def calibrate(
 
     Args:
         manifest: CSV table ``file,kind,depth_m,distance_m,light_pct``; kind "depth" looks straight up, "contrast" at the target.
+        vehicle: vehicle that took them, a name among the shipped ones or a file (\\*.toml): its encoding and noise serve where they are
+            not given, its vignetting is taken out of the pictures, its level curve is that of the column `level_pct`.
         light_pct: lamp level of K_c on, percent, above 0 and at most 100; by default that with pictures from the most distances.
-        encoding: how the camera's counts stand for light, "srgb" or "linear".
-        noise_a: noise of the camera: the variance of a linear signal y in [0, 1] is noise_a y + noise_b; without it the noise is
-            found in the pictures.
+        encoding: how the camera's counts stand for light, "srgb" or "linear"; None for the vehicle's, "srgb" without one.
+        noise_a: noise of the camera: the variance of a linear signal y in [0, 1] is noise_a y + noise_b; without it that of the
+            vehicle, without one it is found in the pictures.
         noise_b: see `noise_a`.
         jerlov: without pictures that look up, K_z of this water type (or a mixture, "IB-II@0.4"), rendered.
         kd_per_m: without pictures that look up, K_z of the water with this diffuse attenuation of daylight, 1/m, three numbers > 0.
@@ -39,6 +43,7 @@ def calibrate(
     """
     return _native.calibrate(
         manifest,
+        vehicle=None if vehicle is None else os.fspath(vehicle),
         light_pct=light_pct,
         encoding=encoding,
         noise=noise_of(noise_a, noise_b),

@@ -3,7 +3,7 @@
 import json
 import os
 import warnings
-from typing import Any, Dict, Optional, Tuple, Union
+from typing import Any, Dict, Optional, Union
 
 import numpy as np
 
@@ -48,34 +48,39 @@ def contrast(image: Image) -> np.ndarray:
 def stats(
     image: Image,
     *,
+    vehicle: Optional[PathLike] = None,
     noise_a: Optional[float] = None,
     noise_b: Optional[float] = None,
-    encoding: str = "srgb",
+    encoding: Optional[str] = None,
 ) -> Dict[str, Any]:
     """What ``uw stats --json`` tells of a picture: contrast and mean, contrast without noise, noise floor, clipped pixels.
 
     Args:
         image: an array of uint8 or uint16, or the path of a PNG, TIFF or JPEG file; shapes as of :func:`contrast`.
-        noise_a: noise of the camera: the variance of a linear signal y in [0, 1] is noise_a y + noise_b. Without it the noise is
-            found from differences of neighbouring pixels.
+        vehicle: vehicle that took it, a name among the shipped ones or a file (\\*.toml): its encoding and noise serve where they are
+            not given, its vignetting is taken out of the picture.
+        noise_a: noise of the camera: the variance of a linear signal y in [0, 1] is noise_a y + noise_b. Without it that of the
+            vehicle, without one it is found from differences of neighbouring pixels.
         noise_b: see `noise_a`.
-        encoding: how counts stand for light, "srgb" or "linear"; counts with `noise_a`.
+        encoding: how counts stand for light, "srgb" or "linear"; None for the vehicle's, "srgb" without one.
 
     Returns:
         "width", "height" in pixels; "contrast", "mean", "contrast_corrected", "noise_floor", "noise" in 8-bit counts, "black",
         "saturated" as shares in [0, 1], a list of three each, None where patches are too small to tell; "noise_source",
         "jpeg_quality", "noise_share", "warnings".
     """
-    told_of: Dict[str, Any] = json.loads(_measured(image, noise_of(noise_a, noise_b), encoding))
+    told_of: Dict[str, Any] = json.loads(
+        _measured(image, _native.Camera(None if vehicle is None else os.fspath(vehicle), encoding, noise_of(noise_a, noise_b)))
+    )
     return told_of
 
 
-def _measured(image: Image, noise: Optional[Tuple[float, float]], encoding: str) -> str:
+def _measured(image: Image, camera: _native.Camera) -> str:
     if isinstance(image, (str, os.PathLike)):
-        return _native.measure_file(image, noise, encoding)
+        return _native.measure_file(image, camera)
     array = pixels_of(image)
     if array.dtype == np.uint8:
-        return _native.measure_rgb8(array, noise, encoding)
+        return _native.measure_rgb8(array, camera)
     if array.dtype == np.uint16:
-        return _native.measure_rgb16(array, noise, encoding)
+        return _native.measure_rgb16(array, camera)
     raise ValueError(f"image must be uint8 or uint16, got {told(array)}; uwguide.expose makes them of radiance")
