@@ -13,6 +13,9 @@ use super::range::Range;
 /// Characters of a wrong value that an error message repeats.
 const QUOTED_CHARS: usize = 60;
 
+/// What rounding leaves of the square of a unit vector's length beside 1.
+const UNIT_WITHIN: f64 = 1e-15;
+
 /// One value of the file.
 #[derive(Clone)]
 pub(super) struct Value<'d> {
@@ -196,6 +199,10 @@ impl<'d> Value<'d> {
         let largest = vector.abs().max_element();
         if largest == 0.0 {
             return Err(self.invalid("a direction of non-zero length"));
+        }
+        // A unit vector stays as it is to the last bit, so that a scene that is read, written and read again is the same.
+        if (vector.length_squared() - 1.0).abs() < UNIT_WITHIN {
+            return Ok(vector);
         }
         // Scaled first: the square of a very small or large component would leave the range of f64.
         Ok((vector / largest).normalize())
