@@ -66,7 +66,8 @@ pub(crate) struct Behind<'a> {
 
 impl Detail {
     /// Measures the picture of a grid, whose pixel `i` is `pixel(i)` in 8-bit counts, stored in steps of `step` counts. Of
-    /// a picture that was made even, `behind` is how it was stored. `None` where the noise is to be taken from the picture and patches are smaller than 3 × 3 pixels.
+    /// a picture that was made even, `behind` is how it was stored. `None` where the noise is to be taken from the picture and patches are smaller
+    /// than 3 × 3 pixels.
     pub(crate) fn measure(
         grid: &PatchGrid,
         pixel: &impl Fn(usize) -> [f64; 3],

@@ -39,11 +39,6 @@ impl Even {
         vehicle.vignetting.map(|lens| Self::new(lens, encoding))
     }
 
-    /// The lens.
-    pub fn lens(&self) -> Vignetting {
-        self.lens
-    }
-
     /// Makes a picture even.
     pub fn apply(&self, picture: &mut Counts) {
         let (width, height) = (picture.width, picture.height);
@@ -62,7 +57,7 @@ impl Even {
     }
 
     /// The share of the light at a pixel of a picture of `size` pixels.
-    pub(crate) fn share(&self, place: [usize; 2], size: [usize; 2]) -> f64 {
+    pub fn share(&self, place: [usize; 2], size: [usize; 2]) -> f64 {
         let [place, size] = [place, size].map(|v| v.map(|v| u32::try_from(v).unwrap_or(u32::MAX)));
         self.lens.share_at(place.into(), size.into())
     }

@@ -58,8 +58,8 @@ fn open_under(directory: &Path, path: &str) -> Option<File> {
     (same && usable(&file.metadata().ok()?)).then_some(file)
 }
 
-/// Reads and measures an image, without what the lens does; its noise is taken from where the settings say, and compared with the sensor's where that or `water`
-/// knows it. The pixels come with it where it has the size of the water's pictures.
+/// Reads and measures an image, without what the lens does; its noise is taken from where the settings say, and compared with the
+/// sensor's where they or `water` know it. The pixels come with it where it has the size of the water's pictures.
 pub(super) fn measure(
     image: &ImageSource,
     settings: &Settings,
