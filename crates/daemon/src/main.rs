@@ -11,7 +11,7 @@ use clap_complete::Shell;
 use tokio::sync::watch;
 use tokio::task::JoinSet;
 use uw_daemon::config::{DEFAULT_CONFIG, PredictorKind};
-use uw_daemon::links::{Feeder, dvl, mavlink, rosbridge};
+use uw_daemon::links::{Feeder, dvl, mavlink, ros2, rosbridge};
 use uw_daemon::tls::acceptor;
 use uw_daemon::{Config, log};
 use uw_guidance::daemon::{Address, Encryption, Limits, ListenError};
@@ -90,6 +90,9 @@ struct Serve {
     /// `operations.record` of the configuration.
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
+    /// Speak ROS 2: range, depth and pictures come as messages, suggestions go out as ones. Topics: `[ros2]` of the configuration.
+    #[arg(long)]
+    ros2: bool,
     /// Check arguments, configuration, model, profile, token and certificates, and end.
     #[arg(long)]
     check_config: bool,
@@ -254,6 +257,7 @@ struct Ready {
 fn start(serve: Serve) -> Result<(), Failure> {
     let mut config = read_config(serve.config.as_ref(), serve.vehicle.as_ref())?;
     config.record = serve.record.clone().or(config.record);
+    config.ros2.enabled |= serve.ros2;
     let files = files(
         (serve.model.clone(), serve.water.clone()),
         serve.profile.clone(),
@@ -392,7 +396,7 @@ async fn run(ready: Ready) -> Result<(), Failure> {
         let answers = Answers::new(Arc::clone(&service), &config.metrics_hosts, stopping);
         tasks.spawn(port.run(answers));
     }
-    start_links(&config, &service, recorder.as_ref(), &mut tasks);
+    start_links(&config, &service, recorder.as_ref(), &mut tasks)?;
     let interrupted = interruption()?;
     #[cfg(unix)]
     {
@@ -431,7 +435,7 @@ fn start_links(
     service: &Arc<Service>,
     recorder: Option<&Recorder>,
     tasks: &mut JoinSet<()>,
-) {
+) -> Result<(), Failure> {
     // Numbers that no client's connection reaches.
     let feeder = |link: u64| Feeder::new(Arc::clone(service), recorder.cloned(), LINKS + link);
     if let Some(config) = config.dvl.clone() {
@@ -443,6 +447,11 @@ fn start_links(
     if let Some(config) = config.rosbridge.clone() {
         tasks.spawn(rosbridge::run(config, feeder(3)));
     }
+    if config.ros2.enabled {
+        let link = ros2::Link::open(&config.ros2).map_err(bad_input)?;
+        tasks.spawn(link.run(feeder(4)));
+    }
+    Ok(())
 }
 
 async fn listen(daemon: &mut Daemon, addresses: &[Address]) -> Result<(), Failure> {

@@ -152,9 +152,11 @@ fn a_fitted_water_is_the_hidden_one_and_predicts() {
     let response = file.sensor.response();
     let numbers = file.fit.as_ref().expect("numbers of the fit");
     let day = numbers.daylight_gain.expect("pictures with the lamps off");
-    for gain in day {
-        // Daylight is that of the vehicle's file; how bright the target is hangs on the lamps' gain, and this on the former.
-        assert!((0.25..4.0).contains(&gain), "{day:?}");
+    for k in 0..3 {
+        // Daylight is that of the vehicle's file; how bright the target is hangs on the lamps' gain, and this on the former: what the pictures
+        // tell is the lamps' level over daylight's.
+        let beside = numbers.lamp_gain[k] / day[k] / truth.gain;
+        assert!((0.9..1.1).contains(&beside), "{k}: {beside}, {day:?}");
     }
     let stats = |name: &str| {
         let picture = Counts::read(&folder.path().join(name), even.as_ref()).expect("a picture");

@@ -6,6 +6,7 @@ use super::sections::positive;
 use crate::links::Pauses;
 use crate::links::dvl::{DvlConfig, DvlDistance};
 use crate::links::mavlink::{Lamps, MavlinkConfig};
+use crate::links::ros2::{CameraAxis, DepthType, MOST_DOMAIN, Ros2Config};
 use crate::links::rosbridge::RosbridgeConfig;
 
 /// Fastest polling of an autopilot, Hz.
@@ -120,4 +121,153 @@ pub(super) fn rosbridge(object: &Object) -> Result<Option<RosbridgeConfig>, Fiel
         service_type: service_type.unwrap_or_else(|| "std_srvs/srv/Trigger".to_owned()),
         pauses: Pauses::default(),
     }))
+}
+
+/// Longest silence, s.
+const MOST_SILENCE_S: f64 = 3600.0;
+/// Most that a range may be off the camera's distance, m.
+const MOST_OFFSET_M: f64 = 10.0;
+/// Largest pressure at a surface, Pa, and density of a water, kg/m³.
+const MOST_PRESSURE_PA: f64 = 1e6;
+const MOST_DENSITY_KG_PER_M3: f64 = 2000.0;
+
+pub(super) fn ros2(object: &Object) -> Result<Ros2Config, FieldError> {
+    object.only(&[
+        "enabled",
+        "domain_id",
+        "range_topic",
+        "depth_topic",
+        "depth_type",
+        "light_topic",
+        "image_topic",
+        "suggestion_topic",
+        "range_offset_m",
+        "surface_pressure_pa",
+        "water_density_kg_per_m3",
+        "camera_axis",
+        "stamps",
+        "reliable",
+        "silence_s",
+        "rate_hz",
+    ])?;
+    let mut config = Ros2Config::default();
+    flag(object, "enabled", &mut config.enabled)?;
+    flag(object, "reliable", &mut config.reliable)?;
+    config.domain_id = domain(object)?;
+    for (name, topic) in [
+        ("range_topic", &mut config.range_topic),
+        ("depth_topic", &mut config.depth_topic),
+        ("light_topic", &mut config.light_topic),
+        ("image_topic", &mut config.image_topic),
+        ("suggestion_topic", &mut config.suggestion_topic),
+    ] {
+        if let Some(given) = topic_name(object, name)? {
+            *topic = given;
+        }
+    }
+    let depth_types = [
+        ("std_msgs/msg/Float64", DepthType::Metres),
+        ("sensor_msgs/msg/FluidPressure", DepthType::Pressure),
+    ];
+    one_of(object, "depth_type", &depth_types, &mut config.depth_type)?;
+    let axes = [("x", CameraAxis::X), ("z", CameraAxis::Z)];
+    one_of(object, "camera_axis", &axes, &mut config.camera_axis)?;
+    let stamps = [("header", true), ("arrival", false)];
+    one_of(object, "stamps", &stamps, &mut config.stamps)?;
+    if object.get("range_offset_m").is_some() {
+        let offset_m = object.number("range_offset_m")?;
+        if !(offset_m.abs() <= MOST_OFFSET_M) {
+            return Err(FieldError::out_of_range(
+                object.path_of("range_offset_m"),
+                format!("from -{MOST_OFFSET_M} to {MOST_OFFSET_M} m"),
+                offset_m,
+            ));
+        }
+        config.range_offset_m = offset_m;
+    }
+    for (name, most, value) in [
+        (
+            "surface_pressure_pa",
+            MOST_PRESSURE_PA,
+            &mut config.surface_pressure_pa,
+        ),
+        (
+            "water_density_kg_per_m3",
+            MOST_DENSITY_KG_PER_M3,
+            &mut config.water_density_kg_per_m3,
+        ),
+        ("silence_s", MOST_SILENCE_S, &mut config.silence_s),
+        ("rate_hz", MAX_RATE_HZ, &mut config.rate_hz),
+    ] {
+        positive(object, name, most, value)?;
+    }
+    Ok(config)
+}
+
+fn flag(object: &Object, name: &str, value: &mut bool) -> Result<(), FieldError> {
+    if let Some(given) = object.get(name) {
+        let wrong = || FieldError::wrong_type(object.path_of(name), "true or false", given);
+        *value = given.as_bool().ok_or_else(wrong)?;
+    }
+    Ok(())
+}
+
+fn one_of<T: Copy>(
+    object: &Object,
+    name: &str,
+    all: &[(&str, T)],
+    value: &mut T,
+) -> Result<(), FieldError> {
+    let Some(given) = text(object, name)? else {
+        return Ok(());
+    };
+    let Some((_, found)) = all.iter().find(|(known, _)| *known == given) else {
+        let known: Vec<String> = all.iter().map(|(known, _)| format!("{known:?}")).collect();
+        let (field, got) = (object.path_of(name), format!("{given:?}"));
+        return Err(FieldError::invalid(field, known.join(" or "), got));
+    };
+    *value = *found;
+    Ok(())
+}
+
+/// Domain of DDS.
+fn domain(object: &Object) -> Result<Option<u16>, FieldError> {
+    let Some(value) = object.get("domain_id") else {
+        return Ok(None);
+    };
+    let number = value.as_u64().and_then(|number| u16::try_from(number).ok());
+    match number.filter(|&number| number <= MOST_DOMAIN) {
+        Some(number) => Ok(Some(number)),
+        None => {
+            let expected = format!("a whole number from 0 to {MOST_DOMAIN}");
+            Err(FieldError::wrong_type(
+                object.path_of("domain_id"),
+                expected,
+                value,
+            ))
+        }
+    }
+}
+
+/// An absolute name of a topic, as ROS 2 has them.
+fn topic_name(object: &Object, name: &str) -> Result<Option<String>, FieldError> {
+    let Some(topic) = text(object, name)? else {
+        return Ok(None);
+    };
+    let is_token = |token: &str| {
+        let mut letters = token.chars();
+        letters
+            .next()
+            .is_some_and(|c| c.is_ascii_alphabetic() || c == '_')
+            && letters.all(|c| c.is_ascii_alphanumeric() || c == '_')
+            && !token.contains("__")
+    };
+    match topic.strip_prefix('/') {
+        Some(tokens) if tokens.split('/').all(is_token) => Ok(Some(topic)),
+        _ => Err(FieldError::invalid(
+            object.path_of(name),
+            "an absolute topic name such as \"/camera/image_raw/compressed\": letters, digits and single underscores between slashes",
+            format!("{topic:?}"),
+        )),
+    }
 }

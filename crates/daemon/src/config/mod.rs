@@ -9,6 +9,7 @@ use uw_calib::json::{FieldError, Object};
 
 use crate::links::dvl::DvlConfig;
 use crate::links::mavlink::MavlinkConfig;
+use crate::links::ros2::Ros2Config;
 use crate::links::rosbridge::RosbridgeConfig;
 use crate::log::LogConfig;
 use crate::tls::TlsFiles;
@@ -98,7 +99,9 @@ pub struct Config {
     pub dvl: Option<DvlConfig>,
     /// An autopilot.
     pub mavlink: Option<MavlinkConfig>,
-    /// ROS.
+    /// ROS 2 itself.
+    pub ros2: Ros2Config,
+    /// ROS through rosbridge.
     pub rosbridge: Option<RosbridgeConfig>,
 }
 

@@ -51,6 +51,7 @@ pub(super) fn config(value: &Value) -> Result<Config, FieldError> {
             "operations",
             "dvl",
             "mavlink",
+            "ros2",
             "rosbridge",
         ])
         .collect();
@@ -117,6 +118,9 @@ pub(super) fn config(value: &Value) -> Result<Config, FieldError> {
     }
     if let Some(object) = section(&document, "mavlink")? {
         config.mavlink = links::mavlink(&object)?;
+    }
+    if let Some(object) = section(&document, "ros2")? {
+        config.ros2 = links::ros2(&object)?;
     }
     if let Some(object) = section(&document, "rosbridge")? {
         config.rosbridge = links::rosbridge(&object)?;

@@ -15,6 +15,7 @@ use uw_guidance::service::{Answered, Moment, Service, Session};
 pub mod dvl;
 mod http_client;
 pub mod mavlink;
+pub mod ros2;
 pub mod rosbridge;
 
 /// Pauses before connecting again: the first, doubled each time up to the last.

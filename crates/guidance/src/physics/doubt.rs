@@ -5,15 +5,18 @@ use super::file::{FitNumbers, WaterNumbers};
 /// Names of a channel's absorption and scattering in [`FitNumbers::names`].
 const NAMES: [[&str; 2]; 3] = [["a_r", "b_r"], ["a_g", "b_g"], ["a_b", "b_b"]];
 
-/// Errors of a fitted absorption and scattering, per channel.
+/// Errors of a fitted absorption and scattering, and of the lamps beside daylight, per channel.
 ///
 /// Between the place that a target's detail is known from and the place of a prediction light goes some way more or less: absorption counts
 /// on the way to the camera and, as far as lamps light the target, on the way there; scattering takes detail on the way to the
-/// camera. To first order the logarithm of the contrast is off by the way times the error of the coefficient.
+/// camera. To first order the logarithm of the contrast is off by the way times the error of the coefficient. Where a prediction has another share of
+/// the lamps' light than the picture, it is off by that of the error of their level over daylight's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WaterDoubt {
     /// Covariance of a and b, 1/m².
     covariance: [[[f64; 2]; 2]; 3],
+    /// Relative error of the lamps' level over that of daylight.
+    lamps: [f64; 3],
 }
 
 impl WaterDoubt {
@@ -57,14 +60,21 @@ impl WaterDoubt {
                 [between * errors[0] * errors[1], errors[1].powi(2)],
             ];
         }
-        Ok(Self { covariance })
+        let lamps = fit.daylight_gain_relative_error.unwrap_or_default();
+        if let Some(k) = lamps.iter().position(|e| !(*e >= 0.0 && e.is_finite())) {
+            return Err(format!(
+                "daylight_gain_relative_error[{k}] must be finite and >= 0, got {}",
+                lamps[k]
+            ));
+        }
+        Ok(Self { covariance, lamps })
     }
 
     /// Standard error of the logarithm of a channel's contrast from `way_m` farther away than where the detail is known from, a share
-    /// `lamps` of the target's light being lamps'.
-    pub(super) fn relative(&self, k: usize, way_m: f64, lamps: f64) -> f64 {
+    /// `lamps` of the target's light being lamps' where a share `lamps_here` is in the picture.
+    pub(super) fn relative(&self, k: usize, way_m: f64, [lamps_here, lamps]: [f64; 2]) -> f64 {
         let ways = [(1.0 + lamps) * way_m, way_m];
-        let mut variance = 0.0;
+        let mut variance = (self.lamps[k] * (lamps - lamps_here)).powi(2);
         for (row, along) in self.covariance[k].iter().zip(ways) {
             for (entry, across) in row.iter().zip(ways) {
                 variance += along * entry * across;

@@ -112,6 +112,9 @@ pub struct FitNumbers {
     pub lamp_gain_relative_error: [f64; 3],
     /// Daylight times exposure, over those of the vehicle's file; the tables have it in them. `None` where no picture shows daylight.
     pub daylight_gain: Option<[f64; 3]>,
+    /// How far it is off in a picture, one with another; `None` also in files of earlier versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub daylight_gain_relative_error: Option<[f64; 3]>,
     /// Mean reflectance of the target, as far as the lamps' gain is known.
     pub reflectance: [f64; 3],
     /// What the rows and columns of `correlation` are.

@@ -95,6 +95,8 @@ impl std::fmt::Display for Unknown {
 pub(super) struct Known {
     column: Column,
     target: Target,
+    /// Share of the lamps in the light on the target, per channel.
+    lamps: [f64; 3],
 }
 
 impl Known {
@@ -134,7 +136,14 @@ impl<'a> Predictor<'a> {
         let column = place.column();
         let sight = Sight::in_column(&place, &column, picture, here);
         let target = Target::new(sight, memory);
-        let known = Arc::new(Known { column, target });
+        let lamps = place
+            .seen(&column.lit(here.distance_m), here.light_pct)
+            .lamps;
+        let known = Arc::new(Known {
+            column,
+            target,
+            lamps,
+        });
         let mut predictor = Self {
             place,
             known,
@@ -233,7 +242,8 @@ impl<'a> Predictor<'a> {
     fn with_error(&self, k: usize, distance_m: f64, seen: &Seen, look: &Look) -> (f64, f64) {
         let whole = self.over_patches(k, seen, look, look.deviation, 0.0);
         let of_water = self.place.doubt.as_ref().map_or(0.0, |doubt| {
-            doubt.relative(k, distance_m - look.from_m, seen.lamps[k])
+            let lamps = [self.known.lamps[k], seen.lamps[k]];
+            doubt.relative(k, distance_m - look.from_m, lamps)
         });
         // What noise hides may as well be there, the same in all patches.
         let raised = self.over_patches(k, seen, look, look.raised(of_water), 1.0);

@@ -214,7 +214,7 @@ impl Target {
         Look {
             mean: blend(own.mean, there.mean * comparison.mean),
             deviation: blend(own.deviation, there.deviation * comparison.deviation),
-            error: (own_square * trust).sqrt().min(memory_error),
+            error: (memory_square * trust).sqrt(),
             from_m: own.from_m + trust * (there.from_m - own.from_m),
             open: (own.open * (1.0 - trust)).hypot(there.open * comparison.deviation * trust),
             shape: match trust > 0.5 {

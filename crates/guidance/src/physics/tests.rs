@@ -294,12 +294,25 @@ fn errors_of_a_fitted_water_are_in_those_of_predictions() {
     assert!(lit > farther, "{lit} {farther}");
     let doubt = WaterDoubt::new(&fitted(0.0), &file.water).expect("errors");
     for (lamps, ways_of_a) in [(0.0, 1.0), (0.5, 1.5), (1.0, 2.0)] {
-        let error = doubt.relative(1, 2.0, lamps);
+        let error = doubt.relative(1, 2.0, [lamps; 2]);
         let exact = 2.0 * f64::hypot(0.05 * ways_of_a, 0.06);
         assert!((error / exact - 1.0).abs() < 1e-9, "{lamps}: {error}");
     }
+    // The lamps beside daylight: where their share changes, whatever the way.
+    let mut of_lamps = fitted(0.0);
+    of_lamps.daylight_gain_relative_error = Some([0.0, 0.1, 0.0]);
+    let beside = WaterDoubt::new(&of_lamps, &file.water).expect("errors");
+    for (way_m, own) in [(0.0, 0.0), (2.0, doubt.relative(1, 2.0, [0.7; 2]))] {
+        let error = beside.relative(1, way_m, [0.2, 0.7]);
+        let exact = f64::hypot(own, 0.05);
+        assert!((error / exact - 1.0).abs() < 1e-9, "{way_m}: {error}");
+    }
     let [_, cancelled, _] = added(&mut file, -1.0);
     assert!(cancelled < 0.3 * farther, "{cancelled} {farther}");
+    of_lamps.daylight_gain_relative_error = Some([0.0, -0.1, 0.0]);
+    file.fit = Some(of_lamps);
+    let error = file.check().expect_err("refused");
+    assert!(error.contains("daylight_gain_relative_error[1]"), "{error}");
     for (broken, told) in [(f64::NAN, "correlation of a_r and b_r"), (1.5, "got 1.5")] {
         file.fit = Some(fitted(broken));
         let error = file.check().expect_err("refused");
@@ -324,6 +337,7 @@ fn fitted(correlation: f64) -> FitNumbers {
         lamp_gain: [1.0; 3],
         lamp_gain_relative_error: [0.3; 3],
         daylight_gain: None,
+        daylight_gain_relative_error: None,
         reflectance: [0.3; 3],
         names: names.map(str::to_owned).to_vec(),
         correlation: (0..6)

@@ -8,6 +8,7 @@
 
 mod blocks;
 mod channel;
+mod daylight;
 mod layout;
 mod least_squares;
 mod mixture;

@@ -1,15 +1,16 @@
 //! The water file of a fitted water: tables made for it, and the target as the calibration's pictures show it.
 
+use uw_calib::StatsError;
 use uw_calib::picture::Counts;
 use uw_calib::response::CountResponse;
-use uw_calib::{Even, StatsError};
 use uw_guidance::Candidate;
 use uw_guidance::physics::file::{FitNumbers, WATER_FORMAT};
-use uw_guidance::physics::water::{Field, SourceTables};
+use uw_guidance::physics::water::Field;
 use uw_guidance::physics::{LinearPicture, Sight, WaterFile, WaterTables};
 use uw_media::Iops;
 use uw_render::scene::Scene;
 
+use super::daylight::{Daylight, daylight};
 use super::pictures::SAME_M;
 use super::{Fit, Options};
 use crate::estimate::water_tables::{
@@ -20,7 +21,7 @@ use crate::vehicle::Vehicle;
 /// Largest ratio of a distance of the tables to the one before: in between they are nearly straight lines.
 const MOST_RATIO: f64 = 1.22;
 /// Depth that is assumed where no picture has one, m.
-const SOME_DEPTH_M: f64 = 3.0;
+pub(super) const SOME_DEPTH_M: f64 = 3.0;
 /// How far from a single depth the tables reach, m.
 const AROUND_M: f64 = 1.0;
 /// Reflectances that a target's may be.
@@ -77,9 +78,9 @@ pub fn water_file(
     let mut tables = water_tables(&plan, |depth_m, distance_m| {
         Ok(lit(water.scene(vehicle, depth_m, distance_m)?, fit))
     })?;
-    let daylight_gain = daylight_gain(fit, vehicle, options, &tables)?;
-    if let Some(gain) = daylight_gain {
-        brighten(&mut tables, gain);
+    let daylight = daylight(fit, vehicle, options, &tables)?;
+    if let Some(daylight) = &daylight {
+        brighten(&mut tables, daylight.gain);
     }
     let mut file = WaterFile {
         format: WATER_FORMAT.to_owned(),
@@ -88,7 +89,7 @@ pub fn water_file(
         sensor: sensor_numbers(vehicle, options.encoding),
         tables,
         sights: Vec::new(),
-        fit: Some(numbers(fit, daylight_gain)),
+        fit: Some(numbers(fit, daylight.as_ref())),
     };
     file.sights = sights(fit, options, &file)?;
     Ok(file)
@@ -138,62 +139,6 @@ fn depths_m(fit: &Fit, asked_m: &[f64]) -> Vec<f64> {
     all
 }
 
-/// By how much daylight in the pictures with the lamps off is brighter than the vehicle's file has it; `None` where there are none.
-fn daylight_gain(
-    fit: &Fit,
-    vehicle: &Vehicle,
-    options: &Options,
-    tables: &WaterTables,
-) -> Result<Option<[f64; 3]>, WaterError> {
-    let even = Even::of_vehicle(vehicle, options.encoding);
-    let (mut products, mut squares) = ([0.0; 3], [0.0; 3]);
-    let dark = fit.places.iter().map(|place| &place[0]);
-    for row in dark.filter(|row| row.light_pct <= 0.0 && !options.dark) {
-        let depth_m = row.depth_m.unwrap_or(SOME_DEPTH_M);
-        let place = |list: &[f64], at: f64| {
-            let near = |i: &usize| (list[*i] - at).abs();
-            (0..list.len()).min_by(|i, j| near(i).total_cmp(&near(j)))
-        };
-        let distances: Vec<f64> = tables.views.iter().map(|view| view.distance_m).collect();
-        let Some((view, depth)) =
-            place(&distances, row.distance_m).zip(place(&tables.depths_m, depth_m))
-        else {
-            continue;
-        };
-        let source = &tables.views[view].daylight[depth];
-        let picture = Counts::read(&row.image, even.as_ref())?;
-        let seen = mean_light(&picture, options);
-        for k in 0..3 {
-            let made = vehicle.exposure * mean_radiance(source, k, fit.reflectance[k]);
-            // Each picture counts by its relative error, which is the same for all.
-            products[k] += seen[k] / made;
-            squares[k] += 1.0;
-        }
-    }
-    let known = squares[0] > 0.0;
-    Ok(known.then(|| [0, 1, 2].map(|k| products[k] / squares[k])))
-}
-
-fn mean_light(picture: &Counts, options: &Options) -> [f64; 3] {
-    let mut sum = [0.0; 3];
-    for pixel in &picture.pixels {
-        for k in 0..3 {
-            sum[k] += options.encoding.light(pixel[k]);
-        }
-    }
-    sum.map(|s| s / picture.pixels.len() as f64)
-}
-
-/// Mean radiance over a view of an even target.
-fn mean_radiance(source: &SourceTables, k: usize, reflectance: f64) -> f64 {
-    let patches = source.veil[k].len();
-    let of = |i: usize| {
-        let comes = source.straight[k][i] + source.scattered[k][i];
-        source.veil[k][i] + reflectance * source.light[k][i] * comes
-    };
-    (0..patches).map(of).sum::<f64>() / patches as f64
-}
-
 fn brighten(tables: &mut WaterTables, gain: [f64; 3]) {
     let multiply = |field: &mut Field| {
         for (values, gain) in field.iter_mut().zip(gain) {
@@ -224,7 +169,7 @@ fn sights(fit: &Fit, options: &Options, file: &WaterFile) -> Result<Vec<Sight>, 
     Ok(sights)
 }
 
-fn numbers(fit: &Fit, daylight_gain: Option<[f64; 3]>) -> FitNumbers {
+fn numbers(fit: &Fit, daylight: Option<&Daylight>) -> FitNumbers {
     FitNumbers {
         a_relative_error: fit.a_per_m.map(|a| a.relative_error),
         b_relative_error: fit.b_per_m.map(|b| b.relative_error),
@@ -233,7 +178,8 @@ fn numbers(fit: &Fit, daylight_gain: Option<[f64; 3]>) -> FitNumbers {
         jerlov_error: fit.jerlov.map(|mixture| mixture.error),
         lamp_gain: fit.lamp_gain.map(|gain| gain.value),
         lamp_gain_relative_error: fit.lamp_gain.map(|gain| gain.relative_error),
-        daylight_gain,
+        daylight_gain: daylight.map(|daylight| daylight.gain),
+        daylight_gain_relative_error: daylight.map(|daylight| daylight.relative_error),
         reflectance: fit.reflectance,
         names: Fit::names(),
         correlation: fit.correlation.clone(),

@@ -1,0 +1,116 @@
+//! ROS 2 itself, without a ROS installation: range, depth, lamp level and pictures come as messages, suggestions go out as ones.
+//!
+//! A node among others over DDS, the transport that ROS 2 has by default (crate `ros2-client` on RustDDS). Its message type is
+//! `uwguide_msgs/msg/Suggestion` (`ros2/uwguide_msgs`). It is compiled with the feature `ros2` alone.
+
+#[cfg(feature = "ros2")]
+mod messages;
+#[cfg(feature = "ros2")]
+mod node;
+#[cfg(feature = "ros2")]
+mod requests;
+#[cfg(feature = "ros2")]
+mod suggestion;
+
+#[cfg(feature = "ros2")]
+pub use node::Link;
+
+/// Largest DDS domain whose ports there are.
+pub const MOST_DOMAIN: u16 = 232;
+
+/// What depth comes as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DepthType {
+    /// `std_msgs/msg/Float64`: metres below the surface.
+    Metres,
+    /// `sensor_msgs/msg/FluidPressure`: absolute pressure, Pa.
+    Pressure,
+}
+
+/// Which way the camera looks in its frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CameraAxis {
+    /// Along x, as bodies do (REP 103).
+    X,
+    /// Along z, as frames with the suffix `_optical` do (REP 103).
+    Z,
+}
+
+/// Topics and what their numbers mean.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ros2Config {
+    /// Whether the node runs.
+    pub enabled: bool,
+    /// The DDS domain; `None` takes that of the variable `ROS_DOMAIN_ID`, else 0.
+    pub domain_id: Option<u16>,
+    /// Topic of `sensor_msgs/msg/Range`.
+    pub range_topic: String,
+    /// Topic of the depth.
+    pub depth_topic: String,
+    /// Its type.
+    pub depth_type: DepthType,
+    /// Topic of `std_msgs/msg/Float64`: light of the lamps, percent of full.
+    pub light_topic: String,
+    /// Topic of `sensor_msgs/msg/CompressedImage`.
+    pub image_topic: String,
+    /// Topic of the suggestions.
+    pub suggestion_topic: String,
+    /// What is added to a range for the distance of the camera, m.
+    pub range_offset_m: f64,
+    /// Pressure at the surface, Pa.
+    pub surface_pressure_pa: f64,
+    /// Density of the water, kg/m³.
+    pub water_density_kg_per_m3: f64,
+    /// Which way the camera looks in its frame.
+    pub camera_axis: CameraAxis,
+    /// Whether the stamps of headers are times of this machine's clock; else messages are as old as their arrival.
+    pub stamps: bool,
+    /// Whether publishers have to repeat what is lost.
+    pub reliable: bool,
+    /// After so long without a picture suggestions are made without one, s,
+    pub silence_s: f64,
+    /// so often, Hz.
+    pub rate_hz: f64,
+}
+
+impl Default for Ros2Config {
+    fn default() -> Self {
+        Self {
+            enabled: false,
+            domain_id: None,
+            range_topic: "/range".to_owned(),
+            depth_topic: "/depth".to_owned(),
+            depth_type: DepthType::Metres,
+            light_topic: "/light_pct".to_owned(),
+            image_topic: "/camera/image_raw/compressed".to_owned(),
+            suggestion_topic: "/uwguide/suggestion".to_owned(),
+            range_offset_m: 0.0,
+            surface_pressure_pa: 101_325.0,
+            water_density_kg_per_m3: 1025.0,
+            camera_axis: CameraAxis::Z,
+            stamps: true,
+            reliable: false,
+            silence_s: 3.0,
+            rate_hz: 2.0,
+        }
+    }
+}
+
+/// The node of a program without ROS 2, of which there is none.
+#[cfg(not(feature = "ros2"))]
+#[derive(Debug)]
+pub struct Link(std::convert::Infallible);
+
+#[cfg(not(feature = "ros2"))]
+impl Link {
+    /// # Errors
+    /// Always.
+    pub fn open(_: &Ros2Config) -> Result<Self, String> {
+        Err("this uwguide was built without ROS 2; with it: cargo build --release -p uw-daemon --features ros2".to_owned())
+    }
+
+    /// Never called.
+    pub async fn run(self, _: super::Feeder) {
+        match self.0 {}
+    }
+}

@@ -1,0 +1,82 @@
+"""Pictures for `uwguide --ros2` at a steady rate: how many are answered, how soon, and what memory it takes.
+
+    python3 soak_ros2.py SECONDS [RATE_HZ]
+
+Needs what `test_ros2.py` needs.
+"""
+
+import io
+import sys
+import tempfile
+import threading
+import time
+
+from PIL import Image
+
+from test_ros2 import Float64, Messages, Peer, Program, picture
+
+
+def memory_mib(process):
+    """What a process has in memory now, and at most had."""
+    with open(f"/proc/{process.pid}/status", encoding="ascii") as status:
+        numbers = dict(line.split(":") for line in status)
+    return [int(numbers[name].split()[0]) / 1024 for name in ("VmRSS", "VmHWM")]
+
+
+def jpeg():
+    """A picture as cameras send it."""
+    file = io.BytesIO()
+    Image.open(io.BytesIO(picture())).save(file, "JPEG", quality=90)
+    return file.getvalue()
+
+
+def main():
+    seconds, rate_hz = float(sys.argv[1]), float(sys.argv[2]) if len(sys.argv) > 2 else 30.0
+    messages, data = Messages(), jpeg()
+    image = messages.image(data)
+    sent, took = {}, []
+    with tempfile.TemporaryDirectory() as folder, Program(folder) as program:
+        peer = Peer(program.domain_id)
+        depth = peer.depth(Float64)
+        peer.wait(peer.range, peer.light, peer.image, depth)
+        stop = threading.Event()
+
+        def listen():
+            while not stop.is_set():
+                for made in peer.suggestions.take(N=10):
+                    if (made.sec, made.nanosec) in sent:
+                        took.append((time.time_ns() - made.sec * 10**9 - made.nanosec) / 1e6)
+                time.sleep(0.001)
+
+        listener = threading.Thread(target=listen)
+        listener.start()
+        begun = time.monotonic()
+        number, resident = 0, []
+        while number < seconds * rate_hz:
+            time.sleep(max(0.0, begun + number / rate_hz - time.monotonic()))
+            if number % 3 == 0:
+                peer.range.write(messages.range(0.75))
+                depth.write(messages.number(3.0))
+                peer.light.write(messages.number(20.0))
+            image.sec, image.nanosec = divmod(time.time_ns(), 10**9)
+            sent[image.sec, image.nanosec] = True
+            peer.image.write(image)
+            if number % int(10 * rate_hz) == 0:
+                resident.append(memory_mib(program.process))
+            number += 1
+        time.sleep(2)
+        stop.set()
+        listener.join()
+        used_s = sum(float(n) for n in open(f"/proc/{program.process.pid}/stat", encoding="ascii").read().split()[13:15]) / 100
+        resident.append(memory_mib(program.process))
+    took.sort()
+    at = [took[int(share * (len(took) - 1))] for share in (0.5, 0.99, 1.0)] if took else []
+    print(f"{len(data) / 1024:.0f} KiB a picture, {number} sent at {rate_hz:g} Hz, {len(took)} answered")
+    print("latency, ms: median {:.1f}, 99 % {:.1f}, largest {:.1f}".format(*at))
+    now = [pair[0] for pair in resident]
+    print(f"memory, MiB: {now[0]:.0f} at first, {now[len(now) // 2]:.0f} half-way, {now[-1]:.0f} at the end; most {resident[-1][1]:.0f}")
+    print(f"processor: {used_s / (number / rate_hz):.2f} of one")
+
+
+if __name__ == "__main__":
+    main()
