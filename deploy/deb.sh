@@ -5,6 +5,8 @@
 #   deploy/deb.sh [FOLDER]      writes FOLDER/uwguide_VERSION_ARCH.deb (default: target) and tells its name. MAINTAINER='NAME <ADDRESS>' says who
 #                               answers for it.
 #
+# For `uwguide --ros2` make them with `cargo build --release --features uw-daemon/ros2`.
+#
 # The service is installed and not enabled: it needs /etc/uwguide/profile.json of one's own water (docs/daemon.md).
 set -eu
 cd "$(dirname "$0")/.."
@@ -49,6 +51,10 @@ mkdir -p "$units"
 for unit in service socket; do
     sed 's#/usr/local/bin/#/usr/bin/#g' "deploy/uwguide.$unit" >"$units/uwguide.$unit"
 done
+
+# The message of `uwguide --ros2`, for the workspaces of those who listen.
+mkdir -p "$share/uwguide/ros2"
+cp -r ros2/uwguide_msgs "$share/uwguide/ros2/"
 
 mkdir -p "$share/doc/uwguide" "$root/DEBIAN"
 cp README.md CHANGELOG.md LICENSE LICENSE-MIT LICENSE-APACHE docs/daemon.md "$share/doc/uwguide/"

@@ -1,15 +1,16 @@
 #!/bin/sh
 # Installs a Debian package in a bare Debian, uses it and removes it: what it says that it needs must be enough.
 #
-#   deploy/deb_trial.sh PACKAGE.deb [SUITE]      as root; needs debootstrap and a Debian mirror. SUITE: bookworm
+#   deploy/deb_trial.sh PACKAGE.deb [SUITE]      as root; needs debootstrap and a Debian mirror. SUITE: bookworm. Ends with 3 where no
+#                                                bare Debian can be made, so that nothing was tried.
 set -eu
 package=$1
 suite=${2:-bookworm}
 root=$(mktemp -d)
 trap 'umount "$root/proc" 2>/dev/null || true; rm -rf "$root"' EXIT
-debootstrap --variant=minbase "$suite" "$root" >"$root.log" 2>&1 || { tail "$root.log" >&2; exit 1; }
+debootstrap --variant=minbase "$suite" "$root" >"$root.log" 2>&1 || { tail "$root.log" >&2; rm -f "$root.log"; exit 3; }
 rm -f "$root.log"
-mount -t proc proc "$root/proc"
+mount -t proc proc "$root/proc" || exit 3
 cp "$package" "$root/tmp/package.deb"
 # A command in there, whose words are shown when it fails.
 inside() {

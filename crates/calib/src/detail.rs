@@ -22,7 +22,8 @@
 
 use crate::even::Even;
 use crate::noise::{self, NoiseModel, NoiseSource, Tiles};
-use crate::stats::{PATCH_COLUMNS, PATCH_ROWS, PatchGrid, PatchStats};
+use crate::planes::{Part, Planes};
+use crate::stats::{self, PATCH_COLUMNS, PATCH_ROWS, PatchGrid, PatchStats};
 
 /// Share of pixels at full scale above which a picture's numbers are doubtful.
 pub const MAX_SATURATED: f64 = 0.01;
@@ -65,12 +66,12 @@ pub(crate) struct Behind<'a> {
 }
 
 impl Detail {
-    /// Measures the picture of a grid, whose pixel `i` is `pixel(i)` in 8-bit counts, stored in steps of `step` counts. Of
+    /// Measures the picture of a grid, stored in steps of `step` counts. Of
     /// a picture that was made even, `behind` is how it was stored. `None` where the noise is to be taken from the picture and patches are smaller
     /// than 3 × 3 pixels.
     pub(crate) fn measure(
         grid: &PatchGrid,
-        pixel: &impl Fn(usize) -> [f64; 3],
+        planes: &Planes,
         step: f64,
         model: &NoiseModel,
         behind: Option<&Behind<'_>>,
@@ -93,19 +94,12 @@ impl Detail {
             black: [0.0; 3],
             saturated: [0.0; 3],
         };
-        let pixels = grid.width * grid.height;
-        let mut plane = vec![0.0; pixels];
-        for k in 0..3 {
-            let (mut black, mut saturated) = (0, 0);
-            for (i, value) in plane.iter_mut().enumerate() {
-                *value = pixel(i)[k];
-                black += usize::from(*value <= 0.0);
-                saturated += usize::from(*value >= FULL_SCALE);
-            }
-            detail.black[k] = black as f64 / pixels as f64;
-            detail.saturated[k] = saturated as f64 / pixels as f64;
-            let noise = noise_of(grid, k, &tiles, (&plane, behind), step, model)?;
-            let sums = channel(grid, k, &tiles, &|i| plane[i], &noise);
+        for (k, plane) in planes.channels.iter().enumerate() {
+            let whole = Part::whole(plane);
+            detail.black[k] = whole.mean(|value| f64::from(u8::from(value <= 0.0)));
+            detail.saturated[k] = whole.mean(|value| f64::from(u8::from(value >= FULL_SCALE)));
+            let noise = noise_of(grid, k, &tiles, (plane, behind), step, model)?;
+            let sums = channel(grid, k, plane, &noise);
             detail.contrast[k] = sums.contrast();
             detail.floor[k] = sums.floor().max(ROUNDING * step);
             detail.noise[k] = (sums.noise / sums.patches).max(0.0).sqrt();
@@ -226,8 +220,11 @@ fn noise_of(
     match model {
         NoiseModel::Picture => {
             let found = match behind {
-                Some(behind) => noise::estimate(tiles, &|i| behind.pixels[i][k])?,
-                None => noise::estimate(tiles, &|i| plane[i])?,
+                Some(behind) => {
+                    let stored: Vec<f64> = behind.pixels.iter().map(|pixel| pixel[k]).collect();
+                    noise::estimate(tiles, &stored)?
+                }
+                None => noise::estimate(tiles, plane)?,
             };
             let grown = patches.zip(&found.patches).map(|(patch, noise)| {
                 let (_, growth) = before(patch);
@@ -254,22 +251,17 @@ fn noise_of(
     }
 }
 
-fn channel(
-    grid: &PatchGrid,
-    k: usize,
-    tiles: &Tiles,
-    value: &impl Fn(usize) -> f64,
-    found: &ChannelNoise,
-) -> Sums {
-    let pixels = (tiles.width * tiles.height) as f64;
+fn channel(grid: &PatchGrid, k: usize, plane: &[f64], found: &ChannelNoise) -> Sums {
+    let size = [grid.width, grid.height];
     let mut sums = Sums::default();
-    for ((patch, &corner), &noise) in grid.patches.iter().zip(tiles.corners).zip(&found.patches) {
+    for (i, (patch, &noise)) in grid.patches.iter().zip(&found.patches).enumerate() {
         let (mean, total) = (patch.mean[k], patch.std[k] * patch.std[k]);
-        let fourth: f64 = (0..tiles.height)
-            .flat_map(|y| (0..tiles.width).map(move |x| corner + y * tiles.stride + x))
-            .map(|i| (value(i) - mean).powi(4))
-            .sum::<f64>()
-            / pixels;
+        let part = stats::part(plane, size, i);
+        let pixels = (part.width * part.height) as f64;
+        let fourth = part.mean(|value| {
+            let square = (value - mean) * (value - mean);
+            square * square
+        });
         let spread = if total > 0.0 {
             (fourth / (total * total) - 1.0).clamp(SPREADS[0], SPREADS[1])
         } else {

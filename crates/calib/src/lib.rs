@@ -30,6 +30,7 @@ mod levels;
 pub mod manifest;
 pub mod noise;
 pub mod picture;
+mod planes;
 pub mod processing;
 pub mod profile;
 pub mod response;

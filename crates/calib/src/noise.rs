@@ -172,8 +172,8 @@ struct Cell {
     variance: f64,
 }
 
-/// The noise of the channel whose pixel `i` is `value(i)`; `None` where patches are smaller than 3 × 3 pixels.
-pub(crate) fn estimate(tiles: &Tiles, value: &impl Fn(usize) -> f64) -> Option<Estimated> {
+/// The noise of a channel; `None` where patches are smaller than 3 × 3 pixels.
+pub(crate) fn estimate(tiles: &Tiles, plane: &[f64]) -> Option<Estimated> {
     let (across, down) = (tiles.width.checked_sub(2)?, tiles.height.checked_sub(2)?);
     if across == 0 || down == 0 {
         return None;
@@ -185,7 +185,7 @@ pub(crate) fn estimate(tiles: &Tiles, value: &impl Fn(usize) -> f64) -> Option<E
             for x in (0..=across - side[0]).step_by(side[0]) {
                 // The operator's middle is a pixel inside the patch.
                 let first = corner + (y + 1) * tiles.stride + x + 1;
-                cells.push(cell(patch, first, side, tiles.stride, value));
+                cells.push(cell(patch, first, side, tiles.stride, plane));
             }
         }
     }
@@ -207,27 +207,46 @@ pub(crate) fn estimate(tiles: &Tiles, value: &impl Fn(usize) -> f64) -> Option<E
     })
 }
 
-fn cell(
-    patch: usize,
-    first: usize,
-    side: [usize; 2],
-    stride: usize,
-    value: &impl Fn(usize) -> f64,
-) -> Cell {
-    let (mut level, mut energy) = (0.0, 0.0);
-    for y in 0..side[1] {
-        for x in 0..side[0] {
-            let at = first + y * stride + x;
-            let row = |middle: usize| value(middle - 1) - 2.0 * value(middle) + value(middle + 1);
-            energy += (row(at - stride) - 2.0 * row(at) + row(at + stride)).powi(2);
-            level += value(at);
+fn cell(patch: usize, first: usize, side: [usize; 2], stride: usize, plane: &[f64]) -> Cell {
+    let [width, height] = side;
+    // With a pixel more to all sides.
+    let row = |y: usize| {
+        let from = first + y * stride - stride - 1;
+        &plane[from..from + width + 2]
+    };
+    let (mut levels, mut energies) = ([0.0; CELL_PX], [0.0; CELL_PX]);
+    let mut before = [differences(row(0)), differences(row(1))];
+    for y in 0..height {
+        let next = differences(row(y + 2));
+        for x in 0..CELL_PX {
+            let difference = before[0][x] - 2.0 * before[1][x] + next[x];
+            energies[x] += difference * difference;
         }
+        for (level, value) in levels.iter_mut().zip(&row(y + 1)[1..=width]) {
+            *level += value;
+        }
+        before = [before[1], next];
     }
-    let count = (side[0] * side[1]) as f64;
+    let count = (width * height) as f64;
     Cell {
         patch,
-        level: level / count,
-        variance: energy / (36.0 * count),
+        level: levels.iter().sum::<f64>() / count,
+        variance: energies.iter().sum::<f64>() / (36.0 * count),
+    }
+}
+
+/// Second differences along a row of a cell; 0 beyond a narrow one.
+fn differences(row: &[f64]) -> [f64; CELL_PX] {
+    let second = |at: &[f64], x: usize| at[x] - 2.0 * at[x + 1] + at[x + 2];
+    match row.first_chunk::<{ CELL_PX + 2 }>() {
+        Some(row) => std::array::from_fn(|x| second(row, x)),
+        None => std::array::from_fn(|x| {
+            if x + 2 < row.len() {
+                second(row, x)
+            } else {
+                0.0
+            }
+        }),
     }
 }
 

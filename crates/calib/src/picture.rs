@@ -7,6 +7,8 @@ use std::path::Path;
 use image::{DynamicImage, ImageReader, Limits};
 
 use crate::even::Even;
+use crate::planes::Planes;
+use crate::processing::jpeg_quality;
 use crate::stats::StatsError;
 
 /// Longest image side that is decoded, pixels; several times that of any camera on a vehicle.
@@ -15,6 +17,29 @@ const MAX_SIDE_PX: u32 = 32_768;
 const MAX_DECODE_BYTES: u64 = 512 << 20;
 /// 8-bit counts per 16-bit count.
 pub(crate) const COUNTS_PER_U16: f64 = 255.0 / 65_535.0;
+
+/// A file in memory, decoded once for all that is asked of it.
+#[derive(Debug)]
+pub struct Decoded {
+    pub(crate) image: DynamicImage,
+    pub(crate) name: String,
+    /// Quality of a JPEG.
+    pub(crate) jpeg_quality: Option<u8>,
+}
+
+impl Decoded {
+    /// The bytes of a PNG, TIFF or JPEG file; `name` is for messages.
+    ///
+    /// # Errors
+    /// It is no picture that can be decoded.
+    pub fn new(bytes: &[u8], name: &str) -> Result<Self, StatsError> {
+        Ok(Self {
+            image: decode(Box::new(Cursor::new(bytes)), name)?,
+            name: name.to_owned(),
+            jpeg_quality: jpeg_quality(bytes),
+        })
+    }
+}
 
 /// A picture as it is stored.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,8 +67,15 @@ impl Counts {
     /// # Errors
     /// It is no picture of 8 or 16 bits per channel.
     pub fn from_encoded(bytes: &[u8], name: &str, even: Option<&Even>) -> Result<Self, StatsError> {
-        let image = decode(Box::new(Cursor::new(bytes)), name)?;
-        Ok(Self::of(&image, name)?.evened(even))
+        Self::of_decoded(&Decoded::new(bytes, name)?, even)
+    }
+
+    /// The same of a decoded one.
+    ///
+    /// # Errors
+    /// Its samples are not unsigned ones of 8 or 16 bits.
+    pub fn of_decoded(decoded: &Decoded, even: Option<&Even>) -> Result<Self, StatsError> {
+        Ok(Self::of(&decoded.image, &decoded.name)?.evened(even))
     }
 
     /// Without what a lens does, where one is given.
@@ -55,43 +87,14 @@ impl Counts {
     }
 
     pub(crate) fn of(image: &DynamicImage, name: &str) -> Result<Self, StatsError> {
-        let eight = |samples: &[u8], channels: usize| -> Vec<[f64; 3]> {
-            let pixel = |p: &[u8]| triple(p, channels).map(f64::from);
-            samples.chunks_exact(channels).map(pixel).collect()
-        };
-        let sixteen = |samples: &[u16], channels: usize| -> Vec<[f64; 3]> {
-            let pixel = |p: &[u16]| triple(p, channels).map(|v| COUNTS_PER_U16 * f64::from(v));
-            samples.chunks_exact(channels).map(pixel).collect()
-        };
-        let pixels = match image {
-            DynamicImage::ImageLuma8(b) => eight(b.as_raw(), 1),
-            DynamicImage::ImageLumaA8(b) => eight(b.as_raw(), 2),
-            DynamicImage::ImageRgb8(b) => eight(b.as_raw(), 3),
-            DynamicImage::ImageRgba8(b) => eight(b.as_raw(), 4),
-            DynamicImage::ImageLuma16(b) => sixteen(b.as_raw(), 1),
-            DynamicImage::ImageLumaA16(b) => sixteen(b.as_raw(), 2),
-            DynamicImage::ImageRgb16(b) => sixteen(b.as_raw(), 3),
-            DynamicImage::ImageRgba16(b) => sixteen(b.as_raw(), 4),
-            other => {
-                return Err(StatsError::SampleType {
-                    name: name.to_owned(),
-                    got: format!("{:?}", other.color()),
-                });
-            }
-        };
+        let planes = Planes::of_image(image, name, &|count| count)?;
+        let [red, green, blue] = &planes.channels;
+        let rows = red.iter().zip(green).zip(blue);
         Ok(Self {
-            width: image.width() as usize,
-            height: image.height() as usize,
-            pixels,
+            width: planes.width,
+            height: planes.height,
+            pixels: rows.map(|((&r, &g), &b)| [r, g, b]).collect(),
         })
-    }
-}
-
-/// R, G, B of a pixel of 1 (grey), 2 (grey, alpha), 3 or 4 channels.
-fn triple<T: Copy>(pixel: &[T], channels: usize) -> [T; 3] {
-    match channels {
-        1 | 2 => [pixel[0]; 3],
-        _ => [pixel[0], pixel[1], pixel[2]],
     }
 }
 

@@ -10,8 +10,9 @@ use std::path::Path;
 use crate::detail::{Detail, channel_names};
 use crate::manifest::Manifest;
 use crate::noise::NoiseModel;
-use crate::picture::Counts;
-use crate::stats::{StatsError, patch_statistics};
+use crate::picture::Decoded;
+use crate::planes::Planes;
+use crate::stats::{PatchGrid, StatsError};
 
 /// Sum of the entries of the JPEG standard's luminance table (ITU-T T.81, table K.1), which is that of quality 50.
 const STANDARD_SUM: f64 = 3688.0;
@@ -43,12 +44,21 @@ impl Processing {
     /// # Errors
     /// It is no picture of 8 or 16 bits per channel.
     pub fn of_encoded(bytes: &[u8], name: &str, sensor: &NoiseModel) -> Result<Self, StatsError> {
+        Self::of(&Decoded::new(bytes, name)?, sensor)
+    }
+
+    /// The same of a decoded picture.
+    ///
+    /// # Errors
+    /// Its samples are not unsigned ones of 8 or 16 bits.
+    pub fn of(decoded: &Decoded, sensor: &NoiseModel) -> Result<Self, StatsError> {
         Ok(Self {
-            jpeg_quality: jpeg_quality(bytes),
+            jpeg_quality: decoded.jpeg_quality,
             noise_share: match sensor {
                 NoiseModel::Picture => [None; 3],
                 NoiseModel::Sensor(_) => {
-                    noise_share(&Counts::from_encoded(bytes, name, None)?, sensor)
+                    let (image, name) = (&decoded.image, &decoded.name);
+                    noise_share(&Planes::of_image(image, name, &|counts| counts)?, sensor)
                 }
             },
         })
@@ -154,12 +164,11 @@ fn taken_off(quality: u8) -> f64 {
     known.unwrap_or(&worst).1
 }
 
-fn noise_share(picture: &Counts, sensor: &NoiseModel) -> [Option<f64>; 3] {
-    let pixel = |i: usize| picture.pixels[i];
-    let Ok(grid) = patch_statistics(picture.width, picture.height, pixel) else {
+fn noise_share(picture: &Planes, sensor: &NoiseModel) -> [Option<f64>; 3] {
+    let Ok(grid) = PatchGrid::of(picture) else {
         return [None; 3];
     };
-    let measure = |model: &NoiseModel| Detail::measure(&grid, &pixel, 1.0, model, None);
+    let measure = |model: &NoiseModel| Detail::measure(&grid, picture, 1.0, model, None);
     let (Some(found), Some(known)) = (measure(&NoiseModel::Picture), measure(sensor)) else {
         return [None; 3];
     };

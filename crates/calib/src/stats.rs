@@ -15,7 +15,8 @@ use thiserror::Error;
 use crate::detail::{Behind, Detail};
 use crate::even::Even;
 use crate::noise::NoiseModel;
-use crate::picture::{self, COUNTS_PER_U16, Counts, Encoded};
+use crate::picture::{self, COUNTS_PER_U16, Counts, Decoded, Encoded};
+use crate::planes::{Part, Planes, Sample};
 
 /// Patches along the width.
 pub const PATCH_COLUMNS: usize = 10;
@@ -150,7 +151,7 @@ impl Measured {
         Self::from_samples((width, height), samples, COUNTS_PER_U16, noise, even)
     }
 
-    fn from_samples<T: Copy + Into<f64>>(
+    fn from_samples<T: Sample>(
         (width, height): (usize, usize),
         samples: &[T],
         step: f64,
@@ -160,14 +161,15 @@ impl Measured {
         check_length(width, height, samples.len())?;
         let as_it_is = |counts| counts;
         let Some(even) = even else {
-            return interleaved(width, height, samples, 3, step, &as_it_is, Some(noise));
+            let planes = Planes::of_samples((width, height), samples, 3, step, &as_it_is);
+            return of_planes(&planes, step, Some(noise), None);
         };
         let pixels = samples.as_chunks::<3>().0;
         let stored = Counts {
             width,
             height,
             pixels: (pixels.iter())
-                .map(|pixel| pixel.map(|sample| step * sample.into()))
+                .map(|pixel| pixel.map(|sample| step * Into::<f64>::into(sample)))
                 .collect(),
         };
         measure_even(&stored, step, &as_it_is, Some(noise), even)
@@ -180,8 +182,21 @@ impl Measured {
         noise: &NoiseModel,
         even: Option<&Even>,
     ) -> Result<Self, StatsError> {
-        let bytes = Box::new(Cursor::new(bytes));
-        decode(bytes, name, &|counts| counts, Some(noise), even)
+        Self::of(&Decoded::new(bytes, name)?, noise, even)
+    }
+
+    /// Measures a decoded image.
+    ///
+    /// # Errors
+    /// It is smaller than 10 × 6 pixels or has other samples than unsigned ones of 8 or 16 bits.
+    pub fn of(
+        decoded: &Decoded,
+        noise: &NoiseModel,
+        even: Option<&Even>,
+    ) -> Result<Self, StatsError> {
+        let (image, name) = (&decoded.image, &decoded.name);
+        let as_it_is = |counts| counts;
+        named(measure(image, name, &as_it_is, Some(noise), even), name)
     }
 }
 
@@ -189,27 +204,16 @@ impl ImageStats {
     /// Statistics of interleaved 8-bit R, G, B samples, row 0 at the top.
     pub fn from_rgb8(width: usize, height: usize, samples: &[u8]) -> Result<Self, StatsError> {
         check_length(width, height, samples.len())?;
-        Ok(
-            interleaved(width, height, samples, 3, 1.0, &|counts| counts, None)?
-                .grid
-                .stats,
-        )
+        let planes = Planes::of_samples((width, height), samples, 3, 1.0, &|counts| counts);
+        Ok(PatchGrid::of(&planes)?.stats)
     }
 
     /// Statistics of interleaved 16-bit R, G, B samples, scaled to 8-bit counts (65535 is 255).
     pub fn from_rgb16(width: usize, height: usize, samples: &[u16]) -> Result<Self, StatsError> {
         check_length(width, height, samples.len())?;
-        Ok(interleaved(
-            width,
-            height,
-            samples,
-            3,
-            COUNTS_PER_U16,
-            &|counts| counts,
-            None,
-        )?
-        .grid
-        .stats)
+        let size = (width, height);
+        let planes = Planes::of_samples(size, samples, 3, COUNTS_PER_U16, &|counts| counts);
+        Ok(PatchGrid::of(&planes)?.stats)
     }
 
     /// Statistics of pixels given as R, G, B in 8-bit counts, fractions allowed; row 0 first.
@@ -280,85 +284,73 @@ pub fn contrast_misfit(predicted: [f64; 3], measured: [f64; 3]) -> f64 {
 /// Measures an image whose pixel `i` (row by row from the top left) is `pixel(i)`: R, G, B in 8-bit counts.
 ///
 /// Patches are `width / 10` by `height / 6` pixels; what is left over at the right and at the bottom
-/// belongs to no patch. `pixel` is called up to three times per pixel.
+/// belongs to no patch.
 pub fn patch_statistics(
     width: usize,
     height: usize,
     pixel: impl Fn(usize) -> [f64; 3],
 ) -> Result<PatchGrid, StatsError> {
-    let (patch_width, patch_height) = (width / PATCH_COLUMNS, height / PATCH_ROWS);
-    if patch_width == 0 || patch_height == 0 {
-        return Err(StatsError::TooSmall {
+    check_size(width, height)?;
+    PatchGrid::of(&Planes::new(width, height, pixel))
+}
+
+impl PatchGrid {
+    pub(crate) fn of(planes: &Planes) -> Result<Self, StatsError> {
+        let (width, height) = (planes.width, planes.height);
+        check_size(width, height)?;
+        let mut patches = vec![
+            PatchStats {
+                mean: [0.0; 3],
+                std: [0.0; 3]
+            };
+            PATCH_ROWS * PATCH_COLUMNS
+        ];
+        let mut stats = ImageStats {
+            contrast: [0.0; 3],
+            mean: [0.0; 3],
+        };
+        for (k, plane) in planes.channels.iter().enumerate() {
+            for (i, patch) in patches.iter_mut().enumerate() {
+                let part = part(plane, [width, height], i);
+                let mean = part.mean(|value| value);
+                let variance = part.mean(|value| (value - mean) * (value - mean));
+                (patch.mean[k], patch.std[k]) = (mean, variance.sqrt());
+            }
+            let contrast: f64 = patches.iter().map(|patch| patch.std[k]).sum();
+            stats.contrast[k] = contrast / patches.len() as f64;
+            stats.mean[k] = Part::whole(plane).mean(|value| value);
+        }
+        Ok(Self {
+            width,
+            height,
+            stats,
+            patches,
+        })
+    }
+}
+
+/// Patch `i` of a plane, row by row of patches.
+pub(crate) fn part(plane: &[f64], [width, height]: [usize; 2], i: usize) -> Part<'_> {
+    let size = [width / PATCH_COLUMNS, height / PATCH_ROWS];
+    let corner = i / PATCH_COLUMNS * size[1] * width + i % PATCH_COLUMNS * size[0];
+    Part {
+        plane,
+        first: corner,
+        width: size[0],
+        height: size[1],
+        stride: width,
+    }
+}
+
+fn check_size(width: usize, height: usize) -> Result<(), StatsError> {
+    match width < PATCH_COLUMNS || height < PATCH_ROWS {
+        true => Err(StatsError::TooSmall {
             name: "image".to_owned(),
             width,
             height,
-        });
+        }),
+        false => Ok(()),
     }
-    let mut patches = Vec::with_capacity(PATCH_COLUMNS * PATCH_ROWS);
-    for row in 0..PATCH_ROWS {
-        for column in 0..PATCH_COLUMNS {
-            let first = row * patch_height * width + column * patch_width;
-            let indices = (0..patch_height)
-                .flat_map(|y| (0..patch_width).map(move |x| first + y * width + x));
-            patches.push(patch(indices, patch_width * patch_height, &pixel));
-        }
-    }
-    let mut contrast = [0.0; 3];
-    for patch in &patches {
-        add(&mut contrast, patch.std);
-    }
-    let stats = ImageStats {
-        contrast: divide(contrast, patches.len()),
-        mean: mean(0..width * height, width * height, &pixel),
-    };
-    Ok(PatchGrid {
-        width,
-        height,
-        stats,
-        patches,
-    })
-}
-
-fn patch(
-    indices: impl Iterator<Item = usize> + Clone,
-    count: usize,
-    pixel: &impl Fn(usize) -> [f64; 3],
-) -> PatchStats {
-    let mean = mean(indices.clone(), count, pixel);
-    let mut squares = [0.0; 3];
-    for i in indices {
-        let value = pixel(i);
-        add(
-            &mut squares,
-            std::array::from_fn(|k| (value[k] - mean[k]).powi(2)),
-        );
-    }
-    PatchStats {
-        mean,
-        std: divide(squares, count).map(f64::sqrt),
-    }
-}
-
-fn mean(
-    indices: impl Iterator<Item = usize>,
-    count: usize,
-    pixel: &impl Fn(usize) -> [f64; 3],
-) -> [f64; 3] {
-    let mut sum = [0.0; 3];
-    for i in indices {
-        add(&mut sum, pixel(i));
-    }
-    divide(sum, count)
-}
-
-fn add(sum: &mut [f64; 3], value: [f64; 3]) {
-    for k in 0..3 {
-        sum[k] += value[k];
-    }
-}
-
-fn divide(sum: [f64; 3], count: usize) -> [f64; 3] {
-    sum.map(|s| s / count as f64)
 }
 
 fn check_length(width: usize, height: usize, got: usize) -> Result<(), StatsError> {
@@ -375,23 +367,14 @@ fn check_length(width: usize, height: usize, got: usize) -> Result<(), StatsErro
     }
 }
 
-/// `channels` is 1 (grey), 2 (grey, alpha), 3 (R, G, B) or 4 (R, G, B, alpha).
-fn interleaved<T: Copy + Into<f64>>(
-    width: usize,
-    height: usize,
-    samples: &[T],
-    channels: usize,
-    counts_per_unit: f64,
-    light: &dyn Fn(f64) -> f64,
+fn of_planes(
+    planes: &Planes,
+    step: f64,
     noise: Option<&NoiseModel>,
+    behind: Option<&Behind<'_>>,
 ) -> Result<Measured, StatsError> {
-    let step = if channels >= 3 { 1 } else { 0 };
-    let pixel = |i: usize| {
-        std::array::from_fn(|k| light(samples[i * channels + k * step].into() * counts_per_unit))
-    };
-    let grid = patch_statistics(width, height, pixel)?;
-    let detail =
-        noise.and_then(|noise| Detail::measure(&grid, &pixel, counts_per_unit, noise, None));
+    let grid = PatchGrid::of(planes)?;
+    let detail = noise.and_then(|noise| Detail::measure(&grid, planes, step, noise, behind));
     Ok(Measured { grid, detail })
 }
 
@@ -435,36 +418,19 @@ fn measure(
     noise: Option<&NoiseModel>,
     even: Option<&Even>,
 ) -> Result<Measured, StatsError> {
-    let (w, h) = (image.width() as usize, image.height() as usize);
-    if let Some(even) = even {
-        return measure_even(&Counts::of(image, name)?, step(image), light, noise, even);
-    }
-    match image {
-        DynamicImage::ImageLuma8(b) => interleaved(w, h, b.as_raw(), 1, 1.0, light, noise),
-        DynamicImage::ImageLumaA8(b) => interleaved(w, h, b.as_raw(), 2, 1.0, light, noise),
-        DynamicImage::ImageRgb8(b) => interleaved(w, h, b.as_raw(), 3, 1.0, light, noise),
-        DynamicImage::ImageRgba8(b) => interleaved(w, h, b.as_raw(), 4, 1.0, light, noise),
-        DynamicImage::ImageLuma16(b) => {
-            interleaved(w, h, b.as_raw(), 1, COUNTS_PER_U16, light, noise)
-        }
-        DynamicImage::ImageLumaA16(b) => {
-            interleaved(w, h, b.as_raw(), 2, COUNTS_PER_U16, light, noise)
-        }
-        DynamicImage::ImageRgb16(b) => {
-            interleaved(w, h, b.as_raw(), 3, COUNTS_PER_U16, light, noise)
-        }
-        DynamicImage::ImageRgba16(b) => {
-            interleaved(w, h, b.as_raw(), 4, COUNTS_PER_U16, light, noise)
-        }
-        other => Err(StatsError::SampleType {
-            name: name.to_owned(),
-            got: format!("{:?}", other.color()),
-        }),
+    match even {
+        Some(even) => measure_even(&Counts::of(image, name)?, step(image), light, noise, even),
+        None => of_planes(
+            &Planes::of_image(image, name, light)?,
+            step(image),
+            noise,
+            None,
+        ),
     }
 }
 
 /// Counts from one stored value to the next.
-fn step(image: &DynamicImage) -> f64 {
+pub(crate) fn step(image: &DynamicImage) -> f64 {
     match image.color().bytes_per_pixel() > image.color().channel_count() {
         true => COUNTS_PER_U16,
         false => 1.0,
@@ -479,14 +445,12 @@ fn measure_even(
     even: &Even,
 ) -> Result<Measured, StatsError> {
     let made = stored.clone().evened(Some(even));
-    let pixel = |i: usize| made.pixels[i].map(light);
-    let grid = patch_statistics(made.width, made.height, pixel)?;
+    let planes = Planes::new(made.width, made.height, |i| made.pixels[i].map(light));
     let behind = Behind {
         even,
         pixels: &stored.pixels,
     };
-    let detail = noise.and_then(|noise| Detail::measure(&grid, &pixel, step, noise, Some(&behind)));
-    Ok(Measured { grid, detail })
+    of_planes(&planes, step, noise, Some(&behind))
 }
 
 #[cfg(test)]

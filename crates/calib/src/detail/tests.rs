@@ -69,7 +69,8 @@ fn stored(
 fn measure(counts: &[[f64; 3]], step: f64, model: &NoiseModel) -> (PatchGrid, Detail) {
     let pixel = |i: usize| counts[i];
     let grid = patch_statistics(SIZE[0], SIZE[1], pixel).unwrap();
-    let detail = Detail::measure(&grid, &pixel, step, model, None).unwrap();
+    let planes = Planes::new(SIZE[0], SIZE[1], pixel);
+    let detail = Detail::measure(&grid, &planes, step, model, None).unwrap();
     (grid, detail)
 }
 
@@ -324,7 +325,14 @@ fn clipped_pixels_are_counted_and_told() {
         ]
     };
     let grid = patch_statistics(100, 60, pixel).unwrap();
-    let detail = Detail::measure(&grid, &pixel, 1.0, &NoiseModel::Picture, None).unwrap();
+    let detail = Detail::measure(
+        &grid,
+        &Planes::new(100, 60, pixel),
+        1.0,
+        &NoiseModel::Picture,
+        None,
+    )
+    .unwrap();
     assert_eq!(detail.saturated, [0.02, 0.01, 0.0]);
     assert_eq!(detail.black, [0.0, 0.0, 0.5]);
     let told = detail.warnings();
@@ -343,18 +351,22 @@ fn clipped_pixels_are_counted_and_told() {
 fn even_pictures_small_ones_and_wrong_noise() {
     let even = |_: usize| [128.0, 0.0, 255.0];
     let grid = patch_statistics(40, 24, even).unwrap();
+    let planes = Planes::new(40, 24, even);
     for model in [known(Encoding::Srgb, NOISES[0]), NoiseModel::Picture] {
-        let detail = Detail::measure(&grid, &even, 1.0, &model, None).unwrap();
+        let detail = Detail::measure(&grid, &planes, 1.0, &model, None).unwrap();
         assert_eq!(detail.contrast, [0.0; 3]);
         assert_eq!(detail.at_floor(), [true; 3]);
     }
     // Patches of 2 x 2 pixels have no difference of Laplacians.
     let grid = patch_statistics(20, 12, even).unwrap();
+    let planes = Planes::new(20, 12, even);
     assert_eq!(
-        Detail::measure(&grid, &even, 1.0, &NoiseModel::Picture, None),
+        Detail::measure(&grid, &planes, 1.0, &NoiseModel::Picture, None),
         None
     );
-    assert!(Detail::measure(&grid, &even, 1.0, &known(Encoding::Srgb, NOISES[0]), None).is_some());
+    assert!(
+        Detail::measure(&grid, &planes, 1.0, &known(Encoding::Srgb, NOISES[0]), None).is_some()
+    );
     // A sensor five times as noisy as the picture.
     let counts = stored(&|_| [0.3; 3], NOISES[0], Encoding::Srgb, 1.0, 1);
     let wrong = LinearNoise { a: 1e-3, b: 5e-6 };

@@ -5,7 +5,7 @@ use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use base64::Engine as _;
-use uw_calib::picture::Counts;
+use uw_calib::picture::{Counts, Decoded};
 use uw_calib::{Measured, NoiseModel, Processing};
 
 use crate::feed::Picture;
@@ -87,18 +87,18 @@ pub(super) fn measure(
     let noise = &settings.noise;
     let of_water = water.and_then(|water| water.even());
     let even = settings.even.as_ref().or(of_water);
-    let Measured { grid, detail } =
-        Measured::from_encoded(&bytes, field, noise, even).map_err(unusable)?;
+    let decoded = Decoded::new(&bytes, field).map_err(unusable)?;
+    let Measured { grid, detail } = Measured::of(&decoded, noise, even).map_err(unusable)?;
     let of_water = water.filter(|water| water.size_px() == [grid.width, grid.height]);
     let counts = match of_water {
-        Some(_) => Some(Counts::from_encoded(&bytes, field, even).map_err(unusable)?),
+        Some(_) => Some(Counts::of_decoded(&decoded, even).map_err(unusable)?),
         None => None,
     };
     let sensor = match (noise, of_water) {
         (NoiseModel::Picture, Some(water)) => water.noise(),
         (noise, _) => noise,
     };
-    let processing = Processing::of_encoded(&bytes, field, sensor).map_err(unusable)?;
+    let processing = Processing::of(&decoded, sensor).map_err(unusable)?;
     let share = |share: f64| reply::rounded(share, COUNTS_DECIMALS);
     let processing = Processing {
         noise_share: processing.noise_share.map(|of| of.map(share)),

@@ -4,7 +4,7 @@ use std::pin::Pin;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use futures_util::stream::select_all;
-use futures_util::{Stream, StreamExt};
+use futures_util::{FutureExt, Stream, StreamExt};
 use ros2_client::qos::{History, WhenFull};
 use ros2_client::{
     Context, ContextOptions, MessageTypeName, Name, Node, NodeName, NodeOptions, Publisher,
@@ -23,6 +23,8 @@ use crate::links::Feeder;
 const NODE: &str = "uwguide";
 /// Suggestions that are kept for readers that are slow.
 const KEPT: usize = 10;
+/// What may wait while a picture is answered, and is looked through for a newer one.
+const WAITING: usize = 1000;
 /// Warnings of one kind come this far apart.
 const QUIET: Duration = Duration::from_secs(10);
 /// Variable that names the DDS domain.
@@ -250,13 +252,12 @@ impl Answering<'_> {
         let mut next = Instant::now() + silence;
         loop {
             match timeout_at(next, events.next()).await {
-                Ok(Some(Event::State(request))) => self.tell(&request),
-                Ok(Some(Event::Picture(image))) => {
-                    self.look(image).await;
-                    next = Instant::now() + silence;
-                }
-                Ok(Some(Event::Unreadable(error))) => {
-                    self.warn(&format!("a message cannot be read: {error}"));
+                Ok(Some(event)) => {
+                    if let Some(image) = self.take(event) {
+                        let newest = self.newest(image, &mut events);
+                        self.look(newest).await;
+                        next = Instant::now() + silence;
+                    }
                 }
                 Ok(None) => return,
                 Err(_) => {
@@ -266,6 +267,40 @@ impl Answering<'_> {
                 }
             }
         }
+    }
+
+    /// Tells what has come; a picture is given back.
+    fn take(&mut self, event: Event) -> Option<CompressedImage> {
+        match event {
+            Event::State(request) => self.tell(&request),
+            Event::Picture(image) => return Some(image),
+            Event::Unreadable(error) => self.warn(&format!("a message cannot be read: {error}")),
+        }
+        None
+    }
+
+    /// The newest picture that has come: advice on one that waited is late.
+    fn newest(
+        &mut self,
+        mut image: CompressedImage,
+        mut events: impl Stream<Item = Event> + Unpin,
+    ) -> CompressedImage {
+        let mut skipped = 0;
+        for _ in 0..WAITING {
+            let Some(Some(event)) = events.next().now_or_never() else {
+                break;
+            };
+            if let Some(newer) = self.take(event) {
+                image = newer;
+                skipped += 1;
+            }
+        }
+        if skipped > 0 {
+            self.warn(&format!(
+                "pictures come faster than they are answered: {skipped} left out for a newer one"
+            ));
+        }
+        image
     }
 
     fn tell(&mut self, request: &Value) {
