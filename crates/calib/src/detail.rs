@@ -96,8 +96,9 @@ impl Detail {
         };
         for (k, plane) in planes.channels.iter().enumerate() {
             let whole = Part::whole(plane);
-            detail.black[k] = whole.mean(|value| f64::from(u8::from(value <= 0.0)));
-            detail.saturated[k] = whole.mean(|value| f64::from(u8::from(value >= FULL_SCALE)));
+            let is = |so: bool| f64::from(u8::from(so));
+            detail.black[k] = whole.mean(|value| is(value <= 0.0));
+            detail.saturated[k] = whole.mean(|value| is(value >= FULL_SCALE));
             let noise = noise_of(grid, k, &tiles, (plane, behind), step, model)?;
             let sums = channel(grid, k, plane, &noise);
             detail.contrast[k] = sums.contrast();

@@ -21,7 +21,9 @@ pub(crate) const COUNTS_PER_U16: f64 = 255.0 / 65_535.0;
 /// A file in memory, decoded once for all that is asked of it.
 #[derive(Debug)]
 pub struct Decoded {
-    pub(crate) image: DynamicImage,
+    pub(crate) planes: Planes,
+    /// Counts from one stored value to the next.
+    pub(crate) step: f64,
     pub(crate) name: String,
     /// Quality of a JPEG.
     pub(crate) jpeg_quality: Option<u8>,
@@ -31,10 +33,12 @@ impl Decoded {
     /// The bytes of a PNG, TIFF or JPEG file; `name` is for messages.
     ///
     /// # Errors
-    /// It is no picture that can be decoded.
+    /// It is no picture that can be decoded, of 8 or 16 bits per channel.
     pub fn new(bytes: &[u8], name: &str) -> Result<Self, StatsError> {
+        let image = decode(Box::new(Cursor::new(bytes)), name)?;
         Ok(Self {
-            image: decode(Box::new(Cursor::new(bytes)), name)?,
+            planes: Planes::of_image(&image, name, &|count| count)?,
+            step: step(&image),
             name: name.to_owned(),
             jpeg_quality: jpeg_quality(bytes),
         })
@@ -67,15 +71,12 @@ impl Counts {
     /// # Errors
     /// It is no picture of 8 or 16 bits per channel.
     pub fn from_encoded(bytes: &[u8], name: &str, even: Option<&Even>) -> Result<Self, StatsError> {
-        Self::of_decoded(&Decoded::new(bytes, name)?, even)
+        Ok(Self::of_decoded(&Decoded::new(bytes, name)?, even))
     }
 
     /// The same of a decoded one.
-    ///
-    /// # Errors
-    /// Its samples are not unsigned ones of 8 or 16 bits.
-    pub fn of_decoded(decoded: &Decoded, even: Option<&Even>) -> Result<Self, StatsError> {
-        Ok(Self::of(&decoded.image, &decoded.name)?.evened(even))
+    pub fn of_decoded(decoded: &Decoded, even: Option<&Even>) -> Self {
+        Self::of_planes(&decoded.planes).evened(even)
     }
 
     /// Without what a lens does, where one is given.
@@ -87,14 +88,19 @@ impl Counts {
     }
 
     pub(crate) fn of(image: &DynamicImage, name: &str) -> Result<Self, StatsError> {
-        let planes = Planes::of_image(image, name, &|count| count)?;
+        Ok(Self::of_planes(&Planes::of_image(image, name, &|count| {
+            count
+        })?))
+    }
+
+    fn of_planes(planes: &Planes) -> Self {
         let [red, green, blue] = &planes.channels;
         let rows = red.iter().zip(green).zip(blue);
-        Ok(Self {
+        Self {
             width: planes.width,
             height: planes.height,
             pixels: rows.map(|((&r, &g), &b)| [r, g, b]).collect(),
-        })
+        }
     }
 }
 
@@ -132,4 +138,12 @@ pub(crate) fn decode(
         name: name.to_owned(),
         source,
     })
+}
+
+/// Counts from one stored value to the next.
+pub(crate) fn step(image: &DynamicImage) -> f64 {
+    match image.color().bytes_per_pixel() > image.color().channel_count() {
+        true => COUNTS_PER_U16,
+        false => 1.0,
+    }
 }

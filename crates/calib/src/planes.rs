@@ -9,6 +9,7 @@ use crate::stats::StatsError;
 const LANES: usize = 8;
 
 /// A picture in 8-bit counts.
+#[derive(Debug)]
 pub(crate) struct Planes {
     /// Width, pixels.
     pub width: usize,

@@ -44,24 +44,18 @@ impl Processing {
     /// # Errors
     /// It is no picture of 8 or 16 bits per channel.
     pub fn of_encoded(bytes: &[u8], name: &str, sensor: &NoiseModel) -> Result<Self, StatsError> {
-        Self::of(&Decoded::new(bytes, name)?, sensor)
+        Ok(Self::of(&Decoded::new(bytes, name)?, sensor))
     }
 
     /// The same of a decoded picture.
-    ///
-    /// # Errors
-    /// Its samples are not unsigned ones of 8 or 16 bits.
-    pub fn of(decoded: &Decoded, sensor: &NoiseModel) -> Result<Self, StatsError> {
-        Ok(Self {
+    pub fn of(decoded: &Decoded, sensor: &NoiseModel) -> Self {
+        Self {
             jpeg_quality: decoded.jpeg_quality,
             noise_share: match sensor {
                 NoiseModel::Picture => [None; 3],
-                NoiseModel::Sensor(_) => {
-                    let (image, name) = (&decoded.image, &decoded.name);
-                    noise_share(&Planes::of_image(image, name, &|counts| counts)?, sensor)
-                }
+                NoiseModel::Sensor(_) => noise_share(&decoded.planes, sensor),
             },
-        })
+        }
     }
 
     /// The same of a file.

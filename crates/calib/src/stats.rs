@@ -194,9 +194,15 @@ impl Measured {
         noise: &NoiseModel,
         even: Option<&Even>,
     ) -> Result<Self, StatsError> {
-        let (image, name) = (&decoded.image, &decoded.name);
-        let as_it_is = |counts| counts;
-        named(measure(image, name, &as_it_is, Some(noise), even), name)
+        let (step, noise) = (decoded.step, Some(noise));
+        let measured = match even {
+            Some(even) => {
+                let stored = Counts::of_decoded(decoded, None);
+                measure_even(&stored, step, &|counts| counts, noise, even)
+            }
+            None => of_planes(&decoded.planes, step, noise, None),
+        };
+        named(measured, &decoded.name)
     }
 }
 
@@ -419,21 +425,19 @@ fn measure(
     even: Option<&Even>,
 ) -> Result<Measured, StatsError> {
     match even {
-        Some(even) => measure_even(&Counts::of(image, name)?, step(image), light, noise, even),
+        Some(even) => measure_even(
+            &Counts::of(image, name)?,
+            picture::step(image),
+            light,
+            noise,
+            even,
+        ),
         None => of_planes(
             &Planes::of_image(image, name, light)?,
-            step(image),
+            picture::step(image),
             noise,
             None,
         ),
-    }
-}
-
-/// Counts from one stored value to the next.
-pub(crate) fn step(image: &DynamicImage) -> f64 {
-    match image.color().bytes_per_pixel() > image.color().channel_count() {
-        true => COUNTS_PER_U16,
-        false => 1.0,
     }
 }
 

@@ -6,6 +6,7 @@ Needs what `test_ros2.py` needs.
 """
 
 import io
+import pathlib
 import sys
 import tempfile
 import threading
@@ -69,12 +70,14 @@ def main():
         listener.join()
         used_s = sum(float(n) for n in open(f"/proc/{program.process.pid}/stat", encoding="ascii").read().split()[13:15]) / 100
         resident.append(memory_mib(program.process))
+        warnings = [line for line in (pathlib.Path(folder) / "log").read_text().splitlines() if "WARN" in line.upper()]
     took.sort()
     at = [took[int(share * (len(took) - 1))] for share in (0.5, 0.99, 1.0)] if took else []
     print(f"{len(data) / 1024:.0f} KiB a picture, {number} sent at {rate_hz:g} Hz, {len(took)} answered")
     print("latency, ms: median {:.1f}, 99 % {:.1f}, largest {:.1f}".format(*at))
     now = [pair[0] for pair in resident]
     print(f"memory, MiB: {now[0]:.0f} at first, {now[len(now) // 2]:.0f} half-way, {now[-1]:.0f} at the end; most {resident[-1][1]:.0f}")
+    print(f"warnings: {len(warnings)}", *warnings[:5], sep="\n  ")
     print(f"processor: {used_s / (number / rate_hz):.2f} of one")
 
 

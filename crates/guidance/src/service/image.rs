@@ -90,15 +90,12 @@ pub(super) fn measure(
     let decoded = Decoded::new(&bytes, field).map_err(unusable)?;
     let Measured { grid, detail } = Measured::of(&decoded, noise, even).map_err(unusable)?;
     let of_water = water.filter(|water| water.size_px() == [grid.width, grid.height]);
-    let counts = match of_water {
-        Some(_) => Some(Counts::of_decoded(&decoded, even).map_err(unusable)?),
-        None => None,
-    };
+    let counts = of_water.map(|_| Counts::of_decoded(&decoded, even));
     let sensor = match (noise, of_water) {
         (NoiseModel::Picture, Some(water)) => water.noise(),
         (noise, _) => noise,
     };
-    let processing = Processing::of(&decoded, sensor).map_err(unusable)?;
+    let processing = Processing::of(&decoded, sensor);
     let share = |share: f64| reply::rounded(share, COUNTS_DECIMALS);
     let processing = Processing {
         noise_share: processing.noise_share.map(|of| of.map(share)),
