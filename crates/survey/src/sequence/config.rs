@@ -58,7 +58,7 @@ impl SequenceConfig {
         FORMAT.to_owned()
     }
 
-    /// Checksum of poses.
+    /// Checksum of poses, with the lamps' levels.
     pub fn checksum(trajectory: &Trajectory) -> u32 {
         let mut hasher = crc32fast::Hasher::new();
         for pose in trajectory.poses() {
@@ -68,7 +68,8 @@ impl SequenceConfig {
                 &pose.rotation.to_array(),
             ]
             .concat();
-            numbers.iter().for_each(|x| hasher.update(&x.to_le_bytes()));
+            let levels = pose.level_pct.into_iter();
+            (numbers.into_iter().chain(levels)).for_each(|x| hasher.update(&x.to_le_bytes()));
         }
         hasher.finalize()
     }

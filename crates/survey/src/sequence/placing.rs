@@ -67,7 +67,7 @@ pub(super) struct Moment {
     pub(super) rows: Range<u32>,
 }
 
-/// `shell` as an eye sees it at a moment: lamps keep their place before the camera of the scene but for fixed ones, flakes have drifted
+/// `shell` as an eye sees it at a moment: lamps keep their place before the camera of the scene but for fixed ones and have the pose's level, flakes have drifted
 /// since the first pose, and streak by the velocity along the trajectory.
 pub(super) fn placed(shell: &Scene, sequence: &Sequence<'_>, moment: &Moment, eye: Eye) -> Scene {
     let (first, pose) = (&sequence.trajectory.poses()[0], &moment.pose);
@@ -77,6 +77,7 @@ pub(super) fn placed(shell: &Scene, sequence: &Sequence<'_>, moment: &Moment, ey
         if !is_fixed(sequence, &lamp.name) {
             lamp.position_m = moved.point(lamp.position_m);
             lamp.forward = (moved.turn * lamp.forward).normalize();
+            lamp.level_pct = pose.level_pct.unwrap_or(lamp.level_pct);
         }
     }
     scene.camera = looking_from(&scene.camera, pose, eye);

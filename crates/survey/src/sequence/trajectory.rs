@@ -15,6 +15,8 @@ const LEAST_SINE: f64 = 1e-6;
 const TUM: [&str; 8] = ["time_s", "tx", "ty", "tz", "qx", "qy", "qz", "qw"];
 const FORWARD: [&str; 3] = ["forward_x", "forward_y", "forward_z"];
 const UP: [&str; 3] = ["up_x", "up_y", "up_z"];
+/// Column of the lamps' level.
+const LEVEL: &str = "level_pct";
 
 /// Where a camera is at a moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,6 +27,8 @@ pub struct Pose {
     pub position_m: DVec3,
     /// Turns right, down and forward of the camera (its x, y, z) into the world.
     pub rotation: DQuat,
+    /// Level of the lamps that move along, percent, in [0, 100]; `None`: that of the scene.
+    pub level_pct: Option<f64>,
 }
 
 /// A trajectory that cannot be used. The message names the file, the line and what would be right.
@@ -45,7 +49,7 @@ pub struct Trajectory {
 impl Trajectory {
     /// Reads a file: TUM (`time_s tx ty tz qx qy qz qw`, the quaternion turning the camera's right, down, forward into the
     /// world), or CSV with a header, with those names or, in the place of the quaternion, `forward_x,forward_y,forward_z`
-    /// and perhaps `up_x,up_y,up_z` (+z).
+    /// and perhaps `up_x,up_y,up_z` (+z); perhaps with `level_pct` of the lamps.
     ///
     /// # Errors
     /// A file that cannot be read, a line that is no pose, times that do not grow.
@@ -65,7 +69,7 @@ impl Trajectory {
     }
 
     /// Poses at equal times, `rate_hz` in a second, from the first one to the last: positions on straight lines in between,
-    /// rotations on great circles.
+    /// rotations on great circles, levels of lamps between those of their ends.
     ///
     /// # Errors
     /// A rate that gives more than a million poses.
@@ -102,6 +106,7 @@ impl Trajectory {
             time_s,
             position_m: before.position_m.lerp(next.position_m, share),
             rotation: before.rotation.slerp(next.rotation, share),
+            level_pct: (before.level_pct.zip(next.level_pct)).map(|(a, b)| a + share * (b - a)),
         }
     }
 
@@ -170,6 +175,7 @@ struct Columns {
     count: usize,
     place: [usize; 4],
     turned: Turned,
+    level: Option<usize>,
 }
 
 /// How a file says where a camera looks.
@@ -192,7 +198,7 @@ impl Columns {
             let found: Option<Vec<usize>> = wanted.iter().map(|name| find(name)).collect();
             found?.try_into().ok()
         }
-        let known = TUM.iter().chain(&FORWARD).chain(&UP);
+        let known = TUM.iter().chain(&FORWARD).chain(&UP).chain([&LEVEL]);
         let known: Vec<&str> = known.copied().collect();
         if let Some(unknown) = names.iter().find(|name| !known.contains(name)) {
             return Err(format!(
@@ -221,6 +227,7 @@ impl Columns {
             count: names.len(),
             place,
             turned,
+            level: find(LEVEL),
         })
     }
 
@@ -251,6 +258,7 @@ impl Columns {
             time_s: number(time)?,
             position_m: vector([x, y, z])?,
             rotation,
+            level_pct: self.level.map(|k| level(fields[k])).transpose()?,
         })
     }
 }
@@ -273,7 +281,16 @@ fn tum_pose(line: &str) -> Result<Pose, String> {
         time_s,
         position_m: DVec3::new(x, y, z),
         rotation: unit([qx, qy, qz, qw])?,
+        level_pct: None,
     })
+}
+
+fn level(field: &str) -> Result<f64, String> {
+    let value = number(field)?;
+    match (0.0..=100.0).contains(&value) {
+        true => Ok(value),
+        false => Err(format!("level_pct must be in [0, 100], got {field:?}")),
+    }
 }
 
 fn number(field: &str) -> Result<f64, String> {
@@ -346,6 +363,28 @@ mod tests {
         assert!((middle.rotation * DVec3::X - DVec3::new(half, half, 0.0)).length() < 1e-12);
         assert!((resampled.velocity_m_s(2) - DVec3::new(2.0, 0.0, 0.0)).length() < 1e-12);
         assert_eq!(trajectory.at(9.0).position_m, DVec3::new(4.0, 0.0, 0.0));
+    }
+
+    #[test]
+    fn lamps_are_dimmed_on_the_way() {
+        let header = "time_s,tx,ty,tz,forward_x,forward_y,forward_z,level_pct";
+        let text = format!("{header}\n0,0,0,0,1,0,0,20\n2,1,0,0,1,0,0,100\n");
+        let trajectory = Trajectory::parse(&text).expect("poses");
+        let levels = |trajectory: &Trajectory| -> Vec<_> {
+            trajectory
+                .poses()
+                .iter()
+                .map(|pose| pose.level_pct)
+                .collect()
+        };
+        let at_rate = trajectory.at_rate(1.0).expect("few");
+        assert_eq!(levels(&at_rate), [Some(20.0), Some(60.0), Some(100.0)]);
+        let tum = Trajectory::parse("0 0 0 0 0 0 0 1\n").expect("a pose");
+        assert_eq!(levels(&tum), [None]);
+        let wrong = format!("{header}\n0,0,0,0,1,0,0,101\n");
+        let (line, reason) = Trajectory::parse(&wrong).expect_err("refused");
+        assert_eq!(line, Some(2));
+        assert!(reason.contains("[0, 100]"), "{reason}");
     }
 
     #[test]

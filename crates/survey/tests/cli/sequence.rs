@@ -282,6 +282,30 @@ fn lamps_move_with_the_camera() {
     assert!(fixed < 0.7 * here, "{here} {fixed}");
 }
 
+/// Lamps have the level of the pose, but for those that stay where they are.
+#[test]
+fn lamps_are_dimmed_on_the_way() {
+    let folder = folder();
+    folder.write(
+        "dim.csv",
+        "time_s,tx,ty,tz,forward_x,forward_y,forward_z,level_pct\n0,0,0,0,1,0,0,100\n1,0,0,0,1,0,0,25\n",
+    );
+    let lamps = |name: &str| {
+        let image = ExrImage::read(&folder.path(name)).expect("an EXR");
+        ["lamp.left", "lamp.right"].map(|lamp| match image.layer(lamp) {
+            Some(LayerData::Colour(values)) => {
+                values.iter().map(|value| f64::from(value[1])).sum::<f64>()
+            }
+            other => panic!("{lamp}: {other:?}"),
+        })
+    };
+    folder.good("sequence scene.toml dim.csv -o dimmed --spp 64 --layers lamps --fixed-lamp right");
+    let [full, dimmed] = ["dimmed/exr/000000.exr", "dimmed/exr/000001.exr"].map(lamps);
+    let share = |lamp: usize| dimmed[lamp] / full[lamp];
+    assert!((share(0) - 0.25).abs() < 0.01, "{full:?} {dimmed:?}");
+    assert!((share(1) - 1.0).abs() < 0.04, "{full:?} {dimmed:?}");
+}
+
 /// Parts are the whole, and what is there is not made again.
 #[test]
 fn parts_make_the_same_frames_and_a_run_goes_on() {
