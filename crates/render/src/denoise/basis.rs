@@ -46,6 +46,8 @@ pub(super) struct Basis {
     pub(super) terms: Vec<Term>,
     /// The image points that its light is seen at, but for sun and sky.
     points: Points,
+    /// Whether all of the layer is straight light.
+    is_straight: bool,
 }
 
 impl Basis {
@@ -70,7 +72,7 @@ impl Basis {
     pub(super) fn of_straight(lamps: usize) -> Self {
         let points = Points::of_lamps(lamps);
         let (lamps, seen) = (Carrier::Lamps, Carrier::Seen);
-        Self::new(
+        let basis = Self::new(
             points,
             &[
                 (lamps, 0, 0),
@@ -85,7 +87,11 @@ impl Basis {
                 (Carrier::Turned(2), 0, 0),
                 (Carrier::One, 0, 0),
             ],
-        )
+        );
+        Self {
+            is_straight: true,
+            ..basis
+        }
     }
 
     /// For light that met a surface and scattered.
@@ -144,6 +150,7 @@ impl Basis {
         Self {
             terms: terms.to_vec(),
             points,
+            is_straight: false,
         }
     }
 
@@ -187,6 +194,36 @@ impl Basis {
             });
         }
         values
+    }
+
+    /// The carriers of a fragment that follows the fit of another one, term by term: its own; but where the straight light of both is known,
+    /// and all of the layer is straight light, those of the other times the ratio of that, as what the other does not vary in is
+    /// not told apart by its fit.
+    pub(super) fn carriers_beside(
+        &self,
+        fragment: &Fragment,
+        other: &Fragment,
+        blurred: &[[f32; 3]; BLURS.len()],
+        k: usize,
+        view: View,
+    ) -> [f64; MOST_TERMS] {
+        let own = self.carriers(fragment, blurred, k, view);
+        if !self.is_straight {
+            return own;
+        }
+        let others = self.carriers(other, blurred, k, view);
+        let light = |values: &[f64; MOST_TERMS]| {
+            let known = self.terms.iter().zip(values);
+            known
+                .filter(|(term, _)| matches!(term, (Carrier::Lamps | Carrier::Day, 0, 0)))
+                .map(|(_, value)| value)
+                .sum::<f64>()
+        };
+        let of_other = light(&others);
+        match of_other > 0.0 {
+            true => others.map(|value| value * light(&own) / of_other),
+            false => own,
+        }
     }
 
     /// The monomials at (u, v), term by term.

@@ -1,5 +1,8 @@
 //! Connected surfaces as the picture shows them: neighbouring pixels belong together where their centres show one object
-//! without an edge in depth between them.
+//! without an edge in depth between them. Surfaces too small for fits of their own, such as growth far away, are one region an
+//! object.
+
+use std::collections::HashMap;
 
 use rayon::prelude::*;
 
@@ -13,6 +16,8 @@ const LARGEST_SLOPE: f64 = 0.5;
 const LARGEST_GAP: f64 = 4.0;
 /// Farthest pixel whose centre may show the same surface as a ray.
 const REACH_PX: usize = 2;
+/// Pixels below which a connected surface is small: fits need about as many for all of their terms.
+const SMALL_PX: usize = 32;
 /// Least cosine towards the camera that counts.
 const LEAST_COSINE: f64 = 0.02;
 
@@ -24,6 +29,8 @@ pub(super) struct Regions {
     centres: Vec<Look>,
     /// The connected surface there.
     labels: Vec<u32>,
+    /// The region of the small surfaces of an object.
+    small: HashMap<u32, u32>,
     /// Angle between neighbouring pixels, rad.
     angle: f64,
 }
@@ -44,14 +51,29 @@ impl Regions {
             height,
             centres,
             labels: Vec::new(),
+            small: HashMap::new(),
             angle,
         };
         regions.labels = regions.connected();
+        regions.join_small();
         regions
     }
 
+    /// Makes one region of the small surfaces of each object: what is known of them, point by point, tells their depths and light apart.
+    fn join_small(&mut self) {
+        let mut sizes = vec![0_usize; self.labels.len()];
+        for &label in &self.labels {
+            sizes[label as usize] += 1;
+        }
+        for (label, centre) in self.labels.iter_mut().zip(&self.centres) {
+            if sizes[*label as usize] < SMALL_PX {
+                *label = *self.small.entry(centre.kind).or_insert(*label);
+            }
+        }
+    }
+
     /// The region of a ray through pixel (`x`, `y`): that of the centre of the pixel or of a neighbour, whichever shows the
-    /// same surface.
+    /// same surface; else that of the small surfaces of what it meets.
     pub(super) fn of_look(&self, look: &Look, x: usize, y: usize) -> u32 {
         let own = y * self.width + x;
         if self.join(look, &self.centres[own]) {
@@ -59,6 +81,7 @@ impl Regions {
         }
         (1..=REACH_PX)
             .find_map(|reach| self.of_neighbour(look, (x, y), reach))
+            .or_else(|| self.small.get(&look.kind).copied())
             .unwrap_or(NO_REGION)
     }
 

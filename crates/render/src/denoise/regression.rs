@@ -13,10 +13,16 @@ use super::solve::Moments;
 /// Cells whose moments are summed up at once, rows of them.
 const ROWS_AT_ONCE: usize = 8;
 /// Pixels that a fit needs, over its number of terms.
-const PIXELS_PER_TERM: f64 = 2.0;
+const PIXELS_PER_TERM: f64 = 12.0;
 /// What a fit may say of a pixel, over the largest value of the layer in the cells that it was made from: beyond, it speaks of what it
 /// has not seen.
 const MOST_OF_SEEN: f64 = 1.5;
+/// How far below no light it may come out, over the same.
+const BELOW_NONE: f64 = 0.02;
+
+/// Largest difference of the transmittances before two surfaces in a pixel of which one may follow the other's fit: the veils before them
+/// are then alike.
+const ALIKE: f32 = 0.05;
 
 /// What is fitted.
 pub(super) struct Problem<'a> {
@@ -67,6 +73,8 @@ struct FittedCells {
 }
 
 type Cells<T> = Vec<Vec<T>>;
+/// Of the carriers at a place, per channel and half.
+type Coefficients = [[[f64; MOST_TERMS]; 2]; 3];
 /// Values of a pixel by each half's fit: all over the pixel, where its own samples looked, where the other's did.
 type Values = [[[f32; 3]; 2]; 3];
 const SHOWN: usize = 0;
@@ -281,23 +289,29 @@ impl Problem<'_> {
         (x, y): (usize, usize),
         near_cells: &[(usize, usize, f64); 4],
     ) -> Option<Values> {
-        let (columns, cell_px) = (cells.columns, cells.cell_px);
+        let columns = cells.columns;
         let pixel = y * self.guides.width + x;
         let varied = self.guides.is_varied(pixel);
         let mut sum = [[[0.0_f64; 3]; 2]; 3];
-        for fragment in self.guides.pixel(pixel) {
-            if fragment.region == NO_REGION {
-                return None;
-            }
-            let near = near_cells.iter().filter_map(|&(column, row, weight)| {
-                let mut fits = cells.fits[row * columns + column].iter();
-                let fit = fits.find(|fit| fit.region == fragment.region)?;
-                let (u, v) = place(x, y, column, row, cell_px);
-                (weight > 0.0).then(|| (fit, weight, self.basis.monomials(u, v)))
-            });
-            let coefficients = mean_coefficients(near)?;
-            let blurred = &self.blurred[self.nearest_pure((x, y), fragment.region)];
-            self.add_fragment(&mut sum, fragment, (varied, blurred), &coefficients);
+        let fragments = self.guides.pixel(pixel);
+        let own: Vec<Option<Coefficients>> = (fragments.iter())
+            .map(|fragment| self.coefficients(cells, (x, y), near_cells, fragment.region))
+            .collect();
+        for (fragment, coefficients) in fragments.iter().zip(&own) {
+            let (other, coefficients) = match coefficients {
+                Some(coefficients) => (None, coefficients),
+                None => {
+                    let (other, coefficients) = stand_in(fragment, fragments, &own)?;
+                    (Some(other), coefficients)
+                }
+            };
+            let region = other.unwrap_or(fragment).region;
+            let blurred = &self.blurred[self.nearest_pure((x, y), region)];
+            let carriers = |k, view| match other {
+                None => self.basis.carriers(fragment, blurred, k, view),
+                Some(other) => (self.basis).carriers_beside(fragment, other, blurred, k, view),
+            };
+            self.add_fragment(&mut sum, varied, carriers, coefficients);
         }
         if !varied {
             (sum[OWN], sum[CROSSED]) = (sum[SHOWN], sum[SHOWN]);
@@ -307,11 +321,31 @@ impl Problem<'_> {
                 |&(column, row, _): &(usize, usize, f64)| cells.seen[row * columns + column][k];
             f64::from(near_cells.iter().map(of).fold(0.0, f32::max))
         });
-        let far = |half: &[f64; 3]| (0..3).any(|k| !(half[k].abs() <= MOST_OF_SEEN * seen[k]));
+        let range = |k: usize| -BELOW_NONE * seen[k]..=MOST_OF_SEEN * seen[k];
+        let far = |half: &[f64; 3]| (0..3).any(|k| !range(k).contains(&half[k]));
         if sum.iter().flatten().any(far) {
             return None;
         }
         Some(sum.map(|way| way.map(|half| half.map(|v| v as f32))))
+    }
+
+    /// The mean of the fits of a region in the cells near a pixel; none where they have none.
+    fn coefficients(
+        &self,
+        cells: &FittedCells,
+        (x, y): (usize, usize),
+        near_cells: &[(usize, usize, f64); 4],
+        region: u32,
+    ) -> Option<Coefficients> {
+        if region == NO_REGION {
+            return None;
+        }
+        mean_coefficients(near_cells.iter().filter_map(|&(column, row, weight)| {
+            let mut fits = cells.fits[row * cells.columns + column].iter();
+            let fit = fits.find(|fit| fit.region == region)?;
+            let (u, v) = place(x, y, column, row, cells.cell_px);
+            (weight > 0.0).then(|| (fit, weight, self.basis.monomials(u, v)))
+        }))
     }
 
     /// The pixel beside (x, y) that shows nothing but `region`, itself where none does. Blurred light jumps at the edge of what is
@@ -332,14 +366,14 @@ impl Problem<'_> {
             .map_or(own, |(column, row)| row * width + column)
     }
 
-    /// Adds what `coefficients` say of a fragment in every way, with its blurred light; where samples have seen nothing else, which
+    /// Adds what `coefficients` say of a fragment with these carriers in every way; where samples have seen nothing else, which
     /// `varied` says, only all over the pixel.
     fn add_fragment(
         &self,
         sum: &mut [[[f64; 3]; 2]; 3],
-        fragment: &Fragment,
-        (varied, blurred): (bool, &[[f32; 3]; 4]),
-        coefficients: &[[[f64; MOST_TERMS]; 2]; 3],
+        varied: bool,
+        carriers: impl Fn(usize, View) -> [f64; MOST_TERMS],
+        coefficients: &Coefficients,
     ) {
         let count = self.basis.len();
         for k in 0..3 {
@@ -347,11 +381,10 @@ impl Problem<'_> {
                 let own = coefficients[k][half].iter().zip(carriers);
                 own.take(count).map(|(c, carrier)| c * carrier).sum::<f64>()
             };
-            let carriers = |view| self.basis.carriers(fragment, blurred, k, view);
             for half in 0..2 {
-                sum[SHOWN][half][k] += say(half, &carriers(View::Shown(half)));
+                sum[SHOWN][half][k] += say(half, &carriers(k, View::Shown(half)));
                 if varied {
-                    let sampled = carriers(View::Sampled(half));
+                    let sampled = carriers(k, View::Sampled(half));
                     sum[OWN][half][k] += say(half, &sampled);
                     sum[CROSSED][1 - half][k] += say(1 - half, &sampled);
                 }
@@ -360,10 +393,33 @@ impl Problem<'_> {
     }
 }
 
+/// The fragment whose fit one without a fit follows, such as a speck far away: the largest one in its pixel that has a fit and
+/// about the same water before it.
+fn stand_in<'c>(
+    fragment: &Fragment,
+    all: &'c [Fragment],
+    coefficients: &'c [Option<Coefficients>],
+) -> Option<(&'c Fragment, &'c Coefficients)> {
+    let share = |fragment: &Fragment| fragment.shown[0].share + fragment.shown[1].share;
+    let alike = |other: &Fragment| {
+        let pairs = fragment.shown.iter().zip(&other.shown);
+        pairs
+            .flat_map(|(a, b)| a.transmittance.iter().zip(&b.transmittance))
+            .all(|(a, b)| (a - b).abs() <= ALIKE)
+    };
+    let known = all
+        .iter()
+        .zip(coefficients)
+        .filter(|(other, _)| alike(other));
+    known
+        .filter_map(|(other, own)| Some((other, own.as_ref()?)))
+        .max_by(|(a, _), (b, _)| share(a).total_cmp(&share(b)))
+}
+
 /// The weighted mean of fits at one place, as coefficients of the carriers; none of no fits.
 fn mean_coefficients<'f>(
     fits: impl Iterator<Item = (&'f Fit, f64, [f64; MOST_TERMS])>,
-) -> Option<[[[f64; MOST_TERMS]; 2]; 3]> {
+) -> Option<Coefficients> {
     let (mut mean, mut weights) = ([[[0.0; MOST_TERMS]; 2]; 3], 0.0);
     for (fit, weight, monomials) in fits {
         for (mean, own) in mean.iter_mut().zip(&fit.coefficients) {

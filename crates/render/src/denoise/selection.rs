@@ -42,6 +42,8 @@ pub(super) fn select(
     weights: &[[f32; 3]],
     width: usize,
 ) -> Chosen {
+    let mut fitted: Vec<Fitted> = fitted.collect();
+    fill_from_larger(&mut fitted);
     let mut candidates: Vec<Candidate> = Vec::new();
     let mut crossed = raw.map(<[_]>::to_vec);
     for mut next in fitted {
@@ -77,6 +79,26 @@ pub(super) fn select(
         }
     }
     Chosen { shown, residuals }
+}
+
+/// Where cells hold too few pixels of a surface for a fit, the next larger ones that have one stand in, before the samples themselves do.
+fn fill_from_larger(fitted: &mut [Fitted]) {
+    for index in (1..fitted.len()).rev() {
+        let (smaller, larger) = fitted.split_at_mut(index);
+        let (Some(smaller), Some(larger)) = (smaller.last_mut(), larger.first()) else {
+            continue;
+        };
+        for i in 0..smaller.known.len() {
+            if larger.known[i] && !smaller.known[i] {
+                smaller.known[i] = true;
+                for half in 0..2 {
+                    smaller.shown[half][i] = larger.shown[half][i];
+                    smaller.own[half][i] = larger.own[half][i];
+                    smaller.crossed[half][i] = larger.crossed[half][i];
+                }
+            }
+        }
+    }
 }
 
 /// For every pixel the last candidate, or the one before that is better than those after it by more than chance.

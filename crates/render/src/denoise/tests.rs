@@ -7,6 +7,10 @@ use crate::scene::Scene;
 
 /// A textured wall and a post before it, in turbid water; the wall's texture is made of `wall` and the post has `post`.
 fn scene(post: &str) -> Prepared {
+    before_wall("[0.02, 0.02, 0.02]", post)
+}
+
+fn before_wall(wall: &str, post: &str) -> Prepared {
     let text = format!(
         r#"
         format = "uw-scene/1"
@@ -20,11 +24,12 @@ fn scene(post: &str) -> Prepared {
         radius_m = 0.02
         [[object]]
         plane = {{ center_m = [2.0, 0, 0], normal = [-1, 0, 0], up = [0, 0, 1], size_m = [8, 8] }}
-        reflectance = [0.02, 0.02, 0.02]
+        reflectance = {wall}
         {post}
         "#
     );
-    Prepared::build(&Scene::parse(&text, "".as_ref(), "test").expect("valid"))
+    let folder = env!("CARGO_MANIFEST_DIR");
+    Prepared::build(&Scene::parse(&text, folder.as_ref(), "test").expect("valid"))
 }
 
 const POST: &str = r#"
@@ -112,6 +117,47 @@ fn the_edge_of_a_bright_post_has_no_light_but_its_own() {
         let far = total.iter().zip(&truth).filter(|&pair| off(pair) > 0.5);
         assert_eq!(far.count(), 0, "seed {seed}");
     }
+}
+
+/// Specks before the wall, objects half as wide as a pixel each.
+fn specks() -> String {
+    let speck = |i: u32| {
+        let (column, row) = (f64::from(i % 12), f64::from(i / 12));
+        let (y, z) = (0.151 * column - 0.83, 0.157 * row - 0.52);
+        format!(
+            "[[object]]\nplane = {{ center_m = [1.9, {y:.3}, {z:.3}], normal = [-1, 0, 0], up = [0, 0, 1], size_m = [0.012, 0.012] }}\nreflectance = [0.3, 0.3, 0.3]\n"
+        )
+    };
+    (0..48).map(speck).collect()
+}
+
+/// Surfaces too small for a fit of their own are fitted with what is like them, instead of staying as noisy as their samples.
+#[test]
+fn specks_far_away_are_no_noisier_than_what_is_behind_them() {
+    let rock = r#"{ texture = "../../assets/textures/coral_rock.png", encoding = "srgb", tile_m = [1.5, 1.5] }"#;
+    let scene = before_wall(rock, &specks());
+    let truth = rendered(&scene, 256, 99).layer(FilmLayer::Total);
+    let mut film = denoised(&scene, 8, 1);
+    let nowhere = || Half {
+        film: &film,
+        seed: 0,
+        batches: &[],
+    };
+    let never = AtomicBool::new(false);
+    let guides = Guides::of(&scene, &[nowhere(), nowhere()], &never).expect("looked");
+    let with_speck: Vec<usize> = (0..truth.len())
+        .filter(|&i| guides.pixel(i).len() > 1)
+        .collect();
+    assert!(with_speck.len() > 48, "{}", with_speck.len());
+    let mean_square = |film: &Film| {
+        let total = film.layer(FilmLayer::Total);
+        let off = |&i: &usize| (total[i][1] / truth[i][1] - 1.0).powi(2);
+        with_speck.iter().map(off).sum::<f64>() / with_speck.len() as f64
+    };
+    let after = mean_square(&film);
+    film.show_denoised(None);
+    let before = mean_square(&film);
+    assert!(before > 10.0 * after, "{before} {after}");
 }
 
 /// A textured plane under a lamp so far away that its light is even to 1e-7.
