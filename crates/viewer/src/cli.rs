@@ -97,6 +97,8 @@ pub enum TabName {
     Scene,
     /// Guidance.
     Guidance,
+    /// Comparison, histogram, zoom and pinned pixels.
+    Inspect,
 }
 
 fn parse_size(text: &str) -> Result<(u32, u32), String> {
@@ -238,6 +240,7 @@ fn first_viewer(
         TabName::Water => Tab::Water,
         TabName::Scene => Tab::Scene,
         TabName::Guidance => Tab::Guidance,
+        TabName::Inspect => Tab::Inspect,
     };
     let guidance = &mut viewer.guidance;
     guidance.profile = advice.profile.map(Arc::new);

@@ -85,6 +85,7 @@ impl Viewer {
                 self.settings = settings;
                 self.geometry_changed = true;
                 self.picture.forget_probe();
+                self.inspection.forget_places();
                 self.pixel = None;
                 self.profile_view.selected = 0;
                 self.placed_cloud = None;

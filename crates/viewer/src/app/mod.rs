@@ -1,6 +1,7 @@
 //! The application: settings, worker and panels, tied together once per frame.
 
 mod files;
+mod inspect;
 mod motion;
 mod render;
 
@@ -13,7 +14,9 @@ use glam::DVec2;
 pub use files::FilePurpose;
 
 use crate::guidance::Guidance;
-use crate::model::{Display, History, OpenScene, Settings, camera::Motion, recent::Recent};
+use crate::model::{
+    Display, History, Inspection, OpenScene, Settings, camera::Motion, recent::Recent, zoom::Place,
+};
 use crate::ui::{
     self, depth_profile::ProfileView, files::FileDialog, picture::PictureView, toasts::Toasts,
 };
@@ -30,6 +33,8 @@ pub enum Tab {
     Scene,
     /// Calibration and advice.
     Guidance,
+    /// Comparison, histogram, zoom, pinned pixels.
+    Inspect,
 }
 
 /// How the viewer starts.
@@ -89,6 +94,8 @@ pub struct Viewer {
     pub placed_cloud: Option<usize>,
     /// Whether clouds have circles in the picture.
     pub clouds_shown: bool,
+    /// What of the picture is looked at closely.
+    pub inspection: Inspection,
     /// Advice.
     pub guidance: Guidance,
     /// Messages.
@@ -125,6 +132,7 @@ impl Viewer {
             display: Display::default(),
             sensor: settings.sensor(),
             probing: false,
+            on_host: false,
             denoised: false,
         };
         let for_worker = ctx.clone();
@@ -147,6 +155,7 @@ impl Viewer {
             profile_view: ProfileView::default(),
             placed_cloud: None,
             clouds_shown: true,
+            inspection: Inspection::default(),
             toasts: Toasts::default(),
             files: None,
             picture: PictureView::new(options.canvas),
@@ -198,6 +207,7 @@ impl Viewer {
     pub fn show(&mut self, ui: &mut egui::Ui) {
         let ctx = ui.ctx().clone();
         self.poll();
+        self.poll_keeping();
         self.poll_loading();
         self.guidance.poll(&mut self.toasts);
         self.take_dropped(&ctx);
@@ -227,6 +237,7 @@ impl Viewer {
                 (Tab::Water, "Water"),
                 (Tab::Scene, "Scene"),
                 (Tab::Guidance, "Guidance"),
+                (Tab::Inspect, "Inspect"),
             ] {
                 ui.selectable_value(&mut self.tab, tab, egui::RichText::new(name).heading());
             }
@@ -239,6 +250,7 @@ impl Viewer {
                 Tab::Water => ui::water::show(self, ui),
                 Tab::Scene => ui::scene::show(self, ui),
                 Tab::Guidance => ui::guidance::show(self, ui),
+                Tab::Inspect => ui::inspect::show(self, ui),
             });
     }
 
@@ -259,6 +271,11 @@ impl Viewer {
     /// Whether there are steps to undo and to redo.
     pub fn can_undo_redo(&self) -> (bool, bool) {
         (self.history.can_undo(), self.history.can_redo())
+    }
+
+    /// The place for the picture, once it was laid out.
+    pub fn picture_place(&self) -> Option<Place> {
+        self.picture.place()
     }
 
     /// Size of the picture on the screen, pixels, once it is known.

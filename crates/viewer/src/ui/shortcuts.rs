@@ -1,10 +1,11 @@
 //! Keys.
 
 use egui::{Context, Key, KeyboardShortcut, Modifiers};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use crate::app::{FilePurpose, Tab, Viewer};
 use crate::model::camera::Motion;
+use crate::model::zoom::Zoom;
 
 /// Open a file.
 pub const OPEN: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::O);
@@ -24,9 +25,15 @@ pub const QUIT: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key
 
 /// Speed of keys, as a share of the distance to what is ahead per second.
 const SPEED: f64 = 0.6;
+/// How far a key moves the wiper, as a share of what is seen.
+const WIPER_STEP: f64 = 0.02;
+/// By how much a key zooms.
+const ZOOM_STEP: f64 = std::f64::consts::SQRT_2;
+/// How far an arrow moves what is zoomed, as a share of its place.
+const ARROW_STEP: f64 = 0.1;
 
 /// What the help lists: keys and what they do.
-pub const HELP: [(&str, &str); 20] = [
+pub const HELP: [(&str, &str); 29] = [
     ("Drag", "Orbit, or turn the view"),
     ("Shift + drag, middle drag", "Shift the view"),
     ("Wheel", "Closer, farther"),
@@ -38,7 +45,16 @@ pub const HELP: [(&str, &str); 20] = [
     ("1 2 3", "Orbit, fly, vehicle"),
     ("Space", "Pause, go on"),
     ("Backspace", "Start the picture anew"),
-    ("F2 F3 F4", "Water, scene, guidance"),
+    ("F2 F3 F4 F5", "Water, scene, guidance, inspect"),
+    ("Ctrl + wheel, + -", "Zoom to pixels"),
+    ("Ctrl + drag, arrows", "Shift what is zoomed"),
+    ("0, 9", "All of the picture, 1:1"),
+    ("P, Ctrl + click", "Pin this pixel"),
+    ("Delete", "Remove the last pin"),
+    ("C", "Mark clipped and black pixels"),
+    ("K", "Keep this picture"),
+    ("B", "Compare A | B"),
+    (", .", "Wiper left, right"),
     ("Ctrl + O", "Open a scene or glTF file"),
     ("Ctrl + S", "Save the scene"),
     ("Ctrl + E", "Export the picture"),
@@ -86,6 +102,7 @@ pub fn handle(app: &mut Viewer, ctx: &Context) {
         (Key::F2, Tab::Water),
         (Key::F3, Tab::Scene),
         (Key::F4, Tab::Guidance),
+        (Key::F5, Tab::Inspect),
     ] {
         if key(k) {
             app.tab = tab;
@@ -109,7 +126,76 @@ pub fn handle(app: &mut Viewer, ctx: &Context) {
             app.motion = motion;
         }
     }
+    inspect(app, ctx);
     fly(app, ctx);
+}
+
+/// Looks closely, as the keys say.
+fn inspect(app: &mut Viewer, ctx: &Context) {
+    let key = |key: Key| ctx.input(|i| i.key_pressed(key) && i.modifiers.is_none());
+    if key(Key::K) {
+        app.keep_picture();
+    }
+    if key(Key::P) {
+        app.pin();
+    }
+    let inspection = &mut app.inspection;
+    if key(Key::Delete) {
+        inspection.pins.pop();
+    }
+    if key(Key::C) {
+        inspection.marks = !inspection.marks;
+    }
+    let comparison = &mut inspection.comparison;
+    if key(Key::B) {
+        comparison.on = !comparison.on;
+    }
+    for (k, step) in [(Key::Comma, -WIPER_STEP), (Key::Period, WIPER_STEP)] {
+        if key(k) {
+            comparison.wiper = (comparison.wiper + step).clamp(0.0, 1.0);
+        }
+    }
+    zoom(app, ctx);
+}
+
+/// Zooms about the pointer, or about the middle of what is seen.
+fn zoom(app: &mut Viewer, ctx: &Context) {
+    let Some(place) = app.picture.place() else {
+        return;
+    };
+    let probe = app.picture.probe();
+    let zoom = &mut app.inspection.zoom;
+    let at = probe.unwrap_or(zoom.middle());
+    // On many keyboards plus needs Shift.
+    let pressed = |key: Key| {
+        ctx.input(|i| i.key_pressed(key) && (i.modifiers.is_none() || i.modifiers.shift_only()))
+    };
+    if pressed(Key::Plus) || pressed(Key::Equals) {
+        zoom.by(&place, at, ZOOM_STEP);
+    }
+    if pressed(Key::Minus) {
+        zoom.by(&place, at, 1.0 / ZOOM_STEP);
+    }
+    if pressed(Key::Num0) {
+        *zoom = Zoom::default();
+    }
+    if pressed(Key::Num9) {
+        zoom.to_pixels(&place, at);
+    }
+    // Arrows belong to what has the keyboard.
+    if zoom.is_fit() || ctx.memory(|m| m.focused().is_some()) {
+        return;
+    }
+    for (key, direction) in [
+        (Key::ArrowLeft, DVec2::X),
+        (Key::ArrowRight, -DVec2::X),
+        (Key::ArrowUp, DVec2::Y),
+        (Key::ArrowDown, -DVec2::Y),
+    ] {
+        if pressed(key) {
+            zoom.shift(&place, ARROW_STEP * direction * place.room);
+        }
+    }
 }
 
 /// Moves the camera while keys are down.

@@ -36,7 +36,7 @@ fn window(size: Vec2, layer: ShownLayer) -> Harness<'static, Viewer> {
 }
 
 /// What a node says.
-fn text(node: &Node<'_>) -> String {
+pub(crate) fn text(node: &Node<'_>) -> String {
     let accesskit = node.accesskit_node();
     accesskit.label().or(accesskit.value()).unwrap_or_default()
 }

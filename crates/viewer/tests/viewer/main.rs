@@ -6,6 +6,7 @@ mod bad_files;
 mod common;
 mod denoising;
 mod exports;
+mod inspecting;
 mod layout;
 mod panels;
 mod program;
