@@ -1,5 +1,6 @@
 //! The application: settings, worker and panels, tied together once per frame.
 
+mod copy;
 mod files;
 mod inspect;
 mod motion;
@@ -105,6 +106,8 @@ pub struct Viewer {
     pub(crate) pixel: Option<PixelSpectrum>,
     pub(crate) recent: Recent,
     pub(crate) assets: Option<PathBuf>,
+    /// The settings as the file of the open scene has them.
+    filed: Settings,
     history: History<Settings>,
     worker: Worker,
     frame: Option<Arc<Frame>>,
@@ -141,6 +144,7 @@ impl Viewer {
         })?;
         let mut viewer = Self {
             history: History::new(settings.clone()),
+            filed: settings.clone(),
             guidance: Guidance::new(options.assets.clone(), ctx.clone()),
             open,
             settings,

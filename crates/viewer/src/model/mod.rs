@@ -2,6 +2,7 @@
 
 pub mod camera;
 pub mod cloud;
+pub mod command;
 pub mod depth_profile;
 pub mod display;
 pub mod histogram;

@@ -88,6 +88,14 @@ fn edit(app: &mut Viewer, ui: &mut Ui) {
     if item(ui, can_redo, "Redo", text(&shortcuts::REDO)) {
         app.redo();
     }
+    ui.separator();
+    let ctx = ui.ctx().clone();
+    if item(ui, true, "Copy as command", text(&shortcuts::COPY_COMMAND)) {
+        app.copy_command(&ctx);
+    }
+    if item(ui, true, "Copy as scene", text(&shortcuts::COPY_SCENE)) {
+        app.copy_scene(&ctx);
+    }
 }
 
 fn view(app: &mut Viewer, ui: &mut Ui) {

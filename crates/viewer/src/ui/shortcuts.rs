@@ -20,6 +20,10 @@ pub const REDO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key
 /// Redo, as on a Mac.
 const REDO_TOO: KeyboardShortcut =
     KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::Z);
+/// Copy the command that renders the picture.
+pub const COPY_COMMAND: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::K);
+/// Copy the scene as text.
+pub const COPY_SCENE: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::T);
 /// Quit.
 pub const QUIT: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::Q);
 
@@ -33,7 +37,7 @@ const ZOOM_STEP: f64 = std::f64::consts::SQRT_2;
 const ARROW_STEP: f64 = 0.1;
 
 /// What the help lists: keys and what they do.
-pub const HELP: [(&str, &str); 29] = [
+pub const HELP: [(&str, &str); 31] = [
     ("Drag", "Orbit, or turn the view"),
     ("Shift + drag, middle drag", "Shift the view"),
     ("Wheel", "Closer, farther"),
@@ -58,6 +62,8 @@ pub const HELP: [(&str, &str); 29] = [
     ("Ctrl + O", "Open a scene or glTF file"),
     ("Ctrl + S", "Save the scene"),
     ("Ctrl + E", "Export the picture"),
+    ("Ctrl + K", "Copy as command"),
+    ("Ctrl + T", "Copy as scene"),
     ("Ctrl + Z, Ctrl + Y", "Undo, redo"),
     ("Ctrl + plus, minus", "Size of the controls"),
     ("Drop a file", "Open it"),
@@ -87,6 +93,12 @@ pub fn handle(app: &mut Viewer, ctx: &Context) {
     }
     if pressed(&UNDO) {
         app.undo();
+    }
+    if pressed(&COPY_COMMAND) {
+        app.copy_command(ctx);
+    }
+    if pressed(&COPY_SCENE) {
+        app.copy_scene(ctx);
     }
     if pressed(&QUIT) {
         ctx.send_viewport_cmd(egui::ViewportCommand::Close);

@@ -4,6 +4,7 @@ mod advice;
 mod bad_files;
 #[path = "../common/mod.rs"]
 mod common;
+mod copying;
 mod denoising;
 mod exports;
 mod inspecting;
