@@ -114,7 +114,8 @@ fn view(app: &mut Viewer, ui: &mut Ui) {
         egui::Slider::new(&mut zoom, 0.6..=2.5)
             .text("Size of the controls")
             .step_by(0.1),
-    );
+    )
+    .on_hover_text("Size of the controls: 0.6 to 2.5 times the usual one");
     ui.ctx().set_zoom_factor(zoom);
     ui.checkbox(&mut app.lamps_follow, "Lamps move with the camera");
     ui.checkbox(&mut app.denoised, "Denoise (biased)")

@@ -15,5 +15,6 @@ mod scene_files;
 mod shared;
 mod snapshots;
 mod support;
+mod tooltips;
 mod varying;
 mod worker;
