@@ -6,7 +6,7 @@ use egui::Context;
 
 use super::{FilePurpose, Viewer};
 use crate::model::command::{Wanted, command};
-use crate::model::{ShownLayer, scene_text::scene_text};
+use crate::model::scene_text::scene_text;
 
 impl Viewer {
     /// Copies the command that renders what is set; asks for a file first where options cannot say it.
@@ -34,8 +34,6 @@ impl Viewer {
     fn wanted(&self) -> Wanted {
         let frame = self.frame.as_ref();
         let camera = &self.settings.camera;
-        let names: Vec<String> = self.settings.lamps.iter().map(|l| l.name.clone()).collect();
-        let layer = self.display.layer.within(names.len());
         Wanted {
             samples: frame.map_or(1, |frame| frame.samples.max(1)),
             size_px: match self.submitted.as_ref() {
@@ -43,10 +41,7 @@ impl Viewer {
                 None => (camera.width, camera.height),
             },
             seed: self.seed,
-            layer: match layer {
-                ShownLayer::Picture => None,
-                ShownLayer::Layer(layer) => Some(layer.name(&names)),
-            },
+            layer: Some(self.layer_name()).filter(|name| !name.is_empty()),
             denoised: self.denoised,
         }
     }

@@ -5,7 +5,7 @@ use std::time::SystemTime;
 
 use super::{Tab, Viewer};
 use crate::model::inspection::MOST_PINS;
-use crate::model::{FalseColour, ShownLayer, snapshots::time_of_day};
+use crate::model::{FalseColour, snapshots::time_of_day};
 use crate::worker::Frame;
 
 impl Viewer {
@@ -50,17 +50,12 @@ impl Viewer {
 
     /// What was set for a picture: scene, layer, samples and time.
     fn snapshot_name(&self, frame: &Frame) -> String {
-        let names: Vec<String> = self.settings.lamps.iter().map(|l| l.name.clone()).collect();
-        let layer = self.display.layer.within(names.len());
-        let layers = ShownLayer::all(&names);
-        let layer = layers
-            .iter()
-            .find(|(known, _)| *known == layer && layer != ShownLayer::Picture);
-        let layer = layer.map(|(_, name)| name.as_str());
+        let layer = self.layer_name();
         let colours = FalseColour::ALL.iter();
         let mut colours = colours.filter(|(known, _)| *known != FalseColour::Off);
         let colours = colours.find(|(known, _)| *known == self.display.false_colour);
         let denoised = frame.denoised.map(|_| "denoised");
+        let layer = Some(layer.as_str()).filter(|name| !name.is_empty());
         let words = [layer, colours.map(|(_, name)| *name), denoised];
         let words: String = words
             .iter()

@@ -3,6 +3,7 @@
 mod copy;
 mod files;
 mod inspect;
+mod lasting;
 mod motion;
 mod render;
 
@@ -13,30 +14,20 @@ use eframe::egui_wgpu::RenderState;
 use glam::DVec2;
 
 pub use files::FilePurpose;
+pub use lasting::theme;
+
+pub use crate::model::lasting::Tab;
 
 use crate::guidance::Guidance;
 use crate::model::{
-    Display, History, Inspection, OpenScene, Settings, camera::Motion, recent::Recent, zoom::Place,
+    Display, History, Inspection, OpenScene, Settings, camera::Motion, lasting::Lasting,
+    recent::Recent, zoom::Place,
 };
 use crate::ui::{
     self, depth_profile::ProfileView, files::FileDialog, picture::PictureView, toasts::Toasts,
 };
 use crate::worker::{Frame, Goal, PixelSpectrum, RenderDevice, View, Worker};
 use files::Loading;
-
-/// Which panel is open.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Tab {
-    /// The water.
-    #[default]
-    Water,
-    /// Objects, camera, lamps, sensor.
-    Scene,
-    /// Calibration and advice.
-    Guidance,
-    /// Comparison, histogram, zoom, pinned pixels.
-    Inspect,
-}
 
 /// How the viewer starts.
 pub struct Options {
@@ -48,6 +39,8 @@ pub struct Options {
     pub goal: Goal,
     /// The files opened last.
     pub recent: Recent,
+    /// What was chosen in the run before.
+    pub lasting: Lasting,
     /// Folder of textures, models and scenes; none where they are not installed.
     pub assets: Option<PathBuf>,
     /// What draws the window, where it shares its adapter with the renderer.
@@ -61,6 +54,7 @@ impl Default for Options {
             seed: 1,
             goal: Goal::default(),
             recent: Recent::default(),
+            lasting: Lasting::default(),
             assets: uw_survey::assets::assets_dir().ok(),
             canvas: None,
         }
@@ -105,6 +99,7 @@ pub struct Viewer {
     pub(crate) picture: PictureView,
     pub(crate) pixel: Option<PixelSpectrum>,
     pub(crate) recent: Recent,
+    lasting: Lasting,
     pub(crate) assets: Option<PathBuf>,
     /// The settings as the file of the open scene has them.
     filed: Settings,
@@ -165,6 +160,7 @@ impl Viewer {
             picture: PictureView::new(options.canvas),
             pixel: None,
             recent: options.recent,
+            lasting: options.lasting,
             assets: options.assets,
             worker,
             frame: None,
@@ -180,6 +176,7 @@ impl Viewer {
         for warning in viewer.open.warnings.clone() {
             viewer.toasts.warn(warning);
         }
+        viewer.choose_as_before();
         Ok(viewer)
     }
 
@@ -232,6 +229,7 @@ impl Viewer {
         ui::help::show(self, &ctx);
         self.toasts.show(&ctx);
         self.submit(&ctx);
+        self.keep_choices(&ctx);
     }
 
     fn panel(&mut self, ui: &mut egui::Ui) {

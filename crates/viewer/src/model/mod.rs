@@ -7,6 +7,7 @@ pub mod depth_profile;
 pub mod display;
 pub mod histogram;
 pub mod inspection;
+pub mod lasting;
 pub mod open_scene;
 pub mod paths;
 pub mod recent;

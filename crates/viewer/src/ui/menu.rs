@@ -3,7 +3,7 @@
 use egui::{MenuBar, Panel, ThemePreference, Ui, ViewportCommand};
 
 use crate::app::{FilePurpose, Viewer};
-use crate::model::ShownLayer;
+use crate::model::{ShownLayer, lasting::CONTROLS};
 use crate::ui::knobs::list_height;
 use crate::ui::shortcuts::{self, text};
 
@@ -111,7 +111,7 @@ fn view(app: &mut Viewer, ui: &mut Ui) {
     ui.separator();
     let mut zoom = ui.ctx().zoom_factor();
     ui.add(
-        egui::Slider::new(&mut zoom, 0.6..=2.5)
+        egui::Slider::new(&mut zoom, CONTROLS)
             .text("Size of the controls")
             .step_by(0.1),
     )

@@ -8,6 +8,7 @@ mod copying;
 mod denoising;
 mod exports;
 mod inspecting;
+mod lasting;
 mod layout;
 mod panels;
 mod program;
