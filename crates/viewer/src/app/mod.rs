@@ -20,8 +20,8 @@ pub use crate::model::lasting::Tab;
 
 use crate::guidance::Guidance;
 use crate::model::{
-    Display, History, Inspection, OpenScene, Settings, camera::Motion, lasting::Lasting,
-    recent::Recent, zoom::Place,
+    Display, History, Inspection, OpenScene, Settings, camera::Motion, data_sheet::DataSheet,
+    lasting::Lasting, recent::Recent, zoom::Place,
 };
 use crate::ui::{
     self, depth_profile::ProfileView, files::FileDialog, picture::PictureView, toasts::Toasts,
@@ -83,6 +83,8 @@ pub struct Viewer {
     pub lamps_follow: bool,
     /// Whether the help is shown.
     pub help_open: bool,
+    /// What the data sheet says whose lamp is set next.
+    pub data_sheet: DataSheet,
     /// What the water panel keeps of a profile.
     pub profile_view: ProfileView,
     /// The cloud that goes where the picture is clicked next.
@@ -151,6 +153,7 @@ impl Viewer {
             motion: Motion::default(),
             lamps_follow: true,
             help_open: false,
+            data_sheet: DataSheet::default(),
             profile_view: ProfileView::default(),
             placed_cloud: None,
             clouds_shown: true,

@@ -3,6 +3,7 @@
 pub mod camera;
 pub mod cloud;
 pub mod command;
+pub mod data_sheet;
 pub mod depth_profile;
 pub mod display;
 pub mod histogram;

@@ -123,7 +123,9 @@ fn knobs_of_the_other_panels_tell_their_range() {
         .push(uw_viewer::model::open_scene::lamp_beside(&state.settings));
     state.settings.sensor.noise = Some(uw_render::scene::Noise { a: 1e-3, b: 1e-5 });
     harness.run_steps(3);
-    assert!(all_tell(&mut harness, "scene") > 20);
+    harness.get_by_label("From a data sheet").click_accesskit();
+    harness.run_steps(30);
+    assert!(all_tell(&mut harness, "scene") > 23);
     let state = harness.state_mut();
     state.settings.sensor.exposure = uw_render::scene::Exposure::AutoMean(0.4);
     harness.run_steps(3);
