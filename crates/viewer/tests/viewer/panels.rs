@@ -261,6 +261,13 @@ fn the_guidance_panel_calibrates_advises_and_goes_there() {
     until(&mut harness, "the calibration", |v| {
         v.guidance.progress().is_none()
     });
+    let origin = harness
+        .state()
+        .guidance
+        .origin
+        .clone()
+        .expect("of a routine");
+    assert_eq!(origin.pattern, harness.state().guidance.pattern);
     let guidance = &harness.state().guidance;
     let profile = guidance.profile.clone().expect("a profile");
     assert_eq!(profile.distance_range_m(), (0.5, 3.0));
