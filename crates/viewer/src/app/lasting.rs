@@ -70,7 +70,7 @@ impl Viewer {
         }
     }
 
-    pub(super) fn lamp_names(&self) -> Vec<String> {
+    pub(crate) fn lamp_names(&self) -> Vec<String> {
         let lamps = self.settings.lamps.iter();
         lamps.map(|lamp| lamp.name.clone()).collect()
     }

@@ -6,6 +6,7 @@ use glam::{DVec2, DVec3};
 use crate::app::{FilePurpose, Tab, Viewer};
 use crate::model::camera::Motion;
 use crate::model::zoom::Zoom;
+use crate::model::{FalseColour, ShownLayer};
 
 /// Open a file.
 pub const OPEN: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::O);
@@ -37,7 +38,7 @@ const ZOOM_STEP: f64 = std::f64::consts::SQRT_2;
 const ARROW_STEP: f64 = 0.1;
 
 /// What the help lists: keys and what they do.
-pub const HELP: [(&str, &str); 31] = [
+pub const HELP: [(&str, &str); 35] = [
     ("Drag", "Orbit, or turn the view"),
     ("Shift + drag, middle drag", "Shift the view"),
     ("Wheel", "Closer, farther"),
@@ -56,6 +57,9 @@ pub const HELP: [(&str, &str); 31] = [
     ("P, Ctrl + click", "Pin this pixel"),
     ("Delete", "Remove the last pin"),
     ("C", "Mark clipped and black pixels"),
+    ("L, Shift + L", "Next layer, layer before"),
+    ("V, G", "False colours, logarithm"),
+    ("N", "Denoise (biased)"),
     ("K", "Keep this picture"),
     ("B", "Compare A | B"),
     (", .", "Wiper left, right"),
@@ -67,6 +71,7 @@ pub const HELP: [(&str, &str); 31] = [
     ("Ctrl + Z, Ctrl + Y", "Undo, redo"),
     ("Ctrl + plus, minus", "Size of the controls"),
     ("Drop a file", "Open it"),
+    ("Tab, Space, arrows", "To each control, press it, change it"),
     ("F1", "This help"),
     ("Ctrl + Q", "Quit"),
 ];
@@ -138,8 +143,37 @@ pub fn handle(app: &mut Viewer, ctx: &Context) {
             app.motion = motion;
         }
     }
+    look(app, ctx);
     inspect(app, ctx);
     fly(app, ctx);
+}
+
+/// Chooses what is shown, and how.
+fn look(app: &mut Viewer, ctx: &Context) {
+    let key = |key: Key| ctx.input(|i| i.key_pressed(key) && i.modifiers.is_none());
+    let back = ctx.input(|i| i.key_pressed(Key::L) && i.modifiers.shift_only());
+    if key(Key::L) || back {
+        let layers = ShownLayer::all(&app.lamp_names());
+        let layers: Vec<_> = layers.into_iter().map(|(layer, _)| layer).collect();
+        app.display.layer = next(&layers, app.display.layer, back);
+    }
+    if key(Key::V) {
+        let colours = FalseColour::ALL.map(|(colours, _)| colours);
+        app.display.false_colour = next(&colours, app.display.false_colour, false);
+    }
+    if key(Key::G) {
+        app.display.logarithmic = !app.display.logarithmic;
+    }
+    if key(Key::N) {
+        app.denoised = !app.denoised;
+    }
+}
+
+/// What comes after `now`, or before it; the ends meet.
+fn next<T: Copy + PartialEq>(all: &[T], now: T, back: bool) -> T {
+    let at = all.iter().position(|one| *one == now).unwrap_or(0);
+    let step = if back { all.len() - 1 } else { 1 };
+    all.get((at + step) % all.len()).copied().unwrap_or(now)
 }
 
 /// Looks closely, as the keys say.

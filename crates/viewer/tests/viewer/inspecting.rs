@@ -7,6 +7,7 @@ use egui_kittest::{
 };
 use uw_viewer::app::{Tab, Viewer};
 use uw_viewer::model::snapshots::{MOST_KEPT, Side};
+use uw_viewer::model::{FalseColour, ShownLayer};
 
 use crate::layout::{SMALL, is_whole, text};
 use crate::panels::{click, set, until, viewer};
@@ -172,7 +173,7 @@ fn counts_are_shown_of_the_picture_and_not_of_false_colours() {
     harness.key_press(Key::C);
     harness.run_steps(2);
     assert!(!harness.state().inspection.marks);
-    harness.state_mut().display.false_colour = uw_viewer::model::FalseColour::Viridis;
+    harness.state_mut().display.false_colour = FalseColour::Viridis;
     harness.run_steps(3);
     until(&mut harness, "false colours", |v| {
         v.frame().is_some_and(|f| f.shown.legend.is_some())
@@ -288,4 +289,30 @@ fn the_panel_is_whole_in_a_small_window() {
     harness.remove_cursor();
     harness.run_steps(2);
     is_whole(&mut harness, Tab::Inspect);
+}
+
+#[test]
+fn layers_and_colours_have_keys() {
+    let mut harness = viewer();
+    let all = ShownLayer::all(&["left".to_owned()]);
+    let mut seen = Vec::new();
+    for _ in &all {
+        harness.key_press(Key::L);
+        harness.run_steps(2);
+        seen.push(harness.state().display.layer);
+    }
+    // Once around: all of them, the picture last.
+    let mut expected: Vec<_> = all.iter().map(|(layer, _)| *layer).collect();
+    expected.rotate_left(1);
+    assert_eq!(seen, expected);
+    harness.key_press_modifiers(Modifiers::SHIFT, Key::L);
+    harness.run_steps(2);
+    assert_eq!(harness.state().display.layer, expected[expected.len() - 2]);
+    for key in [Key::V, Key::G, Key::N] {
+        harness.key_press(key);
+        harness.run_steps(2);
+    }
+    let viewer = harness.state();
+    assert_eq!(viewer.display.false_colour, FalseColour::Viridis);
+    assert!(viewer.display.logarithmic && viewer.denoised);
 }
