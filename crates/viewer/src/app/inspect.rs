@@ -4,8 +4,9 @@ use std::sync::Arc;
 use std::time::SystemTime;
 
 use super::{Tab, Viewer};
+use crate::model::FalseColour;
 use crate::model::inspection::MOST_PINS;
-use crate::model::{FalseColour, snapshots::time_of_day};
+use crate::model::snapshots::{Shows, time_of_day};
 use crate::worker::Frame;
 
 impl Viewer {
@@ -33,11 +34,15 @@ impl Viewer {
         let Some(image) = frame.shown.image() else {
             return;
         };
-        let (name, image) = (self.snapshot_name(frame), Arc::new(image.clone()));
-        let of = (self.settings.clone(), Arc::clone(&self.open.geometry));
+        let shows = Shows {
+            name: self.snapshot_name(frame),
+            image: Arc::new(image.clone()),
+            has_counts: frame.shown.legend.is_none(),
+            settings: self.settings.clone(),
+        };
         let inspection = &mut self.inspection;
         inspection.keeps_next = false;
-        let (side, left) = inspection.snapshots.keep(name, image, of);
+        let (side, left) = inspection.snapshots.keep(shows, &self.open.geometry);
         let snapshots = &inspection.snapshots;
         inspection.comparison.follow(snapshots, side);
         if let Some(kept) = snapshots.of(side) {

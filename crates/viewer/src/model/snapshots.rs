@@ -1,7 +1,7 @@
 //! Pictures that were kept, and which two of them are compared.
 
 use std::collections::VecDeque;
-use std::sync::Arc;
+use std::sync::{Arc, Weak};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use egui::ColorImage;
@@ -23,8 +23,30 @@ pub struct Snapshot {
     pub image: Arc<ColorImage>,
     /// The settings that it shows.
     pub settings: Settings,
-    /// The surfaces that it shows.
-    pub geometry: Arc<Geometry>,
+    /// The surfaces that it shows, which leave with their scene.
+    geometry: Weak<Geometry>,
+    /// Whether its colours are counts, not false ones.
+    pub has_counts: bool,
+}
+
+impl Snapshot {
+    /// Whether it shows these surfaces.
+    pub fn is_of(&self, geometry: &Arc<Geometry>) -> bool {
+        Weak::as_ptr(&self.geometry) == Arc::as_ptr(geometry)
+    }
+}
+
+/// What a picture that is kept shows.
+#[derive(Clone, Debug)]
+pub struct Shows {
+    /// What was set: scene, layer, samples and time.
+    pub name: String,
+    /// The picture as it was shown.
+    pub image: Arc<ColorImage>,
+    /// Whether its colours are counts, not false ones.
+    pub has_counts: bool,
+    /// The settings that it shows.
+    pub settings: Settings,
 }
 
 /// The pictures that were kept, the oldest first.
@@ -76,13 +98,8 @@ impl Snapshots {
         self.kept.iter().find(|kept| side == Side::Kept(kept.id))
     }
 
-    /// Keeps a picture of `settings`; returns its side and the name of the oldest, where that had to leave.
-    pub fn keep(
-        &mut self,
-        name: String,
-        image: Arc<ColorImage>,
-        (settings, geometry): (Settings, Arc<Geometry>),
-    ) -> (Side, Option<String>) {
+    /// Keeps a picture of `geometry`; returns its side and the name of the oldest, where that had to leave.
+    pub fn keep(&mut self, shows: Shows, geometry: &Arc<Geometry>) -> (Side, Option<String>) {
         let left = match self.kept.len() < MOST_KEPT {
             true => None,
             false => self.kept.pop_front().map(|oldest| oldest.name),
@@ -90,10 +107,11 @@ impl Snapshots {
         self.made += 1;
         self.kept.push_back(Snapshot {
             id: self.made,
-            name: format!("{}  {name}", self.made),
-            image,
-            settings,
-            geometry,
+            name: format!("{}  {}", self.made, shows.name),
+            image: shows.image,
+            settings: shows.settings,
+            geometry: Arc::downgrade(geometry),
+            has_counts: shows.has_counts,
         });
         (Side::Kept(self.made), left)
     }
@@ -139,13 +157,23 @@ mod tests {
         let mut comparison = Comparison::default();
         let image = Arc::new(ColorImage::default());
         for i in 1..=MOST_KEPT as u64 + 1 {
-            let of = (settings.clone(), Arc::clone(&open.geometry));
-            let (side, left) = snapshots.keep(format!("picture {i}"), Arc::clone(&image), of);
+            let shows = Shows {
+                name: format!("picture {i}"),
+                image: Arc::clone(&image),
+                has_counts: true,
+                settings: settings.clone(),
+            };
+            let (side, left) = snapshots.keep(shows, &open.geometry);
             comparison.follow(&snapshots, side);
             assert_eq!(side, Side::Kept(i));
             assert_eq!(left.is_some(), i > MOST_KEPT as u64, "{left:?}");
         }
         assert_eq!(snapshots.all().len(), MOST_KEPT);
+        // No scene stays for the sake of its pictures.
+        assert_eq!(Arc::strong_count(&open.geometry), 1);
+        assert!(snapshots.all().all(|kept| kept.is_of(&open.geometry)));
+        let (other, _) = OpenScene::fallback().expect("valid");
+        assert!(!snapshots.all().any(|kept| kept.is_of(&other.geometry)));
         // The first was on the left and has gone; the newest is there now.
         let newest = Side::Kept(MOST_KEPT as u64 + 1);
         assert_eq!(comparison.sides, [newest, Side::Live]);

@@ -172,7 +172,8 @@ pub(super) fn one(
             let make = || Arc::clone(&kept.image);
             let texture = stills.texture(ui.ctx(), Still::Kept(kept.id), make);
             painter.image(texture, rect, WHOLE, Color32::WHITE);
-            (Some(&*kept.image), rect, Still::MarksOfKept(kept.id))
+            let image = Some(&*kept.image).filter(|_| kept.has_counts);
+            (image, rect, Still::MarksOfKept(kept.id))
         }
         None => {
             let part = Part::of(frame, seen.part());
