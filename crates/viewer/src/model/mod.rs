@@ -1,4 +1,5 @@
-//! What the viewer knows, without a window: the settings, the open scene, undo, camera motions, display.
+//! What the viewer knows, without a window: the settings, the open scene, undo, camera motions, display,
+//! what is looked at closely, what lasts.
 
 pub mod camera;
 pub mod cloud;
