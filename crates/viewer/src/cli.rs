@@ -14,9 +14,9 @@ use uw_render::gpu::{Gpu, GpuError};
 use uw_render::image::{Counts, Frame as Stored, write_frame};
 use uw_survey::vehicle::{Vehicle, VehicleFile};
 
-use crate::app::{Options, Tab, Viewer};
+use crate::app::{self, Options, Tab, Viewer};
 use crate::guidance::operation::Operation;
-use crate::model::{OpenScene, Settings, recent::Recent};
+use crate::model::{OpenScene, Settings, lasting::Lasting, recent::Recent};
 use crate::ui::theme;
 use crate::worker::{Goal, RenderDevice};
 use crate::{screen, window};
@@ -46,9 +46,9 @@ pub struct Args {
     /// Seed of all random numbers
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Panel that is open at first
-    #[arg(long, value_enum, default_value_t = TabName::Water)]
-    pub panel: TabName,
+    /// Panel that is open at first; the one of the last time when left out
+    #[arg(long, value_enum)]
+    pub panel: Option<TabName>,
     /// Calibration profile for the guidance panel: a file or the name of a shipped one
     #[arg(long, value_name = "NAME|FILE")]
     pub profile: Option<PathBuf>,
@@ -97,6 +97,8 @@ pub enum TabName {
     Scene,
     /// Guidance.
     Guidance,
+    /// Comparison, histogram, zoom and pinned pixels.
+    Inspect,
 }
 
 fn parse_size(text: &str) -> Result<(u32, u32), String> {
@@ -138,7 +140,8 @@ enum Failure {
 fn start(args: &Args) -> Result<(), Failure> {
     assets_of(args).map_err(|e| Failure::Input(e.to_string()))?;
     let options = options(args);
-    let opened = first_scene(args).map_err(Failure::Input)?;
+    let last = options.lasting.choices().scene.as_deref();
+    let (opened, note) = first_scene(args, last).map_err(Failure::Input)?;
     let advice = AdviceFiles::read(args).map_err(Failure::Input)?;
     if screen::is_missing(|name| std::env::var_os(name)) {
         return Err(Failure::Running(screen::missing(args.scene.as_deref())));
@@ -164,7 +167,10 @@ fn start(args: &Args) -> Result<(), Failure> {
                 .gpu()
                 .cloned()
                 .filter(Gpu::is_shared);
-            let viewer = first_viewer(&creation.egui_ctx, &args, opened, options, advice)?;
+            let mut viewer = first_viewer(&creation.egui_ctx, &args, opened, options, advice)?;
+            if let Some(note) = note {
+                viewer.toasts.warn(note);
+            }
             let screenshot = args.screenshot.map(|path| Screenshot {
                 path,
                 after_samples: args.after_samples,
@@ -228,16 +234,19 @@ fn first_viewer(
     advice: AdviceFiles,
 ) -> std::io::Result<Viewer> {
     theme::set(ctx);
-    ctx.set_theme(if args.light {
-        egui::Theme::Light
-    } else {
-        egui::Theme::Dark
+    let choices = options.lasting.choices();
+    ctx.set_theme(match args.light {
+        true => egui::ThemePreference::Light,
+        false => app::theme(choices.brightness),
     });
+    ctx.set_zoom_factor(choices.controls);
     let mut viewer = Viewer::new(ctx, opened, options)?;
     viewer.tab = match args.panel {
-        TabName::Water => Tab::Water,
-        TabName::Scene => Tab::Scene,
-        TabName::Guidance => Tab::Guidance,
+        Some(TabName::Water) => Tab::Water,
+        Some(TabName::Scene) => Tab::Scene,
+        Some(TabName::Guidance) => Tab::Guidance,
+        Some(TabName::Inspect) => Tab::Inspect,
+        None => viewer.tab,
     };
     let guidance = &mut viewer.guidance;
     guidance.profile = advice.profile.map(Arc::new);
@@ -332,10 +341,14 @@ fn options(args: &Args) -> Options {
         } else {
             Goal::default()
         },
-        recent: if headless {
-            Recent::default()
-        } else {
-            Recent::of_user()
+        // A picture of the window hangs on its arguments alone.
+        recent: match headless {
+            true => Recent::default(),
+            false => Recent::of_user(),
+        },
+        lasting: match headless {
+            true => Lasting::default(),
+            false => Lasting::of_user(),
         },
         ..Options::default()
     }
@@ -349,17 +362,25 @@ fn assets_of(args: &Args) -> Result<(), AssetError> {
     Places::of_process().check()
 }
 
-/// The scene of the arguments, the one that ships, or a grey wall.
-fn first_scene(args: &Args) -> Result<(OpenScene, Settings), String> {
+/// What is open at first, and what there is to say about it.
+type First = ((OpenScene, Settings), Option<String>);
+
+/// The scene of the arguments, the `last` one, the one that ships, or a grey wall.
+fn first_scene(args: &Args, last: Option<&Path>) -> Result<First, String> {
     if let Some(path) = &args.scene {
         let path = uw_assets::ALL.named(path, "scenes", "toml");
         let path = path.map_err(|e| format!("--scene: {e}"))?;
-        return OpenScene::read(&path).map_err(|e| e.to_string());
+        let opened = OpenScene::read(&path).map_err(|e| e.to_string())?;
+        return Ok((opened, None));
     }
+    let note = match last.map(OpenScene::read) {
+        Some(Ok(opened)) => return Ok((opened, None)),
+        Some(Err(error)) => Some(format!("{error}\nThe scene of the last time is left out.")),
+        None => None,
+    };
     let shipped = OpenScene::read(Path::new(uw_assets::DEFAULT_SCENE));
-    shipped
-        .or_else(|_| OpenScene::fallback())
-        .map_err(|e| e.to_string())
+    let opened = shipped.or_else(|_| OpenScene::fallback());
+    Ok((opened.map_err(|e| e.to_string())?, note))
 }
 
 /// The viewer as a window's contents.

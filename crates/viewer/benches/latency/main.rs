@@ -81,6 +81,7 @@ fn measure(path: &Path, device: &Device) -> String {
         display: Display::default(),
         sensor: settings.sensor(),
         probing: false,
+        on_host: false,
         denoised: false,
     };
     let goal = Goal {

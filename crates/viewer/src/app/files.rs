@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
 use super::Viewer;
+use crate::model::open_scene::title;
 use crate::model::{History, OpenError, OpenScene, Settings, scene_text};
 use crate::worker::Export;
 
@@ -14,6 +15,8 @@ pub enum FilePurpose {
     OpenScene,
     /// Save the scene.
     SaveScene,
+    /// Save the scene and copy the command that renders it.
+    SaveForCommand,
     /// Write the picture as PNG or TIFF.
     ExportPicture,
     /// Write the film with its layers.
@@ -82,9 +85,11 @@ impl Viewer {
                 self.recent.add(path);
                 self.open = open;
                 self.history = History::new(settings.clone());
+                self.filed = settings.clone();
                 self.settings = settings;
                 self.geometry_changed = true;
                 self.picture.forget_probe();
+                self.inspection.forget_places();
                 self.pixel = None;
                 self.profile_view.selected = 0;
                 self.placed_cloud = None;
@@ -113,7 +118,14 @@ impl Viewer {
     pub(crate) fn use_file(&mut self, purpose: FilePurpose, path: PathBuf, ctx: &egui::Context) {
         match purpose {
             FilePurpose::OpenScene => self.open_file(&path, ctx),
-            FilePurpose::SaveScene => self.save_scene(&path),
+            FilePurpose::SaveScene => {
+                self.save_scene(&path);
+            }
+            FilePurpose::SaveForCommand => {
+                if self.save_scene(&path) {
+                    self.copy_command(ctx);
+                }
+            }
             FilePurpose::ExportPicture => self.export(Export::Photograph {
                 path,
                 seed: self.seed,
@@ -154,13 +166,21 @@ impl Viewer {
         self.worker.export(export);
     }
 
-    fn save_scene(&mut self, path: &Path) {
+    /// Saves the scene, whose file it then is; whether that worked.
+    fn save_scene(&mut self, path: &Path) -> bool {
         match scene_text::save(&self.open, &self.settings, path) {
             Ok(()) => {
                 self.recent.add(path);
+                self.open.path = Some(path.to_path_buf());
+                self.open.title = title(path);
+                self.filed = self.settings.clone();
                 self.toasts.info(format!("Saved {}", path.display()));
+                true
             }
-            Err(error) => self.toasts.error(error.to_string()),
+            Err(error) => {
+                self.toasts.error(error.to_string());
+                false
+            }
         }
     }
 }

@@ -1,6 +1,9 @@
 //! The application: settings, worker and panels, tied together once per frame.
 
+mod copy;
 mod files;
+mod inspect;
+mod lasting;
 mod motion;
 mod render;
 
@@ -11,26 +14,20 @@ use eframe::egui_wgpu::RenderState;
 use glam::DVec2;
 
 pub use files::FilePurpose;
+pub use lasting::theme;
+
+pub use crate::model::lasting::Tab;
 
 use crate::guidance::Guidance;
-use crate::model::{Display, History, OpenScene, Settings, camera::Motion, recent::Recent};
+use crate::model::{
+    Display, History, Inspection, OpenScene, Settings, camera::Motion, data_sheet::DataSheet,
+    lasting::Lasting, recent::Recent, zoom::Place,
+};
 use crate::ui::{
     self, depth_profile::ProfileView, files::FileDialog, picture::PictureView, toasts::Toasts,
 };
 use crate::worker::{Frame, Goal, PixelSpectrum, RenderDevice, View, Worker};
 use files::Loading;
-
-/// Which panel is open.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Tab {
-    /// The water.
-    #[default]
-    Water,
-    /// Objects, camera, lamps, sensor.
-    Scene,
-    /// Calibration and advice.
-    Guidance,
-}
 
 /// How the viewer starts.
 pub struct Options {
@@ -42,6 +39,8 @@ pub struct Options {
     pub goal: Goal,
     /// The files opened last.
     pub recent: Recent,
+    /// What was chosen in the run before.
+    pub lasting: Lasting,
     /// Folder of textures, models and scenes; none where they are not installed.
     pub assets: Option<PathBuf>,
     /// What draws the window, where it shares its adapter with the renderer.
@@ -55,6 +54,7 @@ impl Default for Options {
             seed: 1,
             goal: Goal::default(),
             recent: Recent::default(),
+            lasting: Lasting::default(),
             assets: uw_survey::assets::assets_dir().ok(),
             canvas: None,
         }
@@ -83,12 +83,16 @@ pub struct Viewer {
     pub lamps_follow: bool,
     /// Whether the help is shown.
     pub help_open: bool,
+    /// What the data sheet says whose lamp is set next.
+    pub data_sheet: DataSheet,
     /// What the water panel keeps of a profile.
     pub profile_view: ProfileView,
     /// The cloud that goes where the picture is clicked next.
     pub placed_cloud: Option<usize>,
     /// Whether clouds have circles in the picture.
     pub clouds_shown: bool,
+    /// What of the picture is looked at closely.
+    pub inspection: Inspection,
     /// Advice.
     pub guidance: Guidance,
     /// Messages.
@@ -97,7 +101,10 @@ pub struct Viewer {
     pub(crate) picture: PictureView,
     pub(crate) pixel: Option<PixelSpectrum>,
     pub(crate) recent: Recent,
+    lasting: Lasting,
     pub(crate) assets: Option<PathBuf>,
+    /// The settings as the file of the open scene has them.
+    filed: Settings,
     history: History<Settings>,
     worker: Worker,
     frame: Option<Arc<Frame>>,
@@ -125,6 +132,7 @@ impl Viewer {
             display: Display::default(),
             sensor: settings.sensor(),
             probing: false,
+            on_host: false,
             denoised: false,
         };
         let for_worker = ctx.clone();
@@ -133,6 +141,7 @@ impl Viewer {
         })?;
         let mut viewer = Self {
             history: History::new(settings.clone()),
+            filed: settings.clone(),
             guidance: Guidance::new(options.assets.clone(), ctx.clone()),
             open,
             settings,
@@ -144,14 +153,17 @@ impl Viewer {
             motion: Motion::default(),
             lamps_follow: true,
             help_open: false,
+            data_sheet: DataSheet::default(),
             profile_view: ProfileView::default(),
             placed_cloud: None,
             clouds_shown: true,
+            inspection: Inspection::default(),
             toasts: Toasts::default(),
             files: None,
             picture: PictureView::new(options.canvas),
             pixel: None,
             recent: options.recent,
+            lasting: options.lasting,
             assets: options.assets,
             worker,
             frame: None,
@@ -167,6 +179,7 @@ impl Viewer {
         for warning in viewer.open.warnings.clone() {
             viewer.toasts.warn(warning);
         }
+        viewer.choose_as_before();
         Ok(viewer)
     }
 
@@ -198,6 +211,7 @@ impl Viewer {
     pub fn show(&mut self, ui: &mut egui::Ui) {
         let ctx = ui.ctx().clone();
         self.poll();
+        self.poll_keeping();
         self.poll_loading();
         self.guidance.poll(&mut self.toasts);
         self.take_dropped(&ctx);
@@ -218,6 +232,7 @@ impl Viewer {
         ui::help::show(self, &ctx);
         self.toasts.show(&ctx);
         self.submit(&ctx);
+        self.keep_choices(&ctx);
     }
 
     fn panel(&mut self, ui: &mut egui::Ui) {
@@ -227,6 +242,7 @@ impl Viewer {
                 (Tab::Water, "Water"),
                 (Tab::Scene, "Scene"),
                 (Tab::Guidance, "Guidance"),
+                (Tab::Inspect, "Inspect"),
             ] {
                 ui.selectable_value(&mut self.tab, tab, egui::RichText::new(name).heading());
             }
@@ -239,6 +255,7 @@ impl Viewer {
                 Tab::Water => ui::water::show(self, ui),
                 Tab::Scene => ui::scene::show(self, ui),
                 Tab::Guidance => ui::guidance::show(self, ui),
+                Tab::Inspect => ui::inspect::show(self, ui),
             });
     }
 
@@ -259,6 +276,11 @@ impl Viewer {
     /// Whether there are steps to undo and to redo.
     pub fn can_undo_redo(&self) -> (bool, bool) {
         (self.history.can_undo(), self.history.can_redo())
+    }
+
+    /// The place for the picture, once it was laid out.
+    pub fn picture_place(&self) -> Option<Place> {
+        self.picture.place()
     }
 
     /// Size of the picture on the screen, pixels, once it is known.

@@ -39,7 +39,8 @@ impl Viewer {
         let view = View {
             display: self.display,
             sensor: self.settings.sensor(),
-            probing: self.picture.is_probing(),
+            probing: self.picture.probe().is_some() || !self.inspection.pins.is_empty(),
+            on_host: self.needs_pixels(),
             denoised: self.denoised,
         };
         if self.view.as_ref() != Some(&view) {

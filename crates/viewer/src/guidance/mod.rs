@@ -6,6 +6,7 @@ mod camera;
 pub mod daemon;
 pub mod look;
 pub mod operation;
+pub mod origin;
 pub mod task;
 
 use std::path::{Path, PathBuf};
@@ -22,6 +23,7 @@ pub use camera::VARIES;
 use daemon::Link;
 pub use look::Look;
 use operation::Operation;
+use origin::Origin;
 use task::{Done, Task, VehiclePosition};
 
 /// Who gives advice.
@@ -49,6 +51,8 @@ pub struct Guidance {
     pub model: Result<(Arc<Model>, String), String>,
     /// The calibration.
     pub profile: Option<Arc<Profile>>,
+    /// With what it was made; `None` of one that was opened, which does not say it.
+    pub origin: Option<Origin>,
     /// What is wanted.
     pub objective: Objective,
     /// What the vehicle looks at.
@@ -79,6 +83,8 @@ pub struct Guidance {
     ctx: egui::Context,
     task: Option<Task>,
     water_known: Option<Settings>,
+    /// With what the calibration is made that was begun.
+    begun: Option<Origin>,
 }
 
 impl Guidance {
@@ -87,6 +93,7 @@ impl Guidance {
         Self {
             model: load_model(),
             profile: None,
+            origin: None,
             objective: Objective::default(),
             pattern: Pattern::HullRed,
             paths: TARGET_PATHS,
@@ -107,6 +114,7 @@ impl Guidance {
             task: None,
             vehicle: Vehicle::default(),
             water_known: None,
+            begun: None,
         }
     }
 
@@ -123,6 +131,10 @@ impl Guidance {
     /// Calibrates in the water of `settings`, then looks from where the vehicle is.
     pub fn calibrate(&mut self, settings: &Settings, toasts: &mut Toasts) {
         self.water_known = Some(settings.clone());
+        self.begun = Some(Origin {
+            pattern: self.pattern,
+            vehicle: self.vehicle.clone(),
+        });
         self.start(
             settings,
             task::Work::Calibrate {
@@ -181,6 +193,7 @@ impl Guidance {
             match done {
                 Done::Calibrated(profile) => {
                     self.profile = Some(profile);
+                    self.origin = self.begun.take();
                     toasts.info("Calibrated");
                 }
                 Done::Looked(look) => self.look = Some(look),
@@ -280,6 +293,7 @@ impl Guidance {
     pub fn open_profile(&mut self, path: &Path) -> Result<(), String> {
         let profile = Profile::read(path).map_err(|e| e.to_string())?;
         self.profile = Some(Arc::new(profile));
+        self.origin = None;
         self.water_known = None;
         Ok(())
     }

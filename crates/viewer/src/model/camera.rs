@@ -1,6 +1,7 @@
 //! The camera and how a person moves it.
 
 use glam::{DVec2, DVec3};
+use serde::{Deserialize, Serialize};
 use uw_render::scene::{Camera, Lens, Port};
 
 use super::settings::rounded;
@@ -29,7 +30,8 @@ pub struct CameraSettings {
 }
 
 /// How drags and keys move the camera.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Motion {
     /// Around a point in front of the camera.
     #[default]

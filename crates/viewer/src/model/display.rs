@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use eframe::wgpu::Texture;
 use egui::{Color32, ColorImage};
+use serde::{Deserialize, Serialize};
 use uw_render::{
     film::Film,
     gpu::Look,
@@ -25,7 +26,8 @@ pub enum ShownLayer {
 }
 
 /// A scale of colours for single values.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum FalseColour {
     /// The picture as the sensor gives it.
     #[default]

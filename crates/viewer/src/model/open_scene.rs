@@ -212,7 +212,8 @@ pub fn lamp_beside(settings: &Settings) -> LampSettings {
     }
 }
 
-fn title(path: &Path) -> String {
+/// The name of a scene's file, for the title.
+pub fn title(path: &Path) -> String {
     let name = path.file_name().unwrap_or(path.as_os_str());
     name.to_string_lossy().into_owned()
 }

@@ -13,16 +13,9 @@ pub struct Recent {
 }
 
 impl Recent {
-    /// Those of the user: kept below `XDG_STATE_HOME`, `~/.local/state` or `%LOCALAPPDATA%`; nowhere without any.
+    /// Those of the user; kept nowhere without a folder for them.
     pub fn of_user() -> Self {
-        let named = |name: &str| std::env::var_os(name).map(PathBuf::from);
-        let folder = named("XDG_STATE_HOME")
-            .filter(|path| path.is_absolute())
-            .or_else(|| named("LOCALAPPDATA"))
-            .or_else(|| Some(named("HOME")?.join(".local/state")));
-        folder.map_or_else(Self::default, |f| {
-            Self::stored_in(f.join("uw-viewer/recent.json"))
-        })
+        state_folder().map_or_else(Self::default, |f| Self::stored_in(f.join("recent.json")))
     }
 
     /// Those kept in `store`; none where it cannot be read.
@@ -53,6 +46,16 @@ impl Recent {
             let _ = std::fs::write(store, text);
         }
     }
+}
+
+/// The folder of what lasts: below `XDG_STATE_HOME`, `%LOCALAPPDATA%` or `~/.local/state`; `None` without any.
+pub fn state_folder() -> Option<PathBuf> {
+    let named = |name: &str| std::env::var_os(name).map(PathBuf::from);
+    let folder = named("XDG_STATE_HOME")
+        .filter(|path| path.is_absolute())
+        .or_else(|| named("LOCALAPPDATA"))
+        .or_else(|| Some(named("HOME")?.join(".local/state")));
+    Some(folder?.join("uw-viewer"))
 }
 
 #[cfg(test)]

@@ -36,10 +36,10 @@ pub fn show(app: &mut Viewer, ui: &mut Ui) {
         let (mut width, mut height) = (camera.width, camera.height);
         ui.label("image");
         ui.add(DragValue::new(&mut width).range(16..=8192).suffix(" px"))
-            .on_hover_text("Image width, pixels");
+            .on_hover_text("Image width: 16 to 8192 px");
         ui.label("x");
         ui.add(DragValue::new(&mut height).range(16..=8192).suffix(" px"))
-            .on_hover_text("Image height, pixels");
+            .on_hover_text("Image height: 16 to 8192 px");
         if (width, height) != (camera.width, camera.height) {
             // The lens stays: pixels stay square, the field of view stays across the width.
             let hfov_deg = camera.hfov_deg();

@@ -5,13 +5,14 @@ use std::sync::Arc;
 
 use eframe::egui_wgpu::{Callback, CallbackResources, CallbackTrait, RenderState};
 use eframe::wgpu::{
-    BindGroup, BindGroupDescriptor, BindGroupEntry, BindingResource, Device, Extent3d, FilterMode,
-    FragmentState, MultisampleState, PipelineCompilationOptions, PrimitiveState, Queue, RenderPass,
-    RenderPipeline, RenderPipelineDescriptor, SamplerDescriptor, TexelCopyBufferLayout, Texture,
-    TextureDescriptor, TextureDimension, TextureFormat, TextureUsages, TextureViewDescriptor,
-    VertexState, include_wgsl,
+    BindGroup, BindGroupDescriptor, BindGroupEntry, BindingResource, Buffer, BufferDescriptor,
+    BufferUsages, Device, Extent3d, FilterMode, FragmentState, MultisampleState,
+    PipelineCompilationOptions, PrimitiveState, Queue, RenderPass, RenderPipeline,
+    RenderPipelineDescriptor, SamplerDescriptor, TexelCopyBufferLayout, Texture, TextureDescriptor,
+    TextureDimension, TextureFormat, TextureUsages, TextureViewDescriptor, VertexState,
+    include_wgsl,
 };
-use egui::{Color32, ColorImage, PaintCallbackInfo, Rect, TextureHandle, TextureOptions, Ui, pos2};
+use egui::{Color32, ColorImage, PaintCallbackInfo, Painter, Rect, TextureHandle, TextureOptions};
 
 use crate::model::display::Pixels;
 use crate::worker::Frame;
@@ -28,12 +29,34 @@ pub struct Canvas {
     serial: u64,
 }
 
+impl Part {
+    /// A part of `frame`.
+    pub fn of(frame: &Frame, seen: Rect) -> Self {
+        // Pixel for pixel there is nothing between texels to be found.
+        let filter = match frame.coarseness {
+            1 => FilterMode::Nearest,
+            _ => FilterMode::Linear,
+        };
+        Self { seen, filter }
+    }
+}
+
 /// A texture ready to be drawn. Holding it keeps the renderer from writing to it.
 #[derive(Clone)]
 struct Drawing {
     pipeline: RenderPipeline,
     bindings: BindGroup,
-    _texture: Arc<Texture>,
+    texture: Arc<Texture>,
+    part: Part,
+}
+
+/// What of a picture is drawn, and how.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Part {
+    /// The part, in [0, 1] from the upper left corner of the picture.
+    pub seen: Rect,
+    /// What is between two pixels.
+    pub filter: FilterMode,
 }
 
 impl Canvas {
@@ -52,42 +75,52 @@ impl Canvas {
         }
     }
 
-    /// Draws `frame` to `rect`; `false` for one on the adapter of another window.
-    pub fn draw(&mut self, ui: &Ui, rect: Rect, frame: &Frame) -> bool {
+    /// Draws a part of `frame` to `rect`; `false` for one on the adapter of another window.
+    pub fn draw(&mut self, painter: &Painter, rect: Rect, part: Part, frame: &Frame) -> bool {
         let is_new = self.serial != frame.serial;
         self.serial = frame.serial;
-        // Pixel for pixel there is nothing between texels to be found.
-        let filter = if frame.coarseness == 1 {
-            FilterMode::Nearest
-        } else {
-            FilterMode::Linear
-        };
         let Some((state, pipeline)) = &self.window else {
-            return draw_by_egui(&mut self.by_egui, ui, rect, frame, is_new, filter);
+            return draw_by_egui(&mut self.by_egui, painter, (rect, part), frame, is_new);
         };
         let kept = self.drawing.take().filter(|_| !is_new);
-        let drawing = kept.unwrap_or_else(|| {
-            let texture = match &frame.shown.pixels {
-                Pixels::Texture(texture, _) => {
-                    self.uploaded = None;
-                    Arc::clone(texture)
-                }
-                Pixels::Image(image) => {
-                    let texture = fitting(self.uploaded.take(), &state.device, image);
-                    write(&state.queue, &texture, image);
-                    Arc::clone(self.uploaded.insert(texture))
-                }
-            };
-            Drawing {
-                pipeline: pipeline.clone(),
-                bindings: bindings(&state.device, pipeline, &texture, filter),
-                _texture: texture,
+        let drawing = match kept {
+            Some(drawing) if drawing.part == part => drawing,
+            Some(drawing) => Drawing::new(state, pipeline, drawing.texture, part),
+            None => {
+                let texture = match &frame.shown.pixels {
+                    Pixels::Texture(texture, _) => {
+                        self.uploaded = None;
+                        Arc::clone(texture)
+                    }
+                    Pixels::Image(image) => {
+                        let texture = fitting(self.uploaded.take(), &state.device, image);
+                        write(&state.queue, &texture, image);
+                        Arc::clone(self.uploaded.insert(texture))
+                    }
+                };
+                Drawing::new(state, pipeline, texture, part)
             }
-        });
+        };
         let callback = Callback::new_paint_callback(rect, drawing.clone());
-        ui.painter().add(callback);
+        painter.add(callback);
         self.drawing = Some(drawing);
         true
+    }
+}
+
+impl Drawing {
+    fn new(
+        state: &RenderState,
+        pipeline: &RenderPipeline,
+        texture: Arc<Texture>,
+        part: Part,
+    ) -> Self {
+        Self {
+            pipeline: pipeline.clone(),
+            bindings: bindings(state, pipeline, &texture, part),
+            texture,
+            part,
+        }
     }
 }
 
@@ -102,16 +135,15 @@ impl CallbackTrait for Drawing {
 /// Draws a picture of the host by egui's own means.
 fn draw_by_egui(
     kept: &mut Option<TextureHandle>,
-    ui: &Ui,
-    rect: Rect,
+    painter: &Painter,
+    (rect, part): (Rect, Part),
     frame: &Frame,
     is_new: bool,
-    filter: FilterMode,
 ) -> bool {
     let Some(image) = frame.shown.image() else {
         return false;
     };
-    let options = match filter {
+    let options = match part.filter {
         FilterMode::Nearest => TextureOptions::NEAREST,
         FilterMode::Linear => TextureOptions::LINEAR,
     };
@@ -122,11 +154,11 @@ fn draw_by_egui(
             }
             texture
         }
-        None => ui.ctx().load_texture("picture", image.clone(), options),
+        None => painter
+            .ctx()
+            .load_texture("picture", image.clone(), options),
     };
-    let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
-    ui.painter()
-        .image(texture.id(), rect, whole, Color32::WHITE);
+    painter.image(texture.id(), rect, part.seen, Color32::WHITE);
     *kept = Some(texture);
     true
 }
@@ -162,17 +194,19 @@ fn pipeline(state: &RenderState) -> RenderPipeline {
 }
 
 fn bindings(
-    device: &Device,
+    state: &RenderState,
     pipeline: &RenderPipeline,
     texture: &Texture,
-    filter: FilterMode,
+    part: Part,
 ) -> BindGroup {
+    let device = &state.device;
     let view = texture.create_view(&TextureViewDescriptor::default());
     let sampler = device.create_sampler(&SamplerDescriptor {
-        mag_filter: filter,
-        min_filter: filter,
+        mag_filter: part.filter,
+        min_filter: part.filter,
         ..SamplerDescriptor::default()
     });
+    let seen = uniform(state, part.seen);
     let entry = |binding, resource| BindGroupEntry { binding, resource };
     device.create_bind_group(&BindGroupDescriptor {
         label: Some("picture"),
@@ -180,8 +214,23 @@ fn bindings(
         entries: &[
             entry(0, BindingResource::TextureView(&view)),
             entry(1, BindingResource::Sampler(&sampler)),
+            entry(2, seen.as_entire_binding()),
         ],
     })
+}
+
+/// The part that is seen, as the shader takes it.
+fn uniform(state: &RenderState, seen: Rect) -> Buffer {
+    let values = [seen.left(), seen.top(), seen.width(), seen.height()];
+    let bytes: Vec<u8> = values.iter().flat_map(|x| x.to_le_bytes()).collect();
+    let buffer = state.device.create_buffer(&BufferDescriptor {
+        label: Some("picture"),
+        size: bytes.len() as u64,
+        usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    });
+    state.queue.write_buffer(&buffer, 0, &bytes);
+    buffer
 }
 
 /// The texture of the picture before, or a new one if that has another size.
@@ -223,9 +272,10 @@ fn write(queue: &Queue, texture: &Texture, image: &ColorImage) {
 mod tests {
     use eframe::egui_wgpu::RendererOptions;
     use eframe::wgpu::{
-        BufferDescriptor, BufferUsages, CommandEncoderDescriptor, MapMode, PollType,
-        RenderPassColorAttachment, RenderPassDescriptor, TexelCopyBufferInfo,
+        CommandEncoderDescriptor, MapMode, PollType, RenderPassColorAttachment,
+        RenderPassDescriptor, TexelCopyBufferInfo,
     };
+    use egui::pos2;
     use egui_kittest::wgpu::create_render_state;
 
     use super::*;
@@ -235,12 +285,12 @@ mod tests {
     const HEIGHT: usize = 2;
 
     /// What the window's pixels hold, red, green, blue and alpha in turn, after a picture was drawn to them.
-    fn drawn(state: &RenderState, image: &ColorImage, filter: FilterMode) -> Vec<u8> {
+    fn drawn(state: &RenderState, image: &ColorImage, part: Part) -> Vec<u8> {
         let (device, queue) = (&state.device, &state.queue);
         let pipeline = pipeline(state);
         let texture = fitting(None, device, image);
         write(queue, &texture, image);
-        let bindings = bindings(device, &pipeline, &texture, filter);
+        let bindings = bindings(state, &pipeline, &texture, part);
         let target = device.create_texture(&TextureDescriptor {
             label: None,
             size: size(image),
@@ -289,6 +339,16 @@ mod tests {
         read.get_mapped_range(..).expect("mapped").to_vec()
     }
 
+    /// All of a picture, or a sixteenth of its width and half of its height in its middle.
+    fn part(is_whole: bool, filter: FilterMode) -> Part {
+        let (low, high) = match is_whole {
+            true => (pos2(0.0, 0.0), pos2(1.0, 1.0)),
+            false => (pos2(0.5, 0.5), pos2(0.5625, 1.0)),
+        };
+        let seen = Rect::from_min_max(low, high);
+        Part { seen, filter }
+    }
+
     #[test]
     fn every_pixel_is_shown_as_it_is_whatever_the_window_encodes() {
         if uw_render::gpu::adapters().is_empty() {
@@ -308,9 +368,16 @@ mod tests {
         for format in [TextureFormat::Rgba8Unorm, TextureFormat::Rgba8UnormSrgb] {
             state.target_format = format;
             for filter in [FilterMode::Nearest, FilterMode::Linear] {
-                let got = drawn(&state, &image, filter);
+                let got = drawn(&state, &image, part(true, filter));
                 let worst = got.iter().zip(image.as_raw()).map(|(a, b)| a.abs_diff(*b));
                 assert!(worst.max() <= Some(1), "{format:?} {filter:?} {got:?}");
+            }
+            // Four pixels of the second row, each over sixteen columns and both rows.
+            let got = drawn(&state, &image, part(false, FilterMode::Nearest));
+            for (i, pixel) in got.chunks_exact(4).enumerate() {
+                let wanted = colour(WIDTH + WIDTH / 2 + i % WIDTH / 16).to_array();
+                let worst = pixel.iter().zip(wanted).map(|(a, b)| a.abs_diff(b));
+                assert!(worst.max() <= Some(1), "{format:?} {i} {pixel:?}");
             }
         }
     }

@@ -1,7 +1,14 @@
 // The picture on its part of the window: a triangle that covers it, and one look at the texture for a pixel.
 
+/// The part of the picture that is seen, in [0, 1] from its upper left corner.
+struct Part {
+    low: vec2f,
+    size: vec2f,
+}
+
 @group(0) @binding(0) var picture: texture_2d<f32>;
 @group(0) @binding(1) var between: sampler;
+@group(0) @binding(2) var<uniform> part: Part;
 
 /// Whether the window's pixels take linear values and encode them as sRGB themselves.
 override ENCODES: bool = false;
@@ -14,7 +21,7 @@ struct Corner {
 @vertex
 fn corner(@builtin(vertex_index) index: u32) -> Corner {
     let place = vec2f(f32((index << 1u) & 2u), f32(index & 2u));
-    return Corner(vec4f(2.0 * place.x - 1.0, 1.0 - 2.0 * place.y, 0.0, 1.0), place);
+    return Corner(vec4f(2.0 * place.x - 1.0, 1.0 - 2.0 * place.y, 0.0, 1.0), part.low + place * part.size);
 }
 
 @fragment

@@ -3,7 +3,7 @@
 use egui::{CollapsingHeader, Color32, DragValue, Rect, Stroke, Ui, pos2};
 use glam::DVec3;
 
-use super::knobs::{channels, heading, position};
+use super::knobs::{channels, heading, position, told};
 use crate::app::{Tab, Viewer};
 use crate::model::Cloud;
 use crate::model::cloud::{MOST_CLOUDS, SIGMA_RANGE_M};
@@ -69,9 +69,14 @@ fn one(ui: &mut Ui, cloud: &mut Cloud) {
             .clamp_existing_to_range(false)
             .speed(speed);
         ui.add(knob.max_decimals(3).suffix(" m"))
-            .on_hover_text(
-                "σ: at a distance r from the middle the cloud has exp(-r²/2σ²) of its a and b",
-            )
+            .on_hover_text(format!(
+                "σ: at a distance r from the middle the cloud has exp(-r²/2σ²) of its a and b\n{}",
+                told(
+                    "standard deviation",
+                    &(SIGMA_RANGE_M.0..=SIGMA_RANGE_M.1),
+                    "m"
+                )
+            ))
             .labelled_by(label.id);
     });
     let iops = &mut cloud.iops;

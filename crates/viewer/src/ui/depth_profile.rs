@@ -5,7 +5,7 @@ use egui::{ComboBox, DragValue, Grid, Slider, Ui};
 use uw_media::{Iops, WaterType, spectral::Response};
 
 use super::depth_plot::{self, Grab};
-use super::knobs::list_height;
+use super::knobs::{list_height, told};
 use super::theme::CHANNELS;
 use super::water::bands_box;
 use crate::model::DepthProfile;
@@ -134,9 +134,9 @@ fn row(ui: &mut Ui, profile: &mut DepthProfile, view: &mut ProfileView, at: usiz
     let knob = DragValue::new(&mut depth_m).range(low..=high).speed(0.02);
     if ui
         .add(knob.max_decimals(3))
-        .on_hover_text(
-            "Depth below the surface, m, between its neighbours; both points of a jump move",
-        )
+        .on_hover_text(format!(
+            "Depth below the surface, between its neighbours: {low:.2} to {high:.2} m; both points of a jump move"
+        ))
         .changed()
     {
         profile.set_depth(at, depth_m);
@@ -158,8 +158,11 @@ fn row(ui: &mut Ui, profile: &mut DepthProfile, view: &mut ProfileView, at: usiz
             .clamp_existing_to_range(false)
             .speed(speed)
             .max_decimals(4);
-        ui.add(knob)
-            .on_hover_text(format!("{}, {channel}, 1/m", view.quantity.name()));
+        ui.add(knob).on_hover_text(told(
+            &format!("{}, {channel}", view.quantity.name()),
+            &(0.0..=LARGEST_PER_M),
+            "1/m",
+        ));
     }
     if values != before {
         profile.set_values(at, view.quantity.set(*iops, values));
@@ -249,7 +252,7 @@ fn water_of_point(ui: &mut Ui, profile: &mut DepthProfile, at: usize, iops: &Iop
         let slider = Slider::new(&mut scale, 0.0..=last).custom_formatter(name);
         if ui
             .add(slider.text("between types"))
-            .on_hover_text("Mixes a and b of neighbouring types at the chosen point")
+            .on_hover_text("Mixes a and b of neighbouring types, I to 9C, at the chosen point")
             .changed()
         {
             profile.set_type(at, neighbours(scale));

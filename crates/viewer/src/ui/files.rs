@@ -46,6 +46,7 @@ impl FilePurpose {
         match self {
             Self::OpenScene => "Open a scene or glTF file",
             Self::SaveScene => "Save the scene",
+            Self::SaveForCommand => "Save the scene first; its command is then copied",
             Self::ExportPicture => "Export the picture",
             Self::ExportExr => "Export EXR with all layers",
             Self::ExportPlots => "Export the plots",
@@ -59,7 +60,7 @@ impl FilePurpose {
     fn extensions(self) -> &'static [&'static str] {
         match self {
             Self::OpenScene => &["toml", "glb", "gltf"],
-            Self::SaveScene => &["toml"],
+            Self::SaveScene | Self::SaveForCommand => &["toml"],
             Self::ExportPicture => &["png", "tif", "tiff"],
             Self::ExportExr => &["exr"],
             Self::ExportPlots => &["svg", "png"],
@@ -71,7 +72,7 @@ impl FilePurpose {
     fn first_name(self) -> &'static str {
         match self {
             Self::OpenScene | Self::OpenProfile | Self::OpenRecord | Self::OpenModel => "",
-            Self::SaveScene => "scene.toml",
+            Self::SaveScene | Self::SaveForCommand => "scene.toml",
             Self::ExportPicture => "picture.png",
             Self::ExportExr => "picture.exr",
             Self::ExportPlots => "plots.svg",

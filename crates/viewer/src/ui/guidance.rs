@@ -57,7 +57,9 @@ fn calibration(app: &mut Viewer, ui: &mut Ui) {
     let id = ui.make_persistent_id("calibration done");
     let was_done: Option<bool> = ui.data_mut(|d| d.get_temp(id));
     ui.data_mut(|d| d.insert_temp(id, done));
-    let title = if done {
+    let title = if done && app.guidance.origin.is_none() {
+        "1  Calibrated: a profile that was opened"
+    } else if done {
         "1  Calibrated in this water"
     } else {
         "1  Calibrate in this water"
@@ -124,10 +126,29 @@ fn routine(app: &mut Viewer, ui: &mut Ui) {
         );
     }
     match app.guidance.profile.clone() {
-        Some(profile) => plots::profile(ui, &profile),
+        Some(profile) => {
+            origin(app, ui);
+            plots::profile(ui, &profile);
+        }
         None => {
             ui.weak("K_z: how light falls with depth. K_c: how contrast falls with distance.");
         }
+    }
+}
+
+/// With which target and lamps the profile was made, and what of the open scene does not fit them.
+fn origin(app: &Viewer, ui: &mut Ui) {
+    let Some(origin) = &app.guidance.origin else {
+        ui.weak("opened: it does not say with which target and lamps it was made");
+        return;
+    };
+    ui.weak(origin.told());
+    let misfits = origin.misfits(app.guidance.pattern, &app.settings, &app.open.objects);
+    if misfits.is_empty() {
+        ui.weak("the open scene has such a target and such lamps");
+    }
+    for misfit in misfits {
+        ui.colored_label(ui.visuals().warn_fg_color, misfit);
     }
 }
 

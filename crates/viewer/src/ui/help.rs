@@ -3,25 +3,24 @@
 use crate::app::Viewer;
 use crate::ui::shortcuts::HELP;
 
+/// Width of the list where the window has room, points.
+const WIDTH: f32 = 760.0;
+/// Room around it, points.
+const MARGIN: f32 = 50.0;
+
 /// Shows the help where it is open.
 pub fn show(app: &mut Viewer, ctx: &egui::Context) {
     if !app.help_open {
         return;
     }
     let modal = egui::Modal::new(egui::Id::unique("help")).show(ctx, |ui| {
-        ui.set_width(430.0);
+        let window = ui.ctx().content_rect().size();
+        ui.set_width(WIDTH.min(window.x - MARGIN));
         ui.heading("Keys and mouse");
         ui.add_space(6.0);
-        egui::Grid::new("keys")
-            .num_columns(2)
-            .striped(true)
-            .show(ui, |ui| {
-                for (keys, what) in HELP {
-                    ui.monospace(keys);
-                    ui.label(what);
-                    ui.end_row();
-                }
-            });
+        egui::ScrollArea::both()
+            .max_height((window.y - 3.0 * MARGIN).max(MARGIN))
+            .show(ui, keys);
         ui.add_space(6.0);
         ui.label("Every number can be dragged, or clicked and typed.");
         ui.vertical_centered(|ui| ui.button("Close").clicked())
@@ -30,4 +29,21 @@ pub fn show(app: &mut Viewer, ctx: &egui::Context) {
     if modal.inner || modal.should_close() {
         app.help_open = false;
     }
+}
+
+/// The keys in two columns.
+fn keys(ui: &mut egui::Ui) {
+    let (left, right) = HELP.split_at(HELP.len().div_ceil(2));
+    egui::Grid::new("keys")
+        .num_columns(4)
+        .striped(true)
+        .show(ui, |ui| {
+            for (i, first) in left.iter().enumerate() {
+                for (keys, what) in [Some(first), right.get(i)].into_iter().flatten() {
+                    ui.monospace(*keys);
+                    ui.label(*what);
+                }
+                ui.end_row();
+            }
+        });
 }

@@ -1,5 +1,7 @@
 //! Rows of knobs that panels share.
 
+use std::ops::RangeInclusive;
+
 use egui::{ComboBox, DragValue, Slider, SliderClamping, Ui};
 use egui_plot::{AxisHints, GridInput, GridMark, Plot};
 use glam::DVec3;
@@ -8,15 +10,31 @@ use uw_media::spectral::ILLUMINANTS;
 use super::theme::CHANNELS;
 use crate::model::{LightSpectrum, spectra::short_name};
 
+/// What a knob says under the pointer: its name, what it may be, and the unit.
+pub fn told(name: &str, range: &RangeInclusive<f64>, unit: &str) -> String {
+    let written = |value: f64| match value.abs() {
+        small if small > 0.0 && small < 1e-3 => format!("{value:e}"),
+        _ => format!("{value}"),
+    };
+    let space = match unit.starts_with(char::is_alphanumeric) {
+        true => " ",
+        false => "",
+    };
+    let [low, high] = [range.start(), range.end()].map(|end| written(*end));
+    format!("{name}: {low} to {high}{space}{unit}")
+}
+
 /// A slider with its name and unit.
 pub fn slider(
     ui: &mut Ui,
     name: &str,
     value: &mut f64,
-    range: std::ops::RangeInclusive<f64>,
+    range: RangeInclusive<f64>,
     unit: &str,
 ) -> egui::Response {
+    let told = told(name, &range, unit);
     ui.add(Slider::new(value, range).text(name).suffix(unit))
+        .on_hover_text(told)
 }
 
 /// How a number is set: in which steps by the slider, and how it is written.
@@ -44,19 +62,20 @@ impl Steps {
 /// stays as it is.
 pub fn stepped(ui: &mut Ui, name: &str, value: &mut f64, steps: Steps) -> bool {
     let range = steps.range.0..=steps.range.1;
+    let told = told(name, &range, steps.unit);
     ui.horizontal(|ui| {
         let slider = Slider::new(value, range.clone())
             .clamping(SliderClamping::Edits)
             .step_by(steps.step)
             .show_value(false);
-        let slider = ui.add(slider);
+        let slider = ui.add(slider).on_hover_text(&told);
         let number = DragValue::new(value)
             .range(range)
             .clamp_existing_to_range(false)
             .speed(0.2 * steps.step)
             .fixed_decimals(steps.decimals)
             .suffix(steps.unit);
-        let number = ui.add(number);
+        let number = ui.add(number).on_hover_text(&told);
         let label = ui.label(name);
         let changed = slider.changed() || number.changed();
         slider.labelled_by(label.id);
@@ -76,11 +95,12 @@ pub fn log_slider(
     ui: &mut Ui,
     name: &str,
     value: &mut f64,
-    range: std::ops::RangeInclusive<f64>,
+    range: RangeInclusive<f64>,
     unit: &str,
 ) -> egui::Response {
+    let told = told(name, &range, unit);
     let slider = Slider::new(value, range).text(name).suffix(unit);
-    ui.add(slider.logarithmic(true))
+    ui.add(slider.logarithmic(true)).on_hover_text(told)
 }
 
 /// Three numbers, one per channel; the response is that of the name before them.
@@ -100,7 +120,7 @@ pub fn channels(
                 .clamp_existing_to_range(false)
                 .speed(speed);
             ui.add(knob.prefix(format!("{channel} ")).max_decimals(5))
-                .on_hover_text(format!("{name}, {channel}, {unit}"));
+                .on_hover_text(told(&format!("{name}, {channel}"), &(0.0..=most), unit));
         }
         ui.weak(unit);
         label
@@ -179,7 +199,11 @@ pub fn vector(ui: &mut Ui, name: &str, value: &mut DVec3, knob: VectorKnob) {
                     .prefix(format!("{axis} "))
                     .max_decimals(knob.decimals),
             )
-            .on_hover_text(format!("{name}, {axis}, {}", knob.unit));
+            .on_hover_text(told(
+                &format!("{name}, {axis}"),
+                &(-knob.most..=knob.most),
+                knob.unit,
+            ));
         }
         ui.weak(knob.unit);
     });
@@ -196,10 +220,11 @@ pub fn direction(ui: &mut Ui, name: &str, value: &mut DVec3) -> bool {
             (&mut heading_deg, "heading", -180.0..=180.0),
             (&mut elevation_deg, "elevation", -90.0..=90.0),
         ] {
+            let told = told(&format!("{name}, {what}"), &range, "°");
             let knob = DragValue::new(angle).speed(0.5).range(range).suffix("°");
             changed |= ui
                 .add(knob.prefix(format!("{what} ")).max_decimals(1))
-                .on_hover_text(format!("{name}, {what}"))
+                .on_hover_text(told)
                 .changed();
         }
     });
@@ -251,7 +276,7 @@ fn round_marks((from, to): (f64, f64), most: f64) -> Vec<GridMark> {
 }
 
 /// A mark as one reads it.
-fn number(mark: GridMark, _: &std::ops::RangeInclusive<f64>) -> String {
+fn number(mark: GridMark, _: &RangeInclusive<f64>) -> String {
     format!("{}", (mark.value * 1e6).round() / 1e6)
 }
 
@@ -275,6 +300,14 @@ pub fn x_axis(label: &str) -> AxisHints<'static> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn knobs_tell_their_range_and_unit() {
+        assert_eq!(told("depth", &(0.1..=40.0), " m"), "depth: 0.1 to 40 m");
+        assert_eq!(told("a, R", &(0.0..=20.0), "1/m"), "a, R: 0 to 20 1/m");
+        assert_eq!(told("b", &(1e-8..=0.01), ""), "b: 1e-8 to 0.01");
+        assert_eq!(told("zenith", &(0.0..=89.0), "°"), "zenith: 0 to 89°");
+    }
 
     #[test]
     fn marks_are_few_and_round() {

@@ -3,15 +3,16 @@
 use egui::{CollapsingHeader, Ui};
 use uw_render::scene::Falloff;
 
-use super::knobs::{channels, direction, heading, light_spectrum, position, slider};
+use super::knobs::{channels, direction, heading, light_spectrum, log_slider, position, slider};
 use crate::app::Viewer;
-use crate::model::{LampSettings, open_scene::lamp_beside};
+use crate::model::{LampSettings, data_sheet::DataSheet, open_scene::lamp_beside};
 
 /// Shows the lamps.
 pub fn show(app: &mut Viewer, ui: &mut Ui) {
     heading(ui, "Lamps");
     all_levels(&mut app.settings.lamps, ui);
-    let mut removed = None;
+    let (mut removed, mut of_sheet) = (None, None);
+    let sheet = &mut app.data_sheet;
     for (i, lamp) in app.settings.lamps.iter_mut().enumerate() {
         let title = if lamp.of_gltf {
             format!("{} (of the glTF file)", lamp.name)
@@ -23,6 +24,9 @@ pub fn show(app: &mut Viewer, ui: &mut Ui) {
             .default_open(i == 0)
             .show(ui, |ui| {
                 one(ui, lamp);
+                if data_sheet(ui, sheet) {
+                    of_sheet = Some(i);
+                }
                 if !lamp.of_gltf
                     && ui
                         .button("Remove")
@@ -32,6 +36,13 @@ pub fn show(app: &mut Viewer, ui: &mut Ui) {
                     removed = Some(i);
                 }
             });
+    }
+    if let Some(i) = of_sheet {
+        let (settings, folder) = (&mut app.settings, &app.open.base_dir);
+        let set = sheet.set(&mut settings.lamps[i], &settings.response, folder);
+        if let Err(error) = set {
+            app.toasts.error(error.to_string());
+        }
     }
     if let Some(i) = removed {
         app.settings.lamps.remove(i);
@@ -104,4 +115,37 @@ fn one(ui: &mut Ui, lamp: &mut LampSettings) {
             }
         }
     });
+}
+
+/// What a maker's data sheet says; whether the lamp is to be set so.
+fn data_sheet(ui: &mut Ui, sheet: &mut DataSheet) -> bool {
+    let shown = CollapsingHeader::new("From a data sheet")
+        .id_salt("data sheet")
+        .show(ui, |ui| {
+            log_slider(ui, "luminous flux", &mut sheet.flux_lm, 10.0..=1e5, " lm");
+            slider(
+                ui,
+                "colour temperature",
+                &mut sheet.temperature_k,
+                2000.0..=10_000.0,
+                " K",
+            );
+            slider(
+                ui,
+                "beam angle",
+                &mut sheet.beam_angle_deg,
+                2.0..=180.0,
+                "°",
+            )
+            .on_hover_text("From edge to edge, under water: behind a flat window sin(angle / 2) is that in air over 1.34");
+            ui.horizontal(|ui| {
+                let set = ui.button("Set the lamp so").on_hover_text(
+                    "Sets intensity, spectrum and beam. The intensity is then in watts: sun and sky must be, too",
+                );
+                ui.weak(sheet.spectrum());
+                set.clicked()
+            })
+            .inner
+        });
+    shown.body_returned.unwrap_or(false)
 }

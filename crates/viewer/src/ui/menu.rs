@@ -3,7 +3,7 @@
 use egui::{MenuBar, Panel, ThemePreference, Ui, ViewportCommand};
 
 use crate::app::{FilePurpose, Viewer};
-use crate::model::ShownLayer;
+use crate::model::{ShownLayer, lasting::CONTROLS};
 use crate::ui::knobs::list_height;
 use crate::ui::shortcuts::{self, text};
 
@@ -88,6 +88,14 @@ fn edit(app: &mut Viewer, ui: &mut Ui) {
     if item(ui, can_redo, "Redo", text(&shortcuts::REDO)) {
         app.redo();
     }
+    ui.separator();
+    let ctx = ui.ctx().clone();
+    if item(ui, true, "Copy as command", text(&shortcuts::COPY_COMMAND)) {
+        app.copy_command(&ctx);
+    }
+    if item(ui, true, "Copy as scene", text(&shortcuts::COPY_SCENE)) {
+        app.copy_scene(&ctx);
+    }
 }
 
 fn view(app: &mut Viewer, ui: &mut Ui) {
@@ -103,10 +111,11 @@ fn view(app: &mut Viewer, ui: &mut Ui) {
     ui.separator();
     let mut zoom = ui.ctx().zoom_factor();
     ui.add(
-        egui::Slider::new(&mut zoom, 0.6..=2.5)
+        egui::Slider::new(&mut zoom, CONTROLS)
             .text("Size of the controls")
             .step_by(0.1),
-    );
+    )
+    .on_hover_text("Size of the controls: 0.6 to 2.5 times the usual one");
     ui.ctx().set_zoom_factor(zoom);
     ui.checkbox(&mut app.lamps_follow, "Lamps move with the camera");
     ui.checkbox(&mut app.denoised, "Denoise (biased)")

@@ -50,7 +50,8 @@ pub fn show(app: &mut Viewer, ui: &mut Ui) {
         if ui.button("Next").clicked() {
             operation.at = (operation.at + 1).min(last);
         }
-        ui.add(Slider::new(&mut operation.at, 0..=last).text("step"));
+        ui.add(Slider::new(&mut operation.at, 0..=last).text("step"))
+            .on_hover_text(format!("step: 0 to {last}"));
     });
     operation.advance(Instant::now());
     if operation.is_playing() {

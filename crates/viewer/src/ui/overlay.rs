@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use egui::text::{LayoutJob, TextWrapping};
 use egui::{
     Align2, Color32, FontId, Galley, Pos2, Rect, Role, Sense, Ui, Vec2, WidgetInfo, pos2, vec2,
 };
@@ -17,6 +18,10 @@ const MARGIN: f32 = 8.0;
 const SCALE: Vec2 = vec2(14.0, 200.0);
 /// Least width of a text before it breaks into another line, points.
 const LEAST_WIDTH: f32 = 80.0;
+/// Least width of a label, points; a narrower one says nothing.
+const LEAST_LABEL: f32 = 24.0;
+/// The letters.
+const FONT: FontId = FontId::monospace(12.0);
 
 /// Shows the scale of false colours at the upper right of the picture; the place that it takes.
 pub fn legend(ui: &Ui, picture: Rect, legend: &Legend) -> Rect {
@@ -63,6 +68,18 @@ pub fn probe(ui: &Ui, area: Rect, picture: Rect, taken: Option<Rect>, text: &str
     }
 }
 
+/// Shows a line of text with a corner at a place, cut where there is no room for all of it, and nothing where there is none.
+pub fn label(ui: &Ui, name: &str, (at, anchor): (Pos2, Align2), room: f32, text: &str) {
+    let width = room - 2.0 * PADDING;
+    if width < LEAST_LABEL {
+        return;
+    }
+    let mut job = LayoutJob::simple_singleline(text.to_owned(), FONT, Color32::WHITE);
+    job.wrap = TextWrapping::truncate_at_width(width);
+    let galley = ui.painter().layout_job(job);
+    shown(ui, name, at, anchor, galley);
+}
+
 /// Width of the longest line that fits between the left edge of the picture and what is `taken`, points.
 fn width_beside(picture: Rect, taken: Option<Rect>) -> f32 {
     let right = taken.map_or(picture.right(), |taken| taken.left());
@@ -70,12 +87,8 @@ fn width_beside(picture: Rect, taken: Option<Rect>) -> f32 {
 }
 
 fn laid_out(ui: &Ui, text: &str, width: f32) -> Arc<Galley> {
-    ui.painter().layout(
-        text.to_owned(),
-        FontId::monospace(12.0),
-        Color32::WHITE,
-        width,
-    )
+    ui.painter()
+        .layout(text.to_owned(), FONT, Color32::WHITE, width)
 }
 
 /// Paints a text on a dark ground, and tells it to those who cannot see it; the place that it takes.

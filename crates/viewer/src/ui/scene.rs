@@ -19,7 +19,9 @@ pub fn show(app: &mut Viewer, ui: &mut Ui) {
     ui.horizontal(|ui| {
         let label = ui.label("most bounces");
         ui.add(DragValue::new(&mut app.settings.max_bounces).range(0..=1000))
-            .on_hover_text("Largest number of scatterings and reflections; 0: no limit")
+            .on_hover_text(
+                "Largest number of scatterings and reflections: 1 to 1000, or 0 for no limit",
+            )
             .labelled_by(label.id);
         ui.weak("0: no limit, unbiased");
     });

@@ -3,13 +3,15 @@
 use egui::{CollapsingHeader, DragValue, Ui};
 use uw_render::scene::{Blur, Snow};
 
-use super::knobs::{VectorKnob, heading, log_slider, slider, vector};
+use super::knobs::{VectorKnob, heading, log_slider, slider, told, vector};
 use crate::app::Viewer;
 
 /// Millimetres in a metre; litres in a cubic metre.
 const THOUSAND: f64 = 1e3;
 /// Diameters that are set by hand, mm.
 const DIAMETERS_MM: std::ops::RangeInclusive<f64> = 0.01..=50.0;
+/// Times that are set by hand, s.
+const TIMES_S: std::ops::RangeInclusive<f64> = -1e6..=1e6;
 const VELOCITY: VectorKnob = VectorKnob {
     speed: 0.002,
     most: 10.0,
@@ -93,12 +95,16 @@ fn cloud(ui: &mut Ui, snow: &mut Snow) {
         ui.add(
             DragValue::new(&mut snow.time_s)
                 .speed(0.1)
-                .range(-1e6..=1e6)
+                .range(TIMES_S)
                 .suffix(" s"),
         )
-        .on_hover_text("For which the flakes have drifted");
+        .on_hover_text(format!(
+            "For which the flakes have drifted\n{}",
+            told("time", &TIMES_S, "s")
+        ));
         ui.label("seed");
-        ui.add(DragValue::new(&mut snow.seed));
+        ui.add(DragValue::new(&mut snow.seed))
+            .on_hover_text("Another seed is another cloud: 0 to 4294967295");
         if ui.button("Another cloud").clicked() {
             snow.seed = snow.seed.wrapping_add(1);
         }

@@ -36,7 +36,7 @@ fn goal(app: &mut Viewer, ui: &mut Ui) {
     let mut percent = 100.0 * app.goal.target_error.unwrap_or(0.03);
     let knob = DragValue::new(&mut percent).range(0.1..=100.0).speed(0.1);
     ui.add_enabled(wanted, knob.suffix(" %").max_decimals(1))
-        .on_hover_text("Estimated relative error at which the picture is finished");
+        .on_hover_text("Estimated relative error at which the picture is finished: 0.1 to 100 %");
     app.goal.target_error = wanted.then_some(percent / 100.0);
 }
 

@@ -113,7 +113,7 @@ fn everywhere(ui: &mut Ui, coefficients: &mut Coefficients, response: &Response)
                     .text("between types")
                     .custom_formatter(name),
             )
-            .on_hover_text("Mixes a and b of neighbouring types");
+            .on_hover_text("Mixes a and b of neighbouring types, I to 9C");
             bands_box(ui, bands, |_| true);
             match bands {
                 WaterBands::Three(bands) => spectra::with_intervals(ui, &rows, bands),

@@ -204,6 +204,7 @@ impl<'a> Engine<'a> {
                 statistics,
                 snow: None,
             } if gpu.is_shared()
+                && !view.on_host
                 && display::is_photograph(&view.display, &view.sensor, scene.lamps.len()) =>
             {
                 let size_px = [scene.camera.width, scene.camera.height];

@@ -72,6 +72,8 @@ pub struct View {
     pub sensor: Sensor,
     /// Whether radiances are wanted on the host, for the probe; without a window's adapter they always come.
     pub probing: bool,
+    /// Whether the picture is wanted on the host, to be counted, marked or kept; without a window's adapter it always is.
+    pub on_host: bool,
     /// Whether the picture is wanted denoised, which is biased; a second half of the samples is rendered for it.
     pub denoised: bool,
 }

@@ -4,8 +4,11 @@ mod advice;
 mod bad_files;
 #[path = "../common/mod.rs"]
 mod common;
+mod copying;
 mod denoising;
 mod exports;
+mod inspecting;
+mod lasting;
 mod layout;
 mod panels;
 mod program;
@@ -13,5 +16,6 @@ mod scene_files;
 mod shared;
 mod snapshots;
 mod support;
+mod tooltips;
 mod varying;
 mod worker;

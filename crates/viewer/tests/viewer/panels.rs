@@ -261,6 +261,13 @@ fn the_guidance_panel_calibrates_advises_and_goes_there() {
     until(&mut harness, "the calibration", |v| {
         v.guidance.progress().is_none()
     });
+    let origin = harness
+        .state()
+        .guidance
+        .origin
+        .clone()
+        .expect("of a routine");
+    assert_eq!(origin.pattern, harness.state().guidance.pattern);
     let guidance = &harness.state().guidance;
     let profile = guidance.profile.clone().expect("a profile");
     assert_eq!(profile.distance_range_m(), (0.5, 3.0));
@@ -467,4 +474,25 @@ fn a_right_click_shows_the_spectrum_of_a_pixel() {
             .query_by_label_contains("of earlier settings")
             .is_some()
     );
+}
+
+#[test]
+fn a_lamp_is_set_from_a_data_sheet() {
+    let mut harness = viewer();
+    harness.key_press(Key::F3);
+    harness.run_steps(3);
+    click(&mut harness, "From a data sheet");
+    // The header opens by and by.
+    harness.run_steps(30);
+    set(&mut harness, "luminous flux", 3000.0);
+    set(&mut harness, "colour temperature", 2700.0);
+    set(&mut harness, "beam angle", 90.0);
+    click(&mut harness, "Set the lamp so");
+    let lamp = &harness.state().settings.lamps[0];
+    assert_eq!(lamp.half_angle_deg, 45.0);
+    let [r, g, b] = lamp.intensity;
+    assert!(r > g && g > 2.0 * b, "{:?}", lamp.intensity);
+    // 3000 lm at 326 lm/W over the solid angle of a cosine up to 45°, π/2 sr.
+    let watts = (r + g + b) * std::f64::consts::FRAC_PI_2;
+    assert!((watts / (3000.0 / 326.0) - 1.0).abs() < 0.02, "{watts}");
 }

@@ -67,6 +67,7 @@ fn viewer(screen: &Screen, arguments: &[&str], runtime: &Path) -> std::process::
         .env("DISPLAY", &screen.name)
         .env_remove("WAYLAND_DISPLAY")
         .env("XDG_RUNTIME_DIR", runtime)
+        .env("XDG_STATE_HOME", runtime.join("state"))
         .env("UW_ASSETS", repository().join("assets"))
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
@@ -93,6 +94,11 @@ fn the_program_opens_a_window_renders_and_takes_a_screenshot() {
     std::fs::write(&scene, SCENE).expect("written");
     let text = |path: &Path| path.display().to_string();
     let (scene, shot_name) = (text(&scene), text(&shot));
+    // What lasts from other runs is neither read nor written.
+    let state = folder.path().join("state/uw-viewer");
+    std::fs::create_dir_all(&state).expect("made");
+    let choices = r#"{"brightness": "light", "panel": "inspect"}"#;
+    std::fs::write(state.join("window.json"), choices).expect("written");
     let arguments = [
         "--scene",
         &scene,
@@ -114,6 +120,9 @@ fn the_program_opens_a_window_renders_and_takes_a_screenshot() {
         "{:?}: {said}",
         output.status.code()
     );
+    let kept = std::fs::read_to_string(state.join("window.json"));
+    assert_eq!(kept.expect("there"), choices);
+    assert_eq!(std::fs::read_dir(&state).expect("there").count(), 1);
     let frame = read_frame(&shot).expect("a picture");
     assert_eq!((frame.width, frame.height), (1280, 720));
     let Counts::Bits8(counts) = frame.counts else {

@@ -9,7 +9,8 @@ use uw_render::{
     layers::RenderLayer,
 };
 use uw_viewer::app::{Options, Viewer};
-use uw_viewer::model::ShownLayer;
+use uw_viewer::model::{ShownLayer, snapshots::Side};
+use uw_viewer::ui::toasts::Toasts;
 use uw_viewer::window;
 use uw_viewer::worker::{Activity, Goal, RenderDevice};
 
@@ -121,6 +122,42 @@ fn the_picture_that_stays_on_the_adapter_is_the_one_that_is_read_back() {
     assert!(
         text.contains("radiance") && text.contains("counts"),
         "{text}"
+    );
+}
+
+/// A picture that is kept comes through the host, and is the one that was shown, of which the zoom shows the same part.
+#[test]
+fn a_kept_picture_is_the_one_that_stays_on_the_adapter() {
+    if !has_gpu() {
+        return;
+    }
+    let state = shareable();
+    let mut harness = finished(shared_device(&state), state);
+    let place = harness.state().picture_place().expect("laid out");
+    let at = glam::DVec2::new(0.3, 0.6);
+    harness.state_mut().inspection.zoom.by(&place, at, 5.0);
+    harness.run_steps(3);
+    let live = picture(&mut harness);
+    harness.state_mut().keep_picture();
+    until(&mut harness, "a kept picture", |v| {
+        v.inspection.snapshots.all().len() == 1
+    });
+    until(&mut harness, "the picture again", is_on_adapter);
+    harness.state_mut().toasts = Toasts::default();
+    let comparison = &mut harness.state_mut().inspection.comparison;
+    (comparison.on, comparison.sides) = (true, [Side::Kept(1); 2]);
+    harness.run_steps(3);
+    let kept = picture(&mut harness);
+    assert_eq!(live.len(), kept.len());
+    let alike = live.iter().zip(&kept);
+    let alike = alike.filter(|(a, b)| (0..3).all(|k| a[k].abs_diff(b[k]) <= TOLERANCE));
+    // The wiper and the names of the sides lie over it.
+    let share = alike.count() as f64 / live.len() as f64;
+    assert!(share > 0.85, "{share}");
+    let first = live[0];
+    assert!(
+        live.iter().any(|p| p[1].abs_diff(first[1]) > 20),
+        "a plain picture"
     );
 }
 

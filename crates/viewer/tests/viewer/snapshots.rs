@@ -144,3 +144,49 @@ fn false_colours_and_help_look_as_they_did() {
     harness.run_steps(3);
     compare(&mut harness, "help");
 }
+
+/// Two pictures beside each other with marks and a pin, in a small window.
+#[test]
+fn what_is_looked_at_closely_looks_as_it_did() {
+    if !has_gpu() {
+        return;
+    }
+    let mut harness = finished(Tab::Inspect, false, |viewer| {
+        viewer.settings.sensor.exposure = uw_render::scene::Exposure::Fixed(40.0);
+        viewer.inspection.pin(glam::DVec2::new(0.2, 0.6));
+        viewer.inspection.pin(glam::DVec2::new(0.95, 0.2));
+        viewer.inspection.marks = true;
+        viewer.keep_picture();
+    });
+    harness.set_size(crate::layout::SMALL);
+    harness.state_mut().settings.sensor.exposure = uw_render::scene::Exposure::Fixed(4.0);
+    harness.state_mut().inspection.comparison.on = true;
+    harness.run_steps(3);
+    until(&mut harness, "the smaller picture", |v| {
+        let shows =
+            |f: &uw_viewer::worker::Frame| f.activity == Activity::Done && f.shown.exposure == 4.0;
+        v.is_current() && v.frame().is_some_and(|f| shows(f))
+    });
+    harness.run_steps(3);
+    // Messages leave by themselves.
+    harness.state_mut().toasts = uw_viewer::ui::toasts::Toasts::default();
+    harness.run_steps(2);
+    // Names tell the time of day; pins and histogram tell of the noise of one sample.
+    let side = harness.get_by_role_and_label(egui::Role::ComboBox, "A");
+    let mut noisy = vec![side.rect()];
+    for part in [" UTC", "pixel ", "counts"] {
+        let found = harness.query_all_by_label_contains(part);
+        noisy.extend(found.map(|node| node.rect()));
+    }
+    let edge = |label: &str| harness.get_by_label(label).rect().left_bottom();
+    let (top, bottom) = (edge("a channel is full"), edge("0, black"));
+    let picture = harness.get_by_label("Picture").rect();
+    noisy.push(egui::Rect::from_two_pos(
+        top,
+        egui::pos2(picture.left() - 8.0, bottom.y),
+    ));
+    for rect in noisy {
+        harness.mask(rect);
+    }
+    compare_panels(&mut harness, "inspect");
+}

@@ -27,6 +27,7 @@ pub(crate) fn view(settings: &Settings) -> View {
         display: Display::default(),
         sensor: settings.sensor(),
         probing: false,
+        on_host: false,
         denoised: false,
     }
 }
