@@ -2,8 +2,8 @@
 
     python3 clients/python/fly_hull.py OUT [--jerlov TYPE] [--stops N] [--distance-m D] [--level-pct L] [--programs DIR]
 
-Calibrates in the water as an operator would (`uw demo`, whose water is fitted to pictures), then flies: at each stop a picture (`uw sequence` of the
-shipped scene `hull_side`), the daemon's advice on it, a move to the distance and lamps that it suggests, and on along the hull. Where advice is
+Calibrates in the water as an operator would (`uw demo`, whose water is fitted to pictures), then flies: at each stop a picture (`uw sequence`, the
+hull of the shipped scene `hull_side`), the daemon's advice on it, a move to the distance and lamps that it suggests, and on along the hull. Where advice is
 refused the vehicle goes nearer, as the daemon's message says. At the last stop it also looks with what it began with. OUT/flight.md
 has the table and shows that stop before and after. A flight that was interrupted goes on with the same command. Needs the programs `uw` and `uwguide` in PATH or DIR, and no package.
 """
@@ -19,12 +19,10 @@ from uwguide import Client
 
 # The shipped vehicle with a smaller picture.
 VEHICLE = 'format = "uw-vehicle/1"\nwidth = 480\nheight = 270\n'
-# The scene's camera and lamps become those of that vehicle; it looks at the plating, which stands at x = 0.
+# Camera, lamps and sensor of `flat_hull` are those of that vehicle; before them comes the hull of `hull_side`, whose plating stands at x = 0.
+SCENE = "flat_hull"
+HULL = 'object=[{ gltf = "hull_side.glb", translation_m = [0.0, 0.0, -2.6] }]'
 DEPTH_M = 2.6
-CAMERA = ["camera.hfov_deg=60", f"camera.position_m=[0,0,-{DEPTH_M}]", "camera.forward=[1,0,0]"]
-SENSOR = ["sensor.exposure=8.61", "sensor.noise.a=2e-4", "sensor.noise.b=1e-6", "sun.azimuth_deg=0"]
-LAMPS = {"left": 0.3, "right": -0.3}
-LAMP = ["forward=[1,0,0]", "intensity=[0.4,0.4,0.4]", "half_angle_deg=50", "radius_m=0.02"]
 # Where the flight begins, and how much of a picture the next one shows again.
 BEGIN_Y_M = 1.5
 OVERLAP = 0.3
@@ -34,19 +32,12 @@ NEARER_M = 0.4
 LIMITS_M = (0.5, 3.0)
 
 
-def settings(jerlov):
-    """What `--set` is given."""
-    lamps = [f"lamp.{name}.position_m=[0,{aside},-{DEPTH_M}]" for name, aside in LAMPS.items()]
-    lamps += [f"lamp.{name}.{field}" for name in LAMPS for field in LAMP]
-    return [word for field in [*CAMERA, *SENSOR, *lamps, f"water.jerlov={jerlov}"] for word in ("--set", field)]
-
-
 class Eyes:
     """The vehicle's camera: pictures of the hull from where it is, with its lamps."""
 
     def __init__(self, uw, out, jerlov):
-        self.command, self.out = [uw, "sequence", "hull_side"], out
-        self.more = ["--width", "480", "--spp", "8", "--denoise", "--quiet", *settings(jerlov)]
+        self.command, self.out = [uw, "sequence", SCENE], out
+        self.more = ["--width", "480", "--spp", "8", "--denoise", "--quiet", "--set", HULL, "--set", f"water.jerlov={jerlov}"]
 
     def look(self, name, y_m, distance_m, level_pct):
         """Takes a picture; its name below `out`."""
@@ -132,12 +123,18 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("out", type=pathlib.Path, help="folder to write")
     parser.add_argument("--jerlov", default="3C", help="the water (3C)")
-    parser.add_argument("--stops", type=int, default=6, help="stops along the hull (6)")
+    parser.add_argument("--stops", type=int, default=6, choices=range(1, 7), help="stops along the hull, which is 12 m long: 1 to 6 (6)")
     parser.add_argument("--distance-m", type=float, default=2.4, help="where it begins, from the hull (2.4)")
     parser.add_argument("--level-pct", type=float, default=100.0, help="lamps at the beginning (100)")
     parser.add_argument("--programs", type=pathlib.Path, help="folder of uw and uwguide")
     arguments = parser.parse_args()
+    for name, value, (least, most) in (("--distance-m", arguments.distance_m, LIMITS_M), ("--level-pct", arguments.level_pct, (0, 100))):
+        if not least <= value <= most:
+            parser.error(f"{name} must be in [{least}, {most}], got {value}")
     uw, uwguide = [str(arguments.programs / name) if arguments.programs else name for name in ("uw", "uwguide")]
+    for program in (uw, uwguide):
+        if not shutil.which(program):
+            parser.error(f"{program} is not there; build it, and name its folder with --programs")
     out = arguments.out
     out.mkdir(parents=True, exist_ok=True)
     (out / "vehicle.toml").write_text(VEHICLE)

@@ -78,7 +78,7 @@ impl Detail {
     ) -> Option<Self> {
         let size = [grid.width / PATCH_COLUMNS, grid.height / PATCH_ROWS];
         let corners: Vec<usize> = (0..PATCH_ROWS * PATCH_COLUMNS)
-            .map(|p| p / PATCH_COLUMNS * size[1] * grid.width + p % PATCH_COLUMNS * size[0])
+            .map(|patch| stats::corner([grid.width, grid.height], patch))
             .collect();
         let tiles = Tiles {
             corners: &corners,

@@ -88,9 +88,8 @@ impl Counts {
     }
 
     pub(crate) fn of(image: &DynamicImage, name: &str) -> Result<Self, StatsError> {
-        Ok(Self::of_planes(&Planes::of_image(image, name, &|count| {
-            count
-        })?))
+        let planes = Planes::of_image(image, name, &|count| count)?;
+        Ok(Self::of_planes(&planes))
     }
 
     fn of_planes(planes: &Planes) -> Self {

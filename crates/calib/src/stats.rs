@@ -6,7 +6,6 @@
 //! The file's values are used as stored: no linearisation, alpha ignored, grey replicated to R, G, B.
 //! Noise counts as contrast; [`crate::detail`] has it without.
 
-use std::io::Cursor;
 use std::path::Path;
 
 use image::DynamicImage;
@@ -15,7 +14,7 @@ use thiserror::Error;
 use crate::detail::{Behind, Detail};
 use crate::even::Even;
 use crate::noise::NoiseModel;
-use crate::picture::{self, COUNTS_PER_U16, Counts, Decoded, Encoded};
+use crate::picture::{self, COUNTS_PER_U16, Counts, Decoded};
 use crate::planes::{Part, Planes, Sample};
 
 /// Patches along the width.
@@ -188,7 +187,7 @@ impl Measured {
     /// Measures a decoded image.
     ///
     /// # Errors
-    /// It is smaller than 10 × 6 pixels or has other samples than unsigned ones of 8 or 16 bits.
+    /// It is smaller than 10 × 6 pixels.
     pub fn of(
         decoded: &Decoded,
         noise: &NoiseModel,
@@ -261,8 +260,7 @@ impl PatchGrid {
 
     /// Measures an image held in memory as the bytes of a PNG, TIFF or JPEG file; `name` is for messages.
     pub fn from_encoded(bytes: &[u8], name: &str) -> Result<Self, StatsError> {
-        let bytes = Box::new(Cursor::new(bytes));
-        Ok(decode(bytes, name, &|counts| counts, None, None)?.grid)
+        named(Self::of(&Decoded::new(bytes, name)?.planes), name)
     }
 }
 
@@ -296,7 +294,6 @@ pub fn patch_statistics(
     height: usize,
     pixel: impl Fn(usize) -> [f64; 3],
 ) -> Result<PatchGrid, StatsError> {
-    check_size(width, height)?;
     PatchGrid::of(&Planes::new(width, height, pixel))
 }
 
@@ -335,13 +332,18 @@ impl PatchGrid {
     }
 }
 
-/// Patch `i` of a plane, row by row of patches.
+/// Top left pixel of patch `i`, row by row of patches.
+pub(crate) fn corner([width, height]: [usize; 2], i: usize) -> usize {
+    let (column, row) = (i % PATCH_COLUMNS, i / PATCH_COLUMNS);
+    row * (height / PATCH_ROWS) * width + column * (width / PATCH_COLUMNS)
+}
+
+/// Patch `i` of a plane.
 pub(crate) fn part(plane: &[f64], [width, height]: [usize; 2], i: usize) -> Part<'_> {
     let size = [width / PATCH_COLUMNS, height / PATCH_ROWS];
-    let corner = i / PATCH_COLUMNS * size[1] * width + i % PATCH_COLUMNS * size[0];
     Part {
         plane,
-        first: corner,
+        first: corner([width, height], i),
         width: size[0],
         height: size[1],
         stride: width,
@@ -394,19 +396,8 @@ fn file(
     named(measure(&image, &name, light, noise, even), &name)
 }
 
-fn decode(
-    encoded: Box<dyn Encoded + '_>,
-    name: &str,
-    light: &dyn Fn(f64) -> f64,
-    noise: Option<&NoiseModel>,
-    even: Option<&Even>,
-) -> Result<Measured, StatsError> {
-    let image = picture::decode(encoded, name)?;
-    named(measure(&image, name, light, noise, even), name)
-}
-
 /// The same, a small picture by its name.
-fn named(measured: Result<Measured, StatsError>, name: &str) -> Result<Measured, StatsError> {
+fn named<T>(measured: Result<T, StatsError>, name: &str) -> Result<T, StatsError> {
     measured.map_err(|error| match error {
         StatsError::TooSmall { width, height, .. } => StatsError::TooSmall {
             name: name.to_owned(),

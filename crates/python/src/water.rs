@@ -1,13 +1,12 @@
 //! Water files.
 
-use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use pyo3::prelude::*;
 use pyo3::types::PyType;
 use uw_guidance::physics::{Water as KnownWater, WaterFile};
-use uw_render::image::{ImageError, write_atomically};
+use uw_render::image::write_bytes;
 
 use crate::errors::value_error;
 
@@ -59,16 +58,7 @@ impl Water {
 
     /// Writes its file (JSON, uw-water/1), whole or not at all.
     fn write(&self, py: Python<'_>, file: PathBuf) -> PyResult<()> {
-        let written = py.detach(|| {
-            write_atomically(&file, |out| {
-                out.write_all(self.text.as_bytes())
-                    .map_err(|source| ImageError::System {
-                        path: file.clone(),
-                        action: "written",
-                        source,
-                    })
-            })
-        });
+        let written = py.detach(|| write_bytes(&file, self.text.as_bytes()));
         written.map_err(value_error)
     }
 

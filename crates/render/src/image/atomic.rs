@@ -43,6 +43,20 @@ pub fn write_atomically(
     result
 }
 
+/// Writes a file of these bytes, whole or not at all.
+///
+/// # Errors
+/// [`ImageError::System`].
+pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
+    write_atomically(path, |file| {
+        file.write_all(bytes).map_err(|source| ImageError::System {
+            path: path.to_path_buf(),
+            action: "written",
+            source,
+        })
+    })
+}
+
 /// A name beside `path` that no other thread or process uses.
 fn temporary_name(path: &Path) -> PathBuf {
     static COUNTER: AtomicU32 = AtomicU32::new(0);

@@ -7,7 +7,7 @@ mod png_tiff;
 
 use std::path::{Path, PathBuf};
 
-pub use atomic::write_atomically;
+pub use atomic::{write_atomically, write_bytes};
 pub(crate) use encoded::{Reader, reader};
 pub use exr::{ExrImage, Layer, LayerData};
 pub use png_tiff::{read_frame, write_frame};

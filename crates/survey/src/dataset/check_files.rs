@@ -50,7 +50,7 @@ pub(super) fn keep(
         std::fs::create_dir_all(folder).map_err(failed)?;
     }
     let text = seal::to_json(&workshop.watch.name(path), entry).map_err(|e| failed(e.into()))?;
-    Ok(store::write_bytes(path, text.as_bytes())?)
+    Ok(uw_render::image::write_bytes(path, text.as_bytes())?)
 }
 
 /// Name of the group's images.

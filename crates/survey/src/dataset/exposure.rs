@@ -61,7 +61,7 @@ pub(super) fn choose(workshop: &Workshop, pool: &rayon::ThreadPool) -> Result<f6
     };
     let text =
         seal::to_json(EXPOSURE, &chosen).map_err(|e| DatasetError::Inconsistent(e.to_string()))?;
-    store::write_bytes(&path, text.as_bytes())?;
+    uw_render::image::write_bytes(&path, text.as_bytes())?;
     Ok(chosen.exposure)
 }
 

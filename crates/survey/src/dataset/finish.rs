@@ -30,7 +30,7 @@ pub(super) fn tables_if_complete(workshop: &Workshop) -> Result<Vec<PathBuf>, Da
             )),
             None => {}
         }
-        Ok(store::write_bytes(path, made)?)
+        Ok(uw_render::image::write_bytes(path, made)?)
     })?;
     remove_leftovers(workshop.folder)?;
     let name = |format: &TableFormat| match format {

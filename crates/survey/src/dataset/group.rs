@@ -50,7 +50,7 @@ pub(super) fn make(workshop: &Workshop, group: &Group) -> Result<(), DatasetErro
         rows.extend(measure(workshop, view, daylight, &light.lamps));
     }
     let text = rows::to_text(&workshop.watch.name(&path), &rows);
-    store::write_bytes(&path, text.as_bytes())?;
+    uw_render::image::write_bytes(&path, text.as_bytes())?;
     workshop.times.add_statistics(started.elapsed());
     Ok(())
 }

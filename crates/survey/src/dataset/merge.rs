@@ -85,7 +85,7 @@ impl Way<'_> {
             }
             Found::Unsealed(()) | Found::Sealed(()) => {
                 let bytes = fs::read(&source).map_err(|e| io(&source, e))?;
-                Ok(store::write_bytes(&target, &bytes)?)
+                Ok(uw_render::image::write_bytes(&target, &bytes)?)
             }
         }
     }

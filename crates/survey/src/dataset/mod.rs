@@ -43,7 +43,6 @@ pub use config::{ConfigError, DatasetConfig, ExposureMode, TableFormat};
 pub use merge::merge;
 pub use plan::{Counts, Shard};
 pub(crate) use seal::name_in;
-pub(crate) use store::write_bytes;
 pub use table::{Column, WORDS, numbers};
 pub use times::Times;
 
@@ -363,7 +362,7 @@ fn claim(config: &DatasetConfig, folder: &Path) -> Result<(), DatasetError> {
             folder: folder.display().to_string(),
         }),
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
-            Ok(store::write_bytes(&path, text.as_bytes())?)
+            Ok(uw_render::image::write_bytes(&path, text.as_bytes())?)
         }
         Err(source) => Err(DatasetError::Io {
             path: path.display().to_string(),

@@ -96,7 +96,7 @@ fn write_list(workshop: &Workshop, group: &Group, names: &[String]) -> Result<()
     let path = folder.join(LIST);
     let text = seal::to_json(&workshop.watch.name(&path), &list)
         .map_err(|e| DatasetError::Inconsistent(e.to_string()))?;
-    Ok(store::write_bytes(&path, text.as_bytes())?)
+    Ok(uw_render::image::write_bytes(&path, text.as_bytes())?)
 }
 
 /// Writes the pictures of a group: `z…_light….png` per lamp level, and last `z….exr`. That holds the radiance with

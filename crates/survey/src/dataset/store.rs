@@ -1,10 +1,9 @@
 //! Finished renders on disk: one small file each, whole or absent, so that nothing is rendered twice.
 
 use std::fs;
-use std::io::Write;
 use std::path::Path;
 
-use uw_render::image::{ImageError, write_atomically};
+use uw_render::image::write_bytes;
 
 use super::DatasetError;
 use super::seal::{self, Found, Watch};
@@ -147,15 +146,4 @@ pub(super) fn read_bytes(path: &Path) -> Result<Option<Vec<u8>>, DatasetError> {
             source,
         }),
     }
-}
-
-/// Writes a file whole or not at all.
-pub(crate) fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
-    write_atomically(path, |file| {
-        file.write_all(bytes).map_err(|source| ImageError::System {
-            path: path.to_path_buf(),
-            action: "written",
-            source,
-        })
-    })
 }

@@ -7,7 +7,7 @@ use std::sync::atomic::AtomicBool;
 
 use uw_calib::{ContrastMeasurement, ImageStats, Profile};
 use uw_guidance::Observation;
-use uw_render::image::{ImageError, write_atomically, write_frame};
+use uw_render::image::{write_bytes, write_frame};
 use uw_render::integrator::RenderError;
 use uw_render::scene::Sensor;
 
@@ -215,13 +215,5 @@ impl DemoRenders<'_> {
 
 /// Writes a text file whole or not at all.
 pub(super) fn write_text(path: &Path, text: &str) -> Result<(), DemoError> {
-    use std::io::Write;
-    Ok(write_atomically(path, |file| {
-        file.write_all(text.as_bytes())
-            .map_err(|source| ImageError::System {
-                path: path.to_path_buf(),
-                action: "written",
-                source,
-            })
-    })?)
+    Ok(write_bytes(path, text.as_bytes())?)
 }

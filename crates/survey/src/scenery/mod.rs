@@ -14,11 +14,11 @@ pub mod textures;
 pub mod tile;
 
 use std::fs;
-use std::io::{self, Write};
+use std::io;
 use std::path::{Path, PathBuf};
 use textures::Pattern;
 use tile::Tile;
-use uw_render::image::{ImageError, write_atomically};
+use uw_render::image::{ImageError, write_bytes};
 
 /// How to make the scenery. The default makes the shipped files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -180,13 +180,7 @@ fn write_file(path: &Path, bytes: &[u8]) -> Result<(), SceneryError> {
     if let Some(folder) = path.parent() {
         fs::create_dir_all(folder).map_err(cannot)?;
     }
-    write_atomically(path, |file| {
-        file.write_all(bytes).map_err(|source| ImageError::System {
-            path: path.to_path_buf(),
-            action: "written",
-            source,
-        })
-    })?;
+    write_bytes(path, bytes)?;
     Ok(())
 }
 

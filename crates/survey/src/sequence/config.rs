@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::{SequenceError, Shutter, Trajectory};
-use crate::dataset::write_bytes;
+use uw_render::image::write_bytes;
 
 /// Format and version.
 const FORMAT: &str = "uw-sequence/1";

@@ -15,7 +15,8 @@ use super::frame::Eye;
 use super::lists::lens;
 use super::placing::looking_from;
 use super::{Sequence, SequenceError, mcap};
-use crate::dataset::{name_in, write_bytes};
+use crate::dataset::name_in;
+use uw_render::image::write_bytes;
 
 /// A way to write a sequence for other programs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -8,7 +8,8 @@ use uw_render::scene::{Camera, Lens, Port, PortShape};
 
 use super::frame::Eye;
 use super::{Sequence, SequenceError};
-use crate::dataset::{name_in, write_bytes};
+use crate::dataset::name_in;
+use uw_render::image::write_bytes;
 
 /// Writes `groundtruth.txt`, `rgb.txt`, `depth.txt` (of the right eye with `_right`) and `camera.json`.
 pub(super) fn write(

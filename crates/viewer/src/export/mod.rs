@@ -6,7 +6,7 @@ use std::path::Path;
 
 use plotters::style::RGBColor;
 use uw_media::{Iops, spectral::Response};
-use uw_render::image::{ImageError, write_atomically, write_frame};
+use uw_render::image::{write_bytes, write_frame};
 
 use crate::guidance::{
     Guidance,
@@ -61,7 +61,7 @@ pub fn plots(settings: &Settings, guidance: &Guidance, path: &Path) -> Result<()
     }
     let extension = path.extension().and_then(|e| e.to_str());
     let written = match extension.map(str::to_ascii_lowercase).as_deref() {
-        Some("svg") => write_text(path, &draw::svg(&panels)?),
+        Some("svg") => write_bytes(path, draw::svg(&panels)?.as_bytes()),
         Some("png") => write_frame(path, &draw::bitmap(&panels)?),
         _ => {
             return Err(format!(
@@ -92,18 +92,6 @@ fn panels(settings: &Settings, guidance: &Guidance) -> Vec<Panel> {
     }
     panels.extend(guidance.answer.as_ref().and_then(objective));
     panels
-}
-
-fn write_text(path: &Path, text: &str) -> Result<(), ImageError> {
-    write_atomically(path, |file| {
-        use std::io::Write;
-        file.write_all(text.as_bytes())
-            .map_err(|source| ImageError::System {
-                path: path.to_path_buf(),
-                action: "written",
-                source,
-            })
-    })
 }
 
 fn curve(name: &str, colour: RGBColor, points: Vec<[f64; 2]>) -> Curve {

@@ -1,14 +1,12 @@
 //! What of the window lasts from one run to the next.
 
-use std::io::Write;
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
-use uw_render::image::{ImageError, write_atomically};
 
 use super::FalseColour;
 use super::camera::Motion;
-use super::recent::state_folder;
+use super::recent::{keep, state_folder};
 
 /// Sizes of the controls that can be set, against the usual one.
 pub const CONTROLS: std::ops::RangeInclusive<f32> = 0.6..=2.5;
@@ -137,23 +135,13 @@ impl Lasting {
         self.note.take()
     }
 
-    /// Keeps what is chosen now, where it is not what is kept. That it cannot be kept is no reason to disturb.
+    /// Keeps what is chosen now, where it is not what is kept.
     pub fn keep(&mut self, choices: Choices) {
         let Some(store) = self.store.as_ref().filter(|_| choices != self.choices) else {
             return;
         };
-        if let Some(folder) = store.parent() {
-            let _ = std::fs::create_dir_all(folder);
-        }
         let text = serde_json::to_string_pretty(&choices).unwrap_or_default();
-        let _ = write_atomically(store, |file| {
-            file.write_all(text.as_bytes())
-                .map_err(|source| ImageError::System {
-                    path: store.clone(),
-                    action: "written",
-                    source,
-                })
-        });
+        keep(store, &text);
         self.choices = choices;
     }
 }

@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use uw_render::image::write_bytes;
+
 /// Files that are kept.
 const MOST: usize = 10;
 
@@ -41,9 +43,7 @@ impl Recent {
         self.paths.insert(0, path);
         self.paths.truncate(MOST);
         if let (Some(store), Ok(text)) = (&self.store, serde_json::to_string(&self.paths)) {
-            let folder = store.parent().unwrap_or(Path::new(""));
-            let _ = std::fs::create_dir_all(folder);
-            let _ = std::fs::write(store, text);
+            keep(store, &text);
         }
     }
 }
@@ -56,6 +56,13 @@ pub fn state_folder() -> Option<PathBuf> {
         .or_else(|| named("LOCALAPPDATA"))
         .or_else(|| Some(named("HOME")?.join(".local/state")));
     Some(folder?.join("uw-viewer"))
+}
+
+/// Writes a file of what lasts. That it cannot be kept is no reason to disturb.
+pub(super) fn keep(store: &Path, text: &str) {
+    let folder = store.parent().unwrap_or(Path::new(""));
+    let _ = std::fs::create_dir_all(folder);
+    let _ = write_bytes(store, text.as_bytes());
 }
 
 #[cfg(test)]

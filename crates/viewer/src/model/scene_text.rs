@@ -6,7 +6,7 @@ use std::path::Path;
 use glam::{DVec2, DVec3};
 use toml::Value;
 use uw_media::spectral::JerlovWater;
-use uw_render::image::{ImageError, write_atomically};
+use uw_render::image::{ImageError, write_bytes};
 use uw_render::scene::{Blur, Encoding, Exposure, Falloff, Lens, Port, PortShape, Sensor, Snow};
 
 use super::depth_profile::{DepthProfile, Entry, LayerWater};
@@ -27,15 +27,7 @@ const FILE_FIELDS: [&str; 4] = ["gltf", "texture", "file", "spectrum"];
 pub fn save(open: &OpenScene, settings: &Settings, path: &Path) -> Result<(), ImageError> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let text = scene_text(open, settings, folder);
-    write_atomically(path, |file| {
-        use std::io::Write;
-        file.write_all(text.as_bytes())
-            .map_err(|source| ImageError::System {
-                path: path.to_path_buf(),
-                action: "written",
-                source,
-            })
-    })
+    write_bytes(path, text.as_bytes())
 }
 
 /// The scene as the text of a scene file in `folder`.
