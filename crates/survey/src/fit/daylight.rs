@@ -45,7 +45,7 @@ pub(super) fn daylight(
         };
         let source = &tables.views[view].daylight[depth];
         let picture = Counts::read(&row.image, even.as_ref())?;
-        let share = nearest_m / row.distance_m;
+        let share = shown_from(nearest_m, row.distance_m);
         let seen = mean_light(&picture, share, options);
         for k in 0..3 {
             let made = vehicle.exposure * mean_radiance(source, k, share, fit.reflectance[k]);
@@ -65,6 +65,11 @@ pub(super) fn daylight(
         gain,
         relative_error,
     }))
+}
+
+/// Share of the width and height of a picture that shows what one from nearer shows.
+fn shown_from(nearest_m: f64, distance_m: f64) -> f64 {
+    nearest_m / distance_m
 }
 
 /// Mean light of the middle of a picture, `share` as wide and high.
@@ -111,6 +116,24 @@ fn inside(i: usize, n: usize, share: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_the_nearest_picture_does_not_show_has_no_say() {
+        let (width, height) = (20, 12);
+        let is_middle = |i: usize| (5..15).contains(&(i % width)) && (3..9).contains(&(i / width));
+        let pixel = |i: usize| if is_middle(i) { [200.0; 3] } else { [10.0; 3] };
+        let picture = Counts {
+            width,
+            height,
+            pixels: (0..width * height).map(pixel).collect(),
+        };
+        let options = Options::default();
+        let found = mean_light(&picture, shown_from(1.0, 2.0), &options);
+        let expected = options.encoding.light(200.0);
+        for found in found {
+            assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
+        }
+    }
 
     #[test]
     fn the_middle_of_a_grid_has_its_share() {
