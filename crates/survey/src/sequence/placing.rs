@@ -8,8 +8,14 @@ use uw_render::scene::{Camera, Scene};
 use super::frame::Eye;
 use super::{Pose, Sequence, SequenceError};
 
-/// Checks that lamps stay in the water all along.
+/// Checks that lamps stay in the water all along, and that there is one where a level is given.
 pub(super) fn check(sequence: &Sequence<'_>) -> Result<(), SequenceError> {
+    let has_level = sequence.path.poses()[0].level_pct.is_some();
+    let lamps = &sequence.scene.lamps;
+    if has_level && lamps.iter().all(|lamp| is_fixed(sequence, &lamp.name)) {
+        let text = "the trajectory has level_pct, and the scene no lamp that moves along and could be dimmed; leave the column out";
+        return Err(SequenceError::Unsuitable(text.to_owned()));
+    }
     let Some(surface) = sequence.scene.surface else {
         return Ok(());
     };

@@ -13,6 +13,10 @@ use crate::support::{Folder, SCENE};
 const POSES: &str = "time_s,tx,ty,tz,forward_x,forward_y,forward_z\n\
                      10.0,0,0,0,1,0,0\n10.5,0.5,0,0,1,0,0\n11.0,0,0.5,0,1,-0.2,0.05\n";
 
+/// Still, with lamps that are dimmed.
+const DIMMED: &str = "time_s,tx,ty,tz,forward_x,forward_y,forward_z,level_pct\n\
+                      0,0,0,0,1,0,0,100\n1,0,0,0,1,0,0,25\n";
+
 fn folder() -> Folder {
     let folder = Folder::with_scene();
     folder.write("poses.csv", POSES);
@@ -286,10 +290,7 @@ fn lamps_move_with_the_camera() {
 #[test]
 fn lamps_are_dimmed_on_the_way() {
     let folder = folder();
-    folder.write(
-        "dim.csv",
-        "time_s,tx,ty,tz,forward_x,forward_y,forward_z,level_pct\n0,0,0,0,1,0,0,100\n1,0,0,0,1,0,0,25\n",
-    );
+    folder.write("dim.csv", DIMMED);
     folder.good("sequence scene.toml dim.csv -o dimmed --spp 64 --fixed-lamp right --set sky.radiance=[0,0,0]");
     let [full, dimmed] = ["dimmed/exr/000000.exr", "dimmed/exr/000001.exr"].map(|name| {
         let image = ExrImage::read(&folder.path(name)).expect("an EXR");
@@ -372,6 +373,7 @@ fn what_makes_no_sequence_is_refused_before_anything_is_written() {
     );
     folder.write("early.txt", "-1 0 0 0 0.5 -0.5 0.5 -0.5\n");
     folder.write("bad.txt", "0 0 0 0 0 0 0 1\n1 0 0 0 0 0 1\n");
+    folder.write("dim.csv", DIMMED);
     std::fs::create_dir(folder.path("other")).expect("a folder");
     folder.write("other/notes.txt", "mine");
     let port = "--set camera.port={kind=\"flat\",distance_m=0.02,thickness_m=0.01}";
@@ -389,6 +391,10 @@ fn what_makes_no_sequence_is_refused_before_anything_is_written() {
         (
             "poses.csv -o out --fixed-lamp top".to_owned(),
             ["no such lamp", "left, right"],
+        ),
+        (
+            "dim.csv -o out --fixed-lamp left,right".to_owned(),
+            ["level_pct", "no lamp that moves along"],
         ),
         (
             "poses.csv -o out --denoise --spp 3".to_owned(),
