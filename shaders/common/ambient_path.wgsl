@@ -6,12 +6,12 @@ import package::common::ambient_walk::{AmbientWalk, IN_AIR, LEADING, MET_SURFACE
 import package::common::bvh::{SurfacePoint, closest, occluded, lit_point};
 import package::common::camera::{BOUNDARY, End, NOTHING, SCATTER, SURFACE, end_point, full_segment, no_point};
 import package::common::daylight::{scattered_sunlight, sun_reaches};
+import package::common::gloss::{surface_albedo, surface_direction, surface_factor, surface_pdf};
 import package::common::interface::{depth_of, external_reflectance, flip, internal_reflectance, is_above, refract_into_water};
-import package::common::layout::{HAS_AIR, HAS_GEOMETRY_IN_AIR, HAS_MEDIUM, HAS_SCATTERING, HAS_SKY, HAS_SUN, HAS_SURFACE, INFINITE, NONE, PI, Spectrum, counters, dispatch, scene};
-import package::common::math::cosine_hemisphere;
+import package::common::layout::{HAS_AIR, HAS_GEOMETRY_IN_AIR, HAS_GLOSS, HAS_MEDIUM, HAS_SCATTERING, HAS_SKY, HAS_SUN, HAS_SURFACE, INFINITE, NONE, PI, Spectrum, counters, dispatch, scene};
 import package::common::medium::{channels_start, channels_weight, transmittance_along};
 import package::common::phase::{phase_sample_x, phase_value};
-import package::common::rng::{uniform_number, unit};
+import package::common::rng::uniform_number;
 import package::common::settings::{ambient_strategies, max_events};
 import package::common::spectrum::{sky_radiance, ambient_sigma, sun_irradiance_in_air, sun_irradiance};
 
@@ -213,7 +213,7 @@ fn air_segment(walk: AmbientWalk) -> AmbientLanding {
         w.origin += hit.t * w.direction;
         w.start_primitive = hit.primitive;
         w.flags &= ~LEADING;
-        return AmbientLanding(true, w, lit_point(hit, w.direction));
+        return AmbientLanding(true, w, lit_point(hit, w.direction, true));
     }
     if down <= 0.0 {
         score(w, channels_weight(w.channels), has(w, SCATTERED_BEFORE), sky_radiance());
@@ -240,11 +240,11 @@ fn meet_surface_ambient(walk: AmbientWalk, point: SurfacePoint) {
     if any(point.emission != Spectrum(0.0)) {
         score(w, channels_weight(w.channels), scattered, point.emission);
     }
-    if w.events >= max_events() || all(point.reflectance == Spectrum(0.0)) {
+    if w.events >= max_events() || all(surface_albedo(point) == Spectrum(0.0)) {
         return;
     }
     w.events += 1u;
-    w.channels.value *= point.reflectance;
+    w.channels.value *= surface_albedo(point);
     let weight = channels_weight(w.channels);
     let sun = sunlight_on(w, point);
     score(w, weight, scattered, sun);
@@ -266,28 +266,29 @@ fn meet_surface_ambient(walk: AmbientWalk, point: SurfacePoint) {
     }
 }
 
-/// Radiance that a surface of reflectance 1 sends on from the unscattered sun.
+/// Radiance that a surface whose albedo is 1 sends on from the unscattered sun.
 fn sunlight_on(w: AmbientWalk, point: SurfacePoint) -> Spectrum {
     if !HAS_SUN {
         return Spectrum(0.0);
     }
     let wet = HAS_SURFACE && !has(w, IN_AIR);
     let towards = select(scene.sun_towards_in_air, scene.sun_towards, wet);
-    let cosine = dot(point.shading_normal, towards);
-    if cosine <= 0.0 || dot(point.normal, towards) <= 0.0 {
+    let scattering_pdf = surface_pdf(point, towards);
+    if scattering_pdf <= 0.0 {
         return Spectrum(0.0);
     }
+    let reflected = scattering_pdf * surface_factor(point, towards);
     if !wet {
         let blocked = occluded(w.origin, towards, INFINITE, w.start_primitive);
-        return select(sun_irradiance_in_air() * cosine / PI, Spectrum(0.0), blocked);
+        return select(sun_irradiance_in_air() * reflected, Spectrum(0.0), blocked);
     }
     if !sun_reaches(w.origin, w.start_primitive) {
         return Spectrum(0.0);
     }
-    return sun_irradiance() * transmittance_along(w.origin, towards, depth_of(w.origin) / towards.z) * cosine / PI;
+    return sun_irradiance() * transmittance_along(w.origin, towards, depth_of(w.origin) / towards.z) * reflected;
 }
 
-/// A direction from the cosine lobe or, in scattering sunlit water, around the sun.
+/// A direction from the surface's own lobes or, in scattering sunlit water, around the sun.
 fn leave_surface(walk: AmbientWalk, point: SurfacePoint) {
     var w = walk;
     let numbers = direction_numbers(w);
@@ -301,21 +302,21 @@ fn leave_surface(walk: AmbientWalk, point: SurfacePoint) {
         x = phase_sample_x(numbers.bits);
         w = turned_walk(w, true, x, numbers.v);
     } else {
-        w = along(w, cosine_hemisphere(point.shading_normal, unit(numbers.bits), numbers.v));
+        w = along(w, surface_direction(point, numbers.bits, numbers.v));
     }
-    if dot(w.direction, point.normal) <= 0.0 {
+    let scattering_pdf = surface_pdf(point, w.direction);
+    if scattering_pdf <= 0.0 {
         return;
     }
+    if HAS_GLOSS {
+        w.channels.value *= surface_factor(point, w.direction);
+    }
     if mixed {
-        let cosine = dot(point.shading_normal, w.direction);
-        if cosine <= 0.0 {
-            return;
-        }
         if x < 0.0 {
             x = sin2_half_to_sun(w);
         }
-        let density = (1.0 - SUN_SHARE_SURFACE) * cosine / PI + SUN_SHARE_SURFACE * phase_value(x);
-        w.channels.value *= cosine / PI / density;
+        let density = (1.0 - SUN_SHARE_SURFACE) * scattering_pdf + SUN_SHARE_SURFACE * phase_value(x);
+        w.channels.value *= scattering_pdf / density;
     }
     w.flags &= ~LEADING;
     push_walk(w);

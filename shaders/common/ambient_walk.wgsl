@@ -5,6 +5,7 @@ import package::common::bvh::SurfacePoint;
 import package::common::camera::{End, SURFACE};
 import package::common::daylight::{field_irradiance, field_scattered};
 import package::common::film::{AMBIENT, add_light, lane};
+import package::common::gloss::surface_albedo;
 import package::common::interface::depth_of;
 import package::common::layer_tables::BY_ATTENUATION;
 import package::common::layers::way_along;
@@ -233,5 +234,5 @@ fn light_on_surface(w: AmbientWalk, end: End, point: SurfacePoint) -> Spectrum {
         let cosine = max(dot(point.shading_normal, scene.sun_towards), 0.0);
         irradiance += sun_irradiance() * cosine * transmittance_along(place, scene.sun_towards, depth / scene.sun_towards.z);
     }
-    return transmittance_along(w.origin, w.direction, end.t) * (point.emission + point.reflectance * irradiance / PI);
+    return transmittance_along(w.origin, w.direction, end.t) * (point.emission + surface_albedo(point) * irradiance / PI);
 }

@@ -1,9 +1,9 @@
 // What rays meet: parallelograms one by one, triangles through a tree without a stack.
 // Host: crates/render/src/prepare/{geometry,bvh}.rs (rays in double precision). Checked by:
 // crates/render/src/gpu/functions/surfaces.rs.
-import package::common::layout::{HAS_QUADS, HAS_TEXTURES, HAS_TRIANGLES, NONE, Spectrum, scene, texels};
+import package::common::layout::{HAS_GLOSS, HAS_NORMAL_MAPS, HAS_QUADS, HAS_TEXTURES, HAS_TRIANGLES, LEAST_ROUGHNESS, NONE, Spectrum, scene, texels};
 import package::common::settings::{node_count, quad_count};
-import package::common::tables::{material_at, node_at, quad_at, quad_normal, table_row, triangle_corner, triangle_edge_1, triangle_edge_2, triangle_material, triangle_normal_0, triangle_normal_1, triangle_normal_2, triangle_smooth_shaded, triangle_textured, triangle_u_0, triangle_u_1, triangle_u_2, triangle_v_0, triangle_v_1, triangle_v_2};
+import package::common::tables::{material_dielectric, material_emission, material_gloss, material_maps, material_reflectance, material_spectrum, material_texture, node_at, quad_at, quad_normal, table_row, triangle_corner, triangle_edge_1, triangle_edge_2, triangle_material, triangle_normal_0, triangle_normal_1, triangle_normal_2, triangle_smooth_shaded, triangle_textured, triangle_u_0, triangle_u_1, triangle_u_2, triangle_v_0, triangle_v_1, triangle_v_2};
 import package::common::spectrum::{emission_at, reflectance_at};
 
 /// Marks the index of a triangle among the primitives.
@@ -30,9 +30,17 @@ struct SurfacePoint {
     shading_normal: vec3f,
     reflectance: Spectrum,
     emission: Spectrum,
-    /// Row of its own reflectance spectrum, NONE where it is mixed of red, green and blue.
-    spectrum: u32,
+    material: u32,
+    /// Roughness; 0 of a Lambertian surface.
+    roughness: f32,
+    metallic: f32,
+    /// Word of the dielectric that it is where it is seen from, and the unit direction from where.
+    dielectric: u32,
+    towards: vec3f,
 }
+
+/// Cosine of the angle between a shading normal and the direction to the eye below which a glossy surface has the geometric one.
+const LEAST_FACING: f32 = 1e-3;
 
 /// Least distance at which a surface counts for a ray that starts on `start_primitive`. What lies in the plane of that is met
 /// anywhere within the rounding of the start, which a grazing ray needs long to get out of.
@@ -261,20 +269,88 @@ fn surface_point(hit: Hit, direction: vec3f) -> SurfacePoint {
             + v * vec2f(triangle_u_1(index), triangle_v_1(index))
             + w * vec2f(triangle_u_2(index), triangle_v_2(index));
     }
-    let surface = material_at(material);
-    var reflectance = surface.reflectance;
+    var reflectance = material_reflectance(material);
+    var emission = material_emission(material);
+    var roughness = 0.0;
+    var metallic = 0.0;
+    if HAS_GLOSS {
+        let gloss = material_gloss(material);
+        roughness = gloss.x;
+        metallic = gloss.y;
+    }
     if HAS_TEXTURES {
-        if textured && surface.texture != NONE {
-            reflectance *= sample_texture(surface.texture, uv);
+        if textured {
+            let texture = material_texture(material);
+            if texture != NONE {
+                reflectance *= sample_texture(texture, uv);
+            }
+            if any(emission != Spectrum(0.0)) {
+                let light = material_maps(material).x;
+                if light != NONE {
+                    emission *= sample_texture(light, uv);
+                }
+            }
+            if HAS_GLOSS {
+                let factors = material_maps(material).y;
+                if factors != NONE {
+                    let texel = sample_texture(factors, uv);
+                    roughness *= texel.y;
+                    metallic *= texel.z;
+                }
+            }
+            if HAS_NORMAL_MAPS {
+                let map = material_maps(material);
+                if map.z != NONE {
+                    let scale = vec3f(vec2f(bitcast<f32>(map.w)), 1.0);
+                    let own = scale * (2.0 * sample_texture(map.z, uv) - 1.0);
+                    shading = bent_normal(hit.primitive & ~TRIANGLE, normal, shading, own);
+                }
+            }
         }
     }
-    return SurfacePoint(normal, shading, reflectance, surface.emission, surface.spectrum);
+    if HAS_GLOSS {
+        roughness = select(0.0, max(roughness, LEAST_ROUGHNESS), material_gloss(material).x >= 0.0);
+    }
+    return SurfacePoint(normal, shading, reflectance, emission, material, roughness, metallic, 0u, vec3f(0.0));
 }
 
-/// The surface at a hit, at the wavelengths of the sample.
-fn lit_point(hit: Hit, direction: vec3f) -> SurfacePoint {
+/// The normal of a map on a triangle, given to the right and upwards in its texture and out of the surface; on the side of
+/// `normal`, as `smooth_normal` is.
+fn bent_normal(index: u32, normal: vec3f, smooth_normal: vec3f, own: vec3f) -> vec3f {
+    let u = vec2f(triangle_u_1(index), triangle_u_2(index)) - triangle_u_0(index);
+    let v = vec2f(triangle_v_1(index), triangle_v_2(index)) - triangle_v_0(index);
+    // What is seen from behind is turned over as a whole.
+    let side = select(1.0, -1.0, dot(cross(triangle_edge_1(index), triangle_edge_2(index)), normal) < 0.0);
+    let turned = select(1.0, -1.0, u.x * v.y - u.y * v.x < 0.0);
+    let front = side * smooth_normal;
+    let along = turned * (triangle_edge_1(index) * v.y - triangle_edge_2(index) * v.x);
+    let right = along - dot(along, front) * front;
+    let length2 = dot(right, right);
+    if !(length2 > 0.0) {
+        return smooth_normal;
+    }
+    let tangent = right / sqrt(length2);
+    // v runs downwards in the texture.
+    let upwards = -turned * cross(front, tangent);
+    let bent = side * (own.x * tangent + own.y * upwards + own.z * front);
+    let bent2 = dot(bent, bent);
+    if !(bent2 > 0.0) || dot(bent, normal) <= 0.0 {
+        return smooth_normal;
+    }
+    return bent / sqrt(bent2);
+}
+
+/// The surface at a hit, at the wavelengths of the sample, seen through the air or not.
+fn lit_point(hit: Hit, direction: vec3f, in_air: bool) -> SurfacePoint {
     var point = surface_point(hit, direction);
-    point.reflectance = reflectance_at(point.reflectance, point.spectrum);
+    point.reflectance = reflectance_at(point.reflectance, material_spectrum(point.material));
     point.emission = emission_at(point.emission);
+    if HAS_GLOSS {
+        point.dielectric = material_dielectric(point.material, in_air);
+        point.towards = -direction;
+        if point.roughness > 0.0 && dot(point.shading_normal, point.towards) < LEAST_FACING {
+            point.shading_normal = point.normal;
+        }
+    }
     return point;
 }

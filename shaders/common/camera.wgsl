@@ -51,11 +51,11 @@ struct ImagePoint {
 
 /// The surface at the end of a segment along `direction`.
 fn end_point(end: End, direction: vec3f) -> SurfacePoint {
-    return lit_point(Hit(end.t, end.primitive, end.local), direction);
+    return lit_point(Hit(end.t, end.primitive, end.local), direction, false);
 }
 
 fn no_point() -> SurfacePoint {
-    return SurfacePoint(vec3f(0.0), vec3f(0.0), vec3f(0.0), vec3f(0.0), NONE);
+    return SurfacePoint(vec3f(0.0), vec3f(0.0), vec3f(0.0), vec3f(0.0), NONE, 0.0, 0.0, 0u, vec3f(0.0));
 }
 
 /// The point that samples look from where no port is before it: the camera, which is the origin, or that of given rays.

@@ -3,16 +3,16 @@
 import package::common::bvh::{SurfacePoint, closest};
 import package::common::camera::{BOUNDARY, SURFACE, CameraRay, end_point};
 import package::common::film::add_light;
+import package::common::gloss::{surface_albedo, surface_direction, surface_factor, surface_pdf};
 import package::common::interface::{distance_to_surface, flip, internal_reflectance, is_above};
-import package::common::lamp_connect::{emitted, surface_pdf};
+import package::common::lamp_connect::emitted;
 import package::common::lamp_targets::{NO_NUMBER, Target, choose_targets, lamp_point, target_count, targets};
 import package::common::layout::{HAS_DISKS, HAS_SURFACE, INFINITE, NONE, Spectrum, scene};
 import package::common::light::{lamp_facing_area, lamp_radiance_along};
-import package::common::math::cosine_hemisphere;
 import package::common::layer_tables::BY_SCATTERING;
 import package::common::layers::{way_along, way_between};
 import package::common::medium::{transmittance, transmittance_along};
-import package::common::rng::uniform_number;
+import package::common::rng::{next_bits, uniform_number};
 import package::common::settings::{lamp_count, max_events};
 import package::common::tables::{lamp_film_layer, lamp_intensity, lamp_level, lamp_position, lamp_radius};
 import package::common::unfold::segment_factor;
@@ -27,7 +27,7 @@ fn direct_lamps(ray: CameraRay) {
         return;
     }
     let point = end_point(ray.end, ray.direction);
-    if all(point.reflectance == Spectrum(0.0)) {
+    if all(surface_albedo(point) == Spectrum(0.0)) {
         return;
     }
     let position = ray.origin + ray.end.t * ray.direction;
@@ -43,8 +43,8 @@ fn direct_lamps(ray: CameraRay) {
     loop {
         let meets = HAS_DISKS && i >= target_count;
         if HAS_DISKS && i == target_count {
-            let u = uniform_number();
-            drawn = cosine_hemisphere(point.shading_normal, u, uniform_number());
+            let bits = next_bits();
+            drawn = surface_direction(point, bits, uniform_number());
         }
         let aimed = targets[select(i, i - target_count, meets)];
         let large = is_large(aimed.lamp, position);
@@ -102,7 +102,7 @@ fn straight_light(ray: CameraRay, point: SurfacePoint, aimed: Target, position: 
         density += open * lamp_facing_area(aimed.lamp, -line.towards);
     }
     let factor = aimed.weight * relative * open / density;
-    return factor * lamp_intensity(aimed.lamp) * point.reflectance * transmittance_to(ray, position, line);
+    return factor * lamp_intensity(aimed.lamp) * surface_albedo(point) * surface_factor(point, line.towards) * transmittance_to(ray, position, line);
 }
 
 /// Transmittance of the way from the camera to `position` and along `line` to the lamp.

@@ -3,12 +3,13 @@
 import package::common::bridge::{add_segment, bridge, bridge_draw, bridge_straight, bridge_turn, bridge_vertex, extra_row, quarters_about};
 import package::common::bvh::SurfacePoint;
 import package::common::film::add_light;
+import package::common::gloss::{surface_factor, surface_pdf};
 import package::common::interface::{distance_to_surface, flip, is_above};
 import package::common::lamp_targets::{NO_NUMBER, Target, lamp_point, target_count, targets};
 import package::common::lamp_walk::{unfolded, unfolded_direction, walk};
 import package::common::layer_tables::BY_SCATTERING;
 import package::common::layers::drawn_between;
-import package::common::layout::{HAS_DISKS, HAS_LAYERS, HAS_SCATTERING, NONE, PI, scratch};
+import package::common::layout::{HAS_DISKS, HAS_GLOSS, HAS_LAYERS, HAS_SCATTERING, NONE, Spectrum, scratch};
 import package::common::light::{lamp_facing_area, lamp_is_directed, lamp_radiance_along, lamp_relative_intensity};
 import package::common::math::sin2_half;
 import package::common::mis::{Connection, mis_contribution, subpath};
@@ -22,20 +23,20 @@ import package::common::unfold::segment_factor;
 /// Path vertices made by this lane, for the statistics.
 var<private> vertex_count: u32;
 
-/// Scattering function of a surface towards `towards`, 1/sr.
-fn surface_pdf(point: SurfacePoint, towards: vec3f) -> f32 {
-    if dot(point.normal, towards) <= 0.0 {
-        return 0.0;
-    }
-    return max(dot(point.shading_normal, towards), 0.0) / PI;
-}
-
 /// Scattering function where the walk stands, in the water or on a surface, towards a real direction.
 fn scattering_pdf_at(on_surface: bool, point: SurfacePoint, towards: vec3f) -> f32 {
     if on_surface {
         return surface_pdf(point, towards);
     }
     return phase_value(sin2_half(walk.direction, towards));
+}
+
+/// What light towards a real direction has beyond it: of the surface on which the walk stands.
+fn factor_at(on_surface: bool, point: SurfacePoint, towards: vec3f) -> Spectrum {
+    if HAS_GLOSS && on_surface {
+        return surface_factor(point, towards);
+    }
+    return Spectrum(1.0);
 }
 
 /// Draws a bridge to `end`; false when its order is below `least` or above `most`, or it cannot be made.
@@ -84,7 +85,7 @@ fn cross_bridge(start: vec3f, end: vec3f) -> bool {
 }
 
 /// Adds the light of the path that the bridge makes from `start` to the lamp point `end`, times `factor`.
-fn send(aimed: Target, start: vec3f, end: vec3f, scattering_pdf: f32, factor: f32) {
+fn send(aimed: Target, start: vec3f, end: vec3f, scattering_pdf: f32, factor: Spectrum) {
     let relative = emitted(aimed, bridge.emission);
     if relative == 0.0 || !cross_bridge(start, end) {
         return;
@@ -141,7 +142,7 @@ fn connect_lamp(aimed: Target, on_surface: bool, point: SurfacePoint, position: 
     }
     let scattering_pdf = scattering_pdf_at(on_surface, point, unfolded_direction(bridge.first));
     if scattering_pdf > 0.0 {
-        send(aimed, position, end, scattering_pdf, factor);
+        send(aimed, position, end, scattering_pdf, factor * factor_at(on_surface, point, unfolded_direction(bridge.first)));
     }
 }
 
@@ -181,7 +182,7 @@ fn meet_lamp(aimed: Target, scattering_pdf: f32) {
     let start = unfolded(walk.origin);
     let end = unfolded(walk.origin + disk.t * walk.direction);
     if bridge_straight(start, end) {
-        send(aimed, start, end, scattering_pdf, 1.0);
+        send(aimed, start, end, scattering_pdf, Spectrum(1.0));
     }
 }
 

@@ -2,6 +2,7 @@
 // Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
 import package::common::bvh::SurfacePoint;
 import package::common::camera::{BOUNDARY, SCATTER, SURFACE, CameraRay, End, end_point};
+import package::common::gloss::{is_glossy, surface_albedo, surface_direction, surface_factor, surface_pdf};
 import package::common::lamp_connect::{connect_lamps, meet_lamps, vertex_count};
 import package::common::lamp_flight::{first_end, go_to_scattering, next_end, reflect_at_boundary};
 import package::common::lamp_resampling::{Landing, resample_landing};
@@ -10,12 +11,12 @@ import package::common::lamp_targets::{NO_NUMBER, choose_targets, target_centre,
 import package::common::lamp_walk::{unfolded, walk, walk_drawn, walk_start};
 import package::common::layer_tables::BY_SCATTERING;
 import package::common::layers::{water_at, way_along};
-import package::common::layout::{HAS_LAYERS, HAS_SCATTERING, HAS_SURFACE, PI, Spectrum, counters, dispatch, scene};
-import package::common::math::{cosine_hemisphere, turn};
+import package::common::layout::{HAS_GLOSS, HAS_LAYERS, HAS_SCATTERING, HAS_SURFACE, Spectrum, counters, dispatch, scene};
+import package::common::math::turn;
 import package::common::medium::{channels_scatter, channels_start, rest_of_start};
 import package::common::mis::{subpath, subpath_has_room, subpath_leave, subpath_push, subpath_root, subpath_start};
 import package::common::phase::{phase_sample_x, phase_value};
-import package::common::rng::{leading, leading_bits, next_bits, uniform_number, unit};
+import package::common::rng::{leading, leading_bits, next_bits, uniform_number};
 import package::common::settings::{lamp_strategies, max_events};
 import package::common::spectrum::{lamp_ln_sigma, lamp_sigma};
 import package::common::tables::lamp_radius;
@@ -158,11 +159,14 @@ fn connect_and_turn(on_surface: bool) -> u32 {
     }
     var scattering_pdf: f32;
     if on_surface {
-        walk.direction = cosine_hemisphere(ground.shading_normal, unit(bits), v);
-        if dot(walk.direction, ground.normal) <= 0.0 {
+        walk.direction = surface_direction(ground, bits, v);
+        scattering_pdf = surface_pdf(ground, walk.direction);
+        if scattering_pdf <= 0.0 {
             return LOST;
         }
-        scattering_pdf = dot(ground.shading_normal, walk.direction) / PI;
+        if HAS_GLOSS {
+            walk.channels.value *= surface_factor(ground, walk.direction);
+        }
     } else {
         let x = phase_sample_x(bits);
         walk.direction = turn(walk.direction, x, v);
@@ -179,12 +183,12 @@ fn root_on_surface() -> bool {
     walk.unscattered = walk.unscattered && walk.events == 0u;
     walk.events += 1u;
     walk.met_surface = true;
-    walk.channels.value *= ground.reflectance;
+    walk.channels.value *= surface_albedo(ground);
     if all(walk.channels.value == Spectrum(0.0)) {
         return false;
     }
     let position = unfolded(walk.origin);
-    subpath_root(position, walk.length, walk_drawn(), walk.reflected, is_close_to_lamp(position), walk.unscattered);
+    subpath_root(position, walk.length, walk_drawn(), walk.reflected, is_glossy(ground) || is_close_to_lamp(position), walk.unscattered);
     return true;
 }
 

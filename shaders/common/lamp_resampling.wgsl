@@ -3,6 +3,7 @@
 // Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
 import package::common::bvh::SurfacePoint;
 import package::common::camera::{BOUNDARY, NOTHING, SCATTER, SURFACE, CameraRay, End, end_point, no_point};
+import package::common::gloss::surface_albedo;
 import package::common::lamp_connect::vertex_count;
 import package::common::lamp_flight::{SCATTERED, THROUGH, add_length, add_ln_density, free_end, go_to_scattering, reflect_at_boundary};
 import package::common::lamp_survival::{SURE_VERTICES, survival_in_water};
@@ -217,7 +218,7 @@ fn candidate_survival(factor: f32) -> f32 {
 
 /// Estimate of the light that `walk` brings from where it landed; positive wherever there can be any.
 fn target_function(point: SurfacePoint) -> f32 {
-    let reflected = dot(channels_weight(walk.channels), point.reflectance);
+    let reflected = dot(channels_weight(walk.channels), surface_albedo(point));
     let position = unfolded(walk.origin);
     let least = LEAST_OF_WALK * walk.length;
     let least2 = max(least * least, LEAST_SQUARE);

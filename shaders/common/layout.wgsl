@@ -9,6 +9,8 @@ const NONE: u32 = 0xffffffffu;
 /// Stands for an infinite length, m.
 const INFINITE: f32 = 1e30;
 const PI: f32 = 3.14159265358979;
+/// What a glossy surface's roughness is at least.
+const LEAST_ROUGHNESS: f32 = 0.05;
 
 override HAS_MEDIUM: bool = true;
 override HAS_SCATTERING: bool = true;
@@ -17,6 +19,8 @@ override HAS_REFRACTION: bool = true;
 override HAS_QUADS: bool = true;
 override HAS_TRIANGLES: bool = true;
 override HAS_TEXTURES: bool = true;
+override HAS_GLOSS: bool = true;
+override HAS_NORMAL_MAPS: bool = true;
 override HAS_VARIED_REFLECTANCE: bool = true;
 override HAS_GEOMETRY_IN_AIR: bool = true;
 /// Whether the camera or a surface is above the water.
@@ -126,6 +130,11 @@ struct Scene {
     /// Refractive indices of air over glass, and of glass over what is outside.
     into_glass: f32,
     out_of_glass: f32,
+    /// Word of the albedos of facets that reflect everything (common/gloss).
+    mirror_albedos: u32,
+    padding_1: u32,
+    padding_2: u32,
+    padding_3: u32,
 }
 
 struct Dispatch {
@@ -205,11 +214,26 @@ struct Node {
     link: u32,
 }
 
+/// Read row by row (common/tables).
 struct Material {
     reflectance: Spectrum,
     texture: u32,
     emission: Spectrum,
     spectrum: u32,
+    emission_texture: u32,
+    gloss_texture: u32,
+    normal_texture: u32,
+    normal_scale: f32,
+    /// Below 0: Lambertian.
+    roughness: f32,
+    metallic: f32,
+    padding_1: u32,
+    padding_2: u32,
+    /// Refractive index of the dielectric over that of the water, and the word of its albedos; the same in the air.
+    ratio_in_water: f32,
+    albedos_in_water: u32,
+    ratio_in_air: f32,
+    albedos_in_air: u32,
 }
 
 struct Counters {

@@ -2,7 +2,7 @@
 // faster than storage.
 // Host: crates/render/src/kernels/{tables,records}.rs. Checked by: crates/render/src/gpu/functions/tables.rs (both
 // places), tests/system/gpu_shaders.rs (fields and their rows).
-import package::common::layout::{HAS_DISKS, HAS_FALLOFFS, NEAR_IN_UNIFORM, NONE, ONE_LAMP, ONE_QUAD, Material, Node, Quad, Spectrum, far_rows, near_rows, scene, uniform_rows};
+import package::common::layout::{HAS_DISKS, HAS_FALLOFFS, NEAR_IN_UNIFORM, NONE, ONE_LAMP, ONE_QUAD, Node, Quad, Spectrum, far_rows, near_rows, scene, uniform_rows};
 import package::common::spectrum::lamp_spectrum;
 
 /// Row `i` of the small tables.
@@ -161,8 +161,39 @@ fn node_at(i: u32) -> Node {
     return Node(row.xyz, row.w);
 }
 
-fn material_at(i: u32) -> Material {
-    let reflectance = table_row(scene.material_rows + 2u * i);
-    let emission = table_row(scene.material_rows + 2u * i + 1u);
-    return Material(bitcast<vec3f>(reflectance.xyz), reflectance.w, bitcast<vec3f>(emission.xyz), emission.w);
+/// Row `k` of material `i`.
+fn material_row(i: u32, k: u32) -> vec4u {
+    return table_row(scene.material_rows + 5u * i + k);
+}
+
+fn material_reflectance(i: u32) -> Spectrum {
+    return bitcast<vec4f>(material_row(i, 0u)).xyz;
+}
+
+fn material_texture(i: u32) -> u32 {
+    return material_row(i, 0u).w;
+}
+
+fn material_emission(i: u32) -> Spectrum {
+    return bitcast<vec4f>(material_row(i, 1u)).xyz;
+}
+
+/// Row of its own reflectance spectrum, NONE where it is mixed of red, green and blue.
+fn material_spectrum(i: u32) -> u32 {
+    return material_row(i, 1u).w;
+}
+
+/// Textures of emission, of roughness and metallic, and of normals, and the bits of what these are multiplied by along the surface.
+fn material_maps(i: u32) -> vec4u {
+    return material_row(i, 2u);
+}
+
+/// Roughness, below 0 of a Lambertian surface, and metallic.
+fn material_gloss(i: u32) -> vec2f {
+    return bitcast<vec4f>(material_row(i, 3u)).xy;
+}
+
+/// Word of the refractive index over that of the water or the air, and after it the word of the albedos.
+fn material_dielectric(i: u32, in_air: bool) -> u32 {
+    return 4u * (scene.material_rows + 5u * i + 4u) + select(0u, 2u, in_air);
 }

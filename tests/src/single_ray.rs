@@ -135,9 +135,7 @@ pub fn add_plate(
     let (u, v) = normal.any_orthonormal_pair();
     scene.materials.push(Material {
         reflectance,
-        spectrum: None,
-        texture: None,
-        emission: [0.0; 3],
+        ..Material::default()
     });
     scene.quads.push(Quad {
         centre_m,

@@ -12,6 +12,7 @@ mod cloud_daylight;
 mod convergence;
 mod estimated_error;
 mod furnace;
+mod gloss;
 mod irradiance_by_cameras;
 mod irradiance_sensors;
 mod layered_daylight;

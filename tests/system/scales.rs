@@ -103,9 +103,7 @@ fn camera(position_m: DVec3, forward: DVec3, right: DVec3, focal_px: f64) -> Cam
 fn material(reflectance: f64) -> Material {
     Material {
         reflectance: [reflectance; 3],
-        spectrum: None,
-        texture: None,
-        emission: [0.0; 3],
+        ..Material::default()
     }
 }
 

@@ -23,10 +23,10 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 
 /// Kernels that are turned into Rust.
 const KERNELS: [&str; 2] = ["lamps", "ambient"];
-/// How the kernels ask whether the water varies with depth or place. Vector units have each kernel twice: the one for even
-/// water is made without all that varying water needs. Called but not taken it made scenes with a sun slower, because the
-/// compiler inlined less.
-const VARYING_SWITCH: &str = "s.switches.HAS_LAYERS";
+/// How the kernels ask whether the water varies with depth or place, and whether surfaces shine. Vector units have each kernel
+/// twice: the plain one is made without all that either needs. Called but not taken, varying water made scenes with a sun slower,
+/// because the compiler inlined less.
+const PLAIN_WITHOUT: [&str; 2] = ["s.switches.HAS_LAYERS", "s.switches.HAS_GLOSS"];
 /// Instruction sets: the module with their functions, and the attribute of all functions that use it.
 const INSTRUCTION_SETS: [(&str, &str); 4] = [
     ("baseline", ""),
@@ -59,13 +59,16 @@ fn main() -> Result<(), Box<dyn Error>> {
             .map_err(|e| format!("{kernel}: {}", e.emit_to_string(&text)))?;
         functions.extend(module.functions.iter().filter_map(|(_, f)| f.name.clone()));
         for (set, attribute) in INSTRUCTION_SETS {
-            let varying = module::write(&module, &info, Form::Lanes, attribute);
-            let even = varying.replace(VARYING_SWITCH, "false");
-            if even == varying {
-                return Err(format!("{kernel} does not ask for {VARYING_SWITCH}").into());
+            let full = module::write(&module, &info, Form::Lanes, attribute);
+            let mut plain = full.clone();
+            for switch in PLAIN_WITHOUT {
+                if !plain.contains(switch) {
+                    return Err(format!("{kernel} does not ask for {switch}").into());
+                }
+                plain = plain.replace(switch, "false");
             }
-            for (water, code) in [("even", even), ("varying", varying)] {
-                fs::write(out.join(format!("{kernel}_{water}_{set}.rs")), code)?;
+            for (scenes, code) in [("plain", plain), ("full", full)] {
+                fs::write(out.join(format!("{kernel}_{scenes}_{set}.rs")), code)?;
             }
         }
         let code = module::write(&module, &info, Form::Scalar, "");

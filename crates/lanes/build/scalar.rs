@@ -29,8 +29,8 @@ pub const BY_HAND: [(&str, &str); 9] = [
     ),
     (
         "surface_point",
-        "let ([normal, shading_normal, reflectance, emission], spectrum) = s.memory.surface_point(a0.primitive, a0.local, a1); \
-         RECORD { normal, shading_normal, reflectance, emission, spectrum } }",
+        "let Point { normal, shading_normal, reflectance, emission, material, roughness, metallic } = s.memory.surface_point(a0.primitive, a0.local, a1); \
+         RECORD { normal, shading_normal, reflectance, emission, material: u64::from(material), roughness, metallic, dielectric: 0, towards: [0.0; 3] } }",
     ),
 ];
 

@@ -164,10 +164,10 @@ macro_rules! generated {
 macro_rules! kernels {
     ($set:ident, $($lanes:ident)::+) => {
         pub mod $set {
-            generated!(lamps_even, $set, $($lanes)::+);
-            generated!(lamps_varying, $set, $($lanes)::+);
-            generated!(ambient_even, $set, $($lanes)::+);
-            generated!(ambient_varying, $set, $($lanes)::+);
+            generated!(lamps_plain, $set, $($lanes)::+);
+            generated!(lamps_full, $set, $($lanes)::+);
+            generated!(ambient_plain, $set, $($lanes)::+);
+            generated!(ambient_full, $set, $($lanes)::+);
         }
     };
 }
@@ -202,7 +202,7 @@ impl<'a> Group<'a> {
         is_on: &dyn Fn(&str) -> bool,
     ) -> Self {
         let sizes = (scratch_rows, film_layers, pixels);
-        let varies = is_on("HAS_LAYERS");
+        let full = is_on("HAS_LAYERS") || is_on("HAS_GLOSS");
         /// The state of a kernel for some instructions.
         macro_rules! state {
             ($set:ident) => {{
@@ -210,11 +210,11 @@ impl<'a> Group<'a> {
                 let memory = Memory::new(tables, sizes);
                 // SAFETY: the processor has the instructions.
                 let state: Box<dyn State + 'a> = unsafe {
-                    match (kernel, varies) {
-                        (Kernel::Lamps, false) => Box::new(lamps_even::new(memory, is_on)),
-                        (Kernel::Lamps, true) => Box::new(lamps_varying::new(memory, is_on)),
-                        (Kernel::Ambient, false) => Box::new(ambient_even::new(memory, is_on)),
-                        (Kernel::Ambient, true) => Box::new(ambient_varying::new(memory, is_on)),
+                    match (kernel, full) {
+                        (Kernel::Lamps, false) => Box::new(lamps_plain::new(memory, is_on)),
+                        (Kernel::Lamps, true) => Box::new(lamps_full::new(memory, is_on)),
+                        (Kernel::Ambient, false) => Box::new(ambient_plain::new(memory, is_on)),
+                        (Kernel::Ambient, true) => Box::new(ambient_full::new(memory, is_on)),
                     }
                 };
                 state

@@ -8,7 +8,7 @@ mod memory;
 use std::f64::consts::FRAC_PI_2;
 
 use memory::{Memory, Word};
-pub use memory::{Surfaces, Tables};
+pub use memory::{Point, Surfaces, Tables};
 
 use crate::{COUNTERS, DISPATCH_WORDS, Kernel};
 

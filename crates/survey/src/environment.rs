@@ -164,9 +164,8 @@ pub fn scene_in(
             scene.quads.push(quad(target, centre, inwards, along));
             scene.materials.push(Material {
                 reflectance: [1.0; 3],
-                spectrum: None,
                 texture: Some(0),
-                emission: [0.0; 3],
+                ..Material::default()
             });
             scene.textures.push(target.texture.clone());
         }

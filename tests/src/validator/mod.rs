@@ -5,7 +5,8 @@
 //! absorption with b / c, the angle from the exact inverse CDF of the phase function, reflection against
 //! absorption at a surface with the reflectance, reflection against refraction at the water surface with the
 //! Fresnel reflectance. What the walk runs into (sky, emitting surfaces, the front of a disk lamp) is added up.
-//! The weight of a walk changes only by n² where it crosses the water surface.
+//! The weight of a walk changes only by n² where it crosses the water surface, and at glossy surfaces, which send walks on with
+//! the cosine.
 //!
 //! Sun and point lamps have no extent, a walk cannot run into them: their light is added at every event, with the
 //! phase function or cosine / π as the response. That has a finite variance only for a phase function that is
@@ -20,6 +21,7 @@
 
 pub mod cases;
 mod chance;
+mod gloss;
 mod lights;
 mod medium;
 mod shapes;
@@ -31,6 +33,7 @@ use uw_media::phase::PhaseFunction;
 use uw_render::scene::Scene;
 
 use chance::{Random, around, fresnel};
+use gloss::Finish;
 use medium::Medium;
 use shapes::{Hit, Patch, patches};
 
@@ -53,6 +56,8 @@ pub struct Validator<'a> {
     /// Refractive index of the water against air; 1 for an index-matched surface.
     index: f64,
     patches: Vec<Patch>,
+    /// Of every material how it shines in the water, or in space without any, and in the air.
+    finishes: Vec<[Option<Finish>; 2]>,
 }
 
 /// A ray in the water (or in space without a surface), or in the air above.
@@ -95,7 +100,13 @@ impl<'a> Validator<'a> {
             !points || index == 1.0,
             "reflected point lamps are not found"
         );
+        let outside = scene
+            .water
+            .as_ref()
+            .map_or(1.0, |water| water.refractive_index);
+        let finish = |material| [outside, 1.0].map(|index| Finish::new(material, channel, index));
         Self {
+            finishes: scene.materials.iter().map(finish).collect(),
             scene,
             channel,
             medium: Medium::new(scene, channel),
@@ -147,8 +158,8 @@ impl<'a> Validator<'a> {
             if length < f64::INFINITY {
                 ray.origin += length * ray.direction;
             }
-            // Probability of going on after an event, and the normal of the surface if it was one.
-            let (survival, normal) = match end {
+            // Probability of going on after an event, the normal of the surface if it was one, and how that shines.
+            let (survival, normal, finish) = match end {
                 End::Nothing => return light + weight * self.sky(&ray),
                 End::WaterSurface => {
                     weight *= self.meet_water_surface(&mut ray, random);
@@ -157,17 +168,19 @@ impl<'a> Validator<'a> {
                 End::Scattering => {
                     ray.from = None;
                     let here = self.medium.at(ray.origin);
-                    (here.b / here.c, None)
+                    (here.b / here.c, None, None)
                 }
                 End::Surface(hit) => {
                     let patch = &self.patches[hit.patch];
                     light += weight * self.scene.materials[patch.material].emission[self.channel];
                     ray.from = Some(hit.patch);
                     let facing = -patch.normal * patch.normal.dot(ray.direction).signum();
-                    (
-                        patch.reflectance(self.scene, &hit)[self.channel],
-                        Some(facing),
-                    )
+                    let finish = self.finishes[patch.material][usize::from(ray.in_air)].as_ref();
+                    let survival = match finish {
+                        Some(_) => 1.0,
+                        None => patch.reflectance(self.scene, &hit)[self.channel],
+                    };
+                    (survival, Some(facing), finish)
                 }
             };
             if (max_events > 0 && events == max_events) || random.uniform() >= survival {
@@ -175,15 +188,19 @@ impl<'a> Validator<'a> {
             }
             events += 1;
             let before = ray.direction;
-            light += weight
-                * self.light_of_points(&ray, random, |towards| match normal {
-                    Some(normal) => normal.dot(towards).max(0.0) / PI,
-                    None => self.phase(before, towards),
-                });
+            let response = |towards| match (normal, finish) {
+                (Some(normal), Some(finish)) => finish.response(normal, -before, towards),
+                (Some(normal), None) => normal.dot(towards).max(0.0) / PI,
+                (None, _) => self.phase(before, towards),
+            };
+            light += weight * self.light_of_points(&ray, random, response);
             ray.direction = match normal {
                 Some(normal) => around(normal, 1.0 - random.uniform().sqrt(), random),
                 None => around(before, 2.0 * self.draw_x(random), random),
             };
+            if let (Some(normal), Some(_)) = (normal, finish) {
+                weight *= response(ray.direction) * PI / normal.dot(ray.direction).max(1e-300);
+            }
         }
     }
 

@@ -288,9 +288,7 @@ impl Extreme {
     fn add_mesh(&self, scene: &mut Scene, positions: Vec<DVec3>, triangles: Vec<[u32; 3]>) {
         scene.materials.push(Material {
             reflectance: [self.reflectance; 3],
-            spectrum: None,
-            texture: None,
-            emission: [0.0; 3],
+            ..Material::default()
         });
         scene.meshes.push(Mesh {
             positions,

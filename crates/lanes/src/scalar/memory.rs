@@ -37,9 +37,27 @@ pub trait Surfaces: Sync {
         any: bool,
     ) -> Option<(f64, u32, [f64; 2])>;
 
-    /// Normal, shading normal, reflectance and emission where a ray along `direction` meets a primitive, and the row of
-    /// its reflectance spectrum.
-    fn point(&self, primitive: u32, local: [f64; 2], direction: [f64; 3]) -> ([[f64; 3]; 4], u32);
+    /// The surface where a ray along `direction` meets a primitive.
+    fn point(&self, primitive: u32, local: [f64; 2], direction: [f64; 3]) -> Point;
+}
+
+/// A point of a surface; as in `shaders/common/bvh.wgsl`.
+#[derive(Clone, Copy, Debug)]
+pub struct Point {
+    /// Unit normal on the side the ray came from.
+    pub normal: [f64; 3],
+    /// Unit shading normal on the same side.
+    pub shading_normal: [f64; 3],
+    /// Reflectance of red, green and blue, in [0, 1].
+    pub reflectance: [f64; 3],
+    /// Emitted radiance, W/(m² sr).
+    pub emission: [f64; 3],
+    /// Index of the material.
+    pub material: u32,
+    /// Roughness; 0 of a Lambertian surface.
+    pub roughness: f64,
+    /// How much it is a metal, in [0, 1].
+    pub metallic: f64,
 }
 
 /// Tables of a scene.
@@ -136,8 +154,7 @@ impl<'a> Memory<'a> {
         primitive: u64,
         local: [f64; 2],
         direction: [f64; 3],
-    ) -> ([[f64; 3]; 4], u64) {
-        let (point, spectrum) = self.surfaces.point(primitive as u32, local, direction);
-        (point, u64::from(spectrum))
+    ) -> Point {
+        self.surfaces.point(primitive as u32, local, direction)
     }
 }

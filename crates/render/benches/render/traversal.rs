@@ -108,9 +108,7 @@ fn empty() -> Scene {
         meshes: Vec::new(),
         materials: vec![Material {
             reflectance: [0.5; 3],
-            spectrum: None,
-            texture: None,
-            emission: [0.0; 3],
+            ..Material::default()
         }],
         textures: Vec::new(),
         sensor: None,

@@ -152,6 +152,10 @@ exact_records! {
         port_shell_m2: f32,
         into_glass: f32,
         out_of_glass: f32,
+        mirror_albedos: u32,
+        padding_1: u32,
+        padding_2: u32,
+        padding_3: u32,
     }
     /// A lamp at 100 %.
     Lamp {
@@ -181,12 +185,24 @@ exact_records! {
         dual_v: [f32; 3],
         padding: u32,
     }
-    /// A Lambertian surface.
+    /// A surface.
     Material {
         reflectance: [f32; 3],
         texture: u32,
         emission: [f32; 3],
         spectrum: u32,
+        emission_texture: u32,
+        gloss_texture: u32,
+        normal_texture: u32,
+        normal_scale: f32,
+        roughness: f32,
+        metallic: f32,
+        padding_1: u32,
+        padding_2: u32,
+        ratio_in_water: f32,
+        albedos_in_water: u32,
+        ratio_in_air: f32,
+        albedos_in_air: u32,
     }
 }
 

@@ -117,7 +117,8 @@ impl Tables {
         if let Some(field) = &scene.daylight {
             record.field_table = rows.field(field, &mut far);
         }
-        record.material_rows = rows.records(&materials(scene, active.len()));
+        let materials = materials(scene, active.len(), &mut rows, &mut record);
+        record.material_rows = rows.records(&materials);
         if let Some(sets) = &scene.spectrum {
             spectra::add(sets, active, &mut record, &mut far);
         }
@@ -373,14 +374,49 @@ fn triangles(
     Ok((records.collect(), linked, wide))
 }
 
-fn materials(scene: &Prepared, lamps: usize) -> Vec<Material> {
+/// Materials, after the tables of albedos that glossy ones need.
+fn materials(scene: &Prepared, lamps: usize, rows: &mut Rows, record: &mut Scene) -> Vec<Material> {
+    let geometry = &scene.geometry;
     let spectra = spectra::own_spectra(scene, lamps);
-    let materials = scene.geometry.materials.iter().enumerate();
-    let materials = materials.map(|(i, m)| Material {
-        reflectance: m.reflectance,
-        texture: m.texture.map_or(NONE, |i| i as u32),
-        emission: m.emission,
-        spectrum: spectra.get(i).copied().unwrap_or(NONE),
+    let tables = &scene.albedos;
+    if let Some(tables) = tables {
+        record.mirror_albedos = rows.albedos(&tables.mirrors);
+    }
+    let dielectrics: Vec<(f64, u32)> = tables
+        .iter()
+        .flat_map(|tables| &tables.dielectrics)
+        .map(|(ratio, table)| (*ratio, rows.albedos(table)))
+        .collect();
+    let dielectric = |ratio: f64| {
+        let found = dielectrics.iter().find(|(own, _)| *own == ratio);
+        found.copied().unwrap_or((ratio, 0))
+    };
+    let texture = |index: Option<usize>| index.map_or(NONE, |i| i as u32);
+    let materials = geometry.materials.iter().enumerate();
+    let materials = materials.map(|(i, m)| {
+        let of_gloss = m.gloss.map(|gloss| {
+            let ratio = gloss.index / scene.index_of_water;
+            (dielectric(ratio), dielectric(gloss.index))
+        });
+        let (in_water, in_air) = of_gloss.unwrap_or(((1.0, 0), (1.0, 0)));
+        Material {
+            reflectance: m.reflectance,
+            texture: texture(m.texture),
+            emission: m.emission,
+            spectrum: spectra.get(i).copied().unwrap_or(NONE),
+            emission_texture: texture(m.emission_texture),
+            gloss_texture: texture(m.gloss.and_then(|gloss| gloss.texture)),
+            normal_texture: texture(m.normal_map.map(|map| map.texture)),
+            normal_scale: m.normal_map.map_or(1.0, |map| map.scale),
+            roughness: m.gloss.map_or(-1.0, |gloss| gloss.roughness),
+            metallic: m.gloss.map_or(0.0, |gloss| gloss.metallic),
+            padding_1: 0,
+            padding_2: 0,
+            ratio_in_water: in_water.0,
+            albedos_in_water: in_water.1,
+            ratio_in_air: in_air.0,
+            albedos_in_air: in_air.1,
+        }
     });
     materials.collect()
 }

@@ -81,6 +81,8 @@ pub(crate) fn switches(scene: &Prepared, record: &Scene) -> Vec<(&'static str, f
         ("HAS_QUADS", record.quad_count > 0),
         ("HAS_TRIANGLES", record.node_count > 0),
         ("HAS_TEXTURES", features.textures),
+        ("HAS_GLOSS", features.gloss),
+        ("HAS_NORMAL_MAPS", features.normal_maps),
         ("HAS_VARIED_REFLECTANCE", features.varied_reflectance),
         ("HAS_GEOMETRY_IN_AIR", features.geometry_in_air),
         (

@@ -12,7 +12,7 @@ use super::{
     words::{Record, narrow},
 };
 use crate::{
-    prepare::{DaylightField, Layers},
+    prepare::{AlbedoTable, DaylightField, Layers},
     sampling::sobol::DIRECTIONS,
     scene::{Texels, Texture, TextureFilter},
 };
@@ -165,6 +165,11 @@ impl Rows {
                 self.floats([r, g, b, 0.0]);
             }
         }
+    }
+
+    /// Albedos of glossy surfaces; the address is that of the first word.
+    pub(super) fn albedos(&mut self, table: &AlbedoTable) -> u32 {
+        self.floats(table.0.iter().copied())
     }
 
     /// Per texture a row of the first word of its texels, its width and height, and [`BILINEAR`] and [`CODED`] or 0.

@@ -28,6 +28,10 @@ pub struct Features {
     pub geometry_in_air: bool,
     /// There are textures.
     pub textures: bool,
+    /// Some surfaces shine.
+    pub gloss: bool,
+    /// Some have normal maps.
+    pub normal_maps: bool,
     /// Surfaces differ in reflectance, from place to place or from one to the next.
     pub varied_reflectance: bool,
     /// There are lamps.
@@ -71,6 +75,8 @@ impl Features {
             geometry: !geometry.is_empty(),
             geometry_in_air: boundary.is_some_and(above),
             textures: !geometry.textures.is_empty(),
+            gloss: geometry.materials.iter().any(|m| m.gloss.is_some()),
+            normal_maps: geometry.materials.iter().any(|m| m.normal_map.is_some()),
             varied_reflectance: varied_reflectance(geometry),
             lamps: lamps.iter().any(|l| l.intensity.iter().any(|&i| i > 0.0)),
             disks: lamps.iter().any(|l| l.radius > 0.0),
@@ -99,6 +105,8 @@ impl Features {
             (self.geometry, "geometry"),
             (self.geometry_in_air, "geometry in air"),
             (self.textures, "textures"),
+            (self.gloss, "gloss"),
+            (self.normal_maps, "normal maps"),
             (self.varied_reflectance, "varied reflectance"),
             (self.lamps, "lamps"),
             (self.disks, "disks"),
@@ -115,7 +123,9 @@ impl Features {
 
 fn varied_reflectance(geometry: &Geometry) -> bool {
     let differ = |pair: &[Material]| {
-        pair[0].reflectance != pair[1].reflectance || pair[0].spectrum != pair[1].spectrum
+        pair[0].reflectance != pair[1].reflectance
+            || pair[0].spectrum != pair[1].spectrum
+            || pair[0].gloss != pair[1].gloss
     };
     let materials = &geometry.materials;
     materials.iter().any(|m| m.texture.is_some()) || materials.windows(2).any(differ)

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 use uw_media::Spectrum;
 
 use super::bvh::{Triangle, TriangleHit, TriangleTree};
-use crate::scene::{Material, Mesh, Quad, Scene, Texture};
+use crate::scene::{LEAST_ROUGHNESS, Material, Mesh, Quad, Scene, Texture};
 
 /// Which primitive a ray starts on, so that it cannot meet it again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,10 +35,12 @@ pub struct SurfacePoint {
     pub normal: DVec3,
     /// Unit shading normal on the same side.
     pub shading_normal: DVec3,
-    /// Lambertian reflectance per channel, in [0, 1].
+    /// Lambertian reflectance per channel, in [0, 1]; the base colour of a glossy surface.
     pub reflectance: Spectrum,
     /// Emitted radiance per channel, W/(m² sr).
     pub emission: Spectrum,
+    /// Roughness and metallic of a glossy surface; `None`: Lambertian.
+    pub gloss: Option<(f64, f64)>,
     /// Index of the material; of no meaning where nothing was met.
     pub material: usize,
 }
@@ -224,6 +226,7 @@ impl Geometry {
                 shading_normal: -direction,
                 reflectance: [0.0; 3],
                 emission: [0.0; 3],
+                gloss: None,
                 material: 0,
             },
         }
@@ -247,7 +250,38 @@ impl Geometry {
             .map(|n| (u * n[0] + v * n[1] + w * n[2]).normalize_or(normal));
         let smooth = smooth.map_or(normal, |n| if n.dot(normal) < 0.0 { -n } else { n });
         let uv = shading.uvs.map(|t| u * t[0] + v * t[1] + w * t[2]);
-        self.material_point(shading.material as usize, uv, normal, smooth)
+        let bent = self.bent_normal(index, uv, normal, smooth);
+        self.material_point(shading.material as usize, uv, normal, bent)
+    }
+
+    /// The normal of a map on a triangle, on the side of `normal`, as `smooth` is; that where there is no map.
+    fn bent_normal(&self, index: usize, uv: Option<DVec2>, normal: DVec3, smooth: DVec3) -> DVec3 {
+        let shading = &self.shading[index];
+        let map = self.materials[shading.material as usize].normal_map;
+        let (Some(map), Some(uv), Some(uvs), Some(tree)) = (map, uv, shading.uvs, &self.tree)
+        else {
+            return smooth;
+        };
+        let triangle = tree.triangles()[index];
+        let own = self.textures[map.texture].sample(uv.x, uv.y);
+        let own = 2.0 * DVec3::from(own) - 1.0;
+        let [first, second] = [uvs[1] - uvs[0], uvs[2] - uvs[0]];
+        let turned = first.perp_dot(second).signum();
+        // What is seen from behind is turned over as a whole.
+        let side = triangle.edge_1.cross(triangle.edge_2).dot(normal).signum();
+        let front = side * smooth;
+        let along = turned * (triangle.edge_1 * second.y - triangle.edge_2 * first.y);
+        let Some(right) = along.reject_from_normalized(front).try_normalize() else {
+            return smooth;
+        };
+        // v runs downwards in the texture.
+        let upwards = -turned * front.cross(right);
+        let [x, y] = [map.scale * own.x, map.scale * own.y];
+        let bent = side * (x * right + y * upwards + own.z * front);
+        match bent.try_normalize() {
+            Some(bent) if bent.dot(normal) > 0.0 => bent,
+            _ => smooth,
+        }
     }
 
     fn material_point(
@@ -259,16 +293,23 @@ impl Geometry {
     ) -> SurfacePoint {
         let index = material;
         let material = &self.materials[index];
-        let mut reflectance = material.reflectance;
-        if let (Some(texture), Some(uv)) = (material.texture, uv) {
-            let texel = self.textures[texture].sample(uv.x, uv.y);
-            reflectance = std::array::from_fn(|k| reflectance[k] * texel[k]);
-        }
+        let looked_up = |texture: Option<usize>| match (texture, uv) {
+            (Some(texture), Some(uv)) => self.textures[texture].sample(uv.x, uv.y),
+            _ => [1.0; 3],
+        };
+        let colour = looked_up(material.texture);
+        let light = looked_up(material.emission_texture);
+        let gloss = material.gloss.map(|gloss| {
+            let [_, roughness, metallic] = looked_up(gloss.texture);
+            let roughness = (gloss.roughness * roughness).max(LEAST_ROUGHNESS);
+            (roughness, gloss.metallic * metallic)
+        });
         SurfacePoint {
             normal,
             shading_normal,
-            reflectance,
-            emission: material.emission,
+            reflectance: std::array::from_fn(|k| material.reflectance[k] * colour[k]),
+            emission: std::array::from_fn(|k| material.emission[k] * light[k]),
+            gloss,
             material: index,
         }
     }

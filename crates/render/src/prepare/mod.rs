@@ -6,6 +6,7 @@ mod daylight_field;
 mod expected_light;
 mod features;
 mod geometry;
+mod gloss;
 mod lamps;
 mod layers;
 mod medium;
@@ -21,6 +22,7 @@ pub use daylight::{Boundary, SunBeam};
 pub use daylight_field::DaylightField;
 pub use features::Features;
 pub use geometry::{Geometry, Hit, Primitive, SurfacePoint};
+pub(crate) use gloss::{AlbedoTable, AlbedoTables};
 pub use lamps::PreparedLamp;
 pub use layers::{Coefficients, Layers, Relative, Way};
 pub use medium::{Medium, Strategies};
@@ -45,6 +47,10 @@ pub struct Prepared {
     pub boundary: Option<Boundary>,
     /// Surfaces, shared by all scenes that differ in other things only.
     pub geometry: Arc<Geometry>,
+    /// Refractive index of what fills the space below the water surface, or all of it; 1 without water.
+    pub(crate) index_of_water: f64,
+    /// Albedos of glossy surfaces; `None` where there are none.
+    pub(crate) albedos: Option<AlbedoTables>,
     /// Lamps in scene order.
     pub lamps: Vec<PreparedLamp>,
     /// Names of the lamps.
@@ -126,7 +132,13 @@ impl Prepared {
             .filter(|_| boundary.is_some());
         let sun_phase =
             scattered.map(|(water, sun)| sun_phase::sun_phase(&water.phase, sun.radius_rad));
+        let index_of_water = scene
+            .water
+            .as_ref()
+            .map_or(1.0, |water| water.refractive_index);
         Self {
+            index_of_water,
+            albedos: AlbedoTables::build(&geometry.materials, index_of_water),
             sun_phase,
             snow: scene.snow.filter(|_| medium.is_some() && !above),
             camera: scene.placed_camera(),

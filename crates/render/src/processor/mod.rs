@@ -123,7 +123,7 @@ impl<'a> Words<'a> {
             },
             Precision::Double => Self::Double {
                 scene: tables.exact_scene(),
-                surfaces: FromCamera::new(scene, tables.scene.lamp_count as usize),
+                surfaces: FromCamera::new(scene),
             },
         }
     }

@@ -1,10 +1,10 @@
 //! The prepared geometry as kernels in double precision see it: from the camera, by their own indices.
 
 use glam::DVec3;
-use uw_lanes::scalar::Surfaces;
+use uw_lanes::scalar::{Point, Surfaces};
 
 use crate::{
-    kernels::{layout::NONE, spectra::own_spectra},
+    kernels::layout::NONE,
     prepare::{Geometry, Hit, Prepared, Primitive},
 };
 
@@ -15,17 +15,14 @@ const TRIANGLE: u32 = 1 << 31;
 pub(super) struct FromCamera<'a> {
     geometry: &'a Geometry,
     camera: DVec3,
-    /// Rows of the materials' own spectra.
-    spectra: Vec<u32>,
 }
 
 impl<'a> FromCamera<'a> {
-    /// Of `scene` for kernels with `lamps` lamps.
-    pub(super) fn new(scene: &'a Prepared, lamps: usize) -> Self {
+    /// Of `scene`.
+    pub(super) fn new(scene: &'a Prepared) -> Self {
         Self {
             geometry: &scene.geometry,
             camera: scene.camera.position_m,
-            spectra: own_spectra(scene, lamps),
         }
     }
 }
@@ -66,20 +63,22 @@ impl Surfaces for FromCamera<'_> {
         Some((hit.t, index(hit.primitive), hit.local))
     }
 
-    fn point(&self, met: u32, local: [f64; 2], direction: [f64; 3]) -> ([[f64; 3]; 4], u32) {
+    fn point(&self, met: u32, local: [f64; 2], direction: [f64; 3]) -> Point {
         let hit = Hit {
             t: 0.0,
             primitive: primitive(met),
             local,
         };
         let point = self.geometry.surface_point(&hit, direction.into());
-        let spectrum = self.spectra.get(point.material).copied().unwrap_or(NONE);
-        let numbers = [
-            point.normal.to_array(),
-            point.shading_normal.to_array(),
-            point.reflectance,
-            point.emission,
-        ];
-        (numbers, spectrum)
+        let (roughness, metallic) = point.gloss.unwrap_or_default();
+        Point {
+            normal: point.normal.to_array(),
+            shading_normal: point.shading_normal.to_array(),
+            reflectance: point.reflectance,
+            emission: point.emission,
+            material: point.material as u32,
+            roughness,
+            metallic,
+        }
     }
 }

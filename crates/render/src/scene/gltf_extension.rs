@@ -4,9 +4,10 @@ use super::gltf_json::{Document, Node};
 use super::gltf_resource::{GltfError, GltfSource};
 
 /// Extensions that are honoured.
-const HONOURED: [&str; 6] = [
+const HONOURED: [&str; 7] = [
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
     "KHR_materials_pbrSpecularGlossiness",
     "KHR_mesh_quantization",
     "KHR_node_visibility",
@@ -14,9 +15,9 @@ const HONOURED: [&str; 6] = [
 ];
 
 /// Extensions that a file may even require, although they are left aside: without them shapes, base colours and lights
-/// are the same. They change how light is reflected beyond a Lambertian surface, add choices beside the default one,
+/// are the same. They change how light is reflected beyond a matt base and a microfacet layer, add choices beside the default one,
 /// animate, or describe.
-const HARMLESS: [&str; 21] = [
+const HARMLESS: [&str; 20] = [
     "EXT_lights_image_based",
     "KHR_animation_pointer",
     "KHR_interactivity",
@@ -24,7 +25,6 @@ const HARMLESS: [&str; 21] = [
     "KHR_materials_clearcoat",
     "KHR_materials_diffuse_transmission",
     "KHR_materials_dispersion",
-    "KHR_materials_ior",
     "KHR_materials_iridescence",
     "KHR_materials_sheen",
     "KHR_materials_specular",

@@ -114,7 +114,7 @@ objects! {
     Material {
         pub(super) name: Option<String>,
         pub(super) pbr_metallic_roughness: MetallicRoughness,
-        pub(super) normal_texture: Option<IgnoredAny>,
+        pub(super) normal_texture: Option<NormalTextureInfo>,
         pub(super) emissive_texture: Option<TextureInfo>,
         pub(super) emissive_factor: [f64; 3],
         pub(super) alpha_mode: Option<String>,
@@ -126,6 +126,10 @@ objects! {
         pub(super) emissive_strength: Option<EmissiveStrength>,
         #[serde(rename = "KHR_materials_pbrSpecularGlossiness")]
         pub(super) specular_glossiness: Option<SpecularGlossiness>,
+        #[serde(rename = "KHR_materials_ior")]
+        pub(super) ior: Option<RefractiveIndex>,
+        #[serde(rename = "KHR_materials_unlit")]
+        pub(super) unlit: Option<IgnoredAny>,
     }
 
     TextureInfo {
@@ -212,7 +216,8 @@ pub(super) struct MetallicRoughness {
     pub(super) base_color_factor: [f64; 4],
     pub(super) base_color_texture: Option<TextureInfo>,
     pub(super) metallic_factor: f64,
-    pub(super) metallic_roughness_texture: Option<IgnoredAny>,
+    pub(super) roughness_factor: f64,
+    pub(super) metallic_roughness_texture: Option<TextureInfo>,
 }
 
 impl Default for MetallicRoughness {
@@ -221,6 +226,7 @@ impl Default for MetallicRoughness {
             base_color_factor: [1.0; 4],
             base_color_texture: None,
             metallic_factor: 1.0,
+            roughness_factor: 1.0,
             metallic_roughness_texture: None,
         }
     }
@@ -240,6 +246,32 @@ impl Default for SpecularGlossiness {
             diffuse_factor: [1.0; 4],
             diffuse_texture: None,
         }
+    }
+}
+
+/// Where normals are looked up, and what those along the surface are multiplied by.
+#[derive(Debug, Deserialize)]
+pub(super) struct NormalTextureInfo {
+    #[serde(default = "one")]
+    pub(super) scale: f64,
+    #[serde(flatten)]
+    pub(super) info: TextureInfo,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+/// Of a dielectric; 0 stands for one that reflects everything.
+#[derive(Debug, Deserialize)]
+#[serde(default)]
+pub(super) struct RefractiveIndex {
+    pub(super) ior: f64,
+}
+
+impl Default for RefractiveIndex {
+    fn default() -> Self {
+        Self { ior: 1.5 }
     }
 }
 

@@ -1,4 +1,4 @@
-//! glTF materials as Lambertian surfaces: base colour becomes reflectance, emission becomes radiance.
+//! glTF materials: base colour becomes reflectance, metallic and roughness gloss, emission radiance.
 
 use std::collections::HashMap;
 use uw_media::Spectrum;
@@ -7,7 +7,8 @@ use glam::{DAffine2, DVec2};
 
 use super::gltf_json::{self, TextureInfo};
 use super::gltf_resource::{GltfError, GltfSource, item};
-use super::{Material, Texture, TextureEncoding, TextureFilter, texture};
+use super::object::USUAL_INDEX;
+use super::{Gloss, Material, NormalMap, Texture, TextureEncoding, TextureFilter, texture};
 
 /// The file's code for looking up the nearest texel.
 const NEAREST: u64 = 9728;
@@ -21,7 +22,7 @@ pub(super) struct MaterialReader<'a> {
     pub(super) textures: &'a mut Vec<Texture>,
     pub(super) warnings: &'a mut Vec<String>,
     read_materials: HashMap<Option<usize>, Surface>,
-    read_textures: HashMap<(usize, TextureFilter), usize>,
+    read_textures: HashMap<(usize, TextureFilter, TextureEncoding), usize>,
 }
 
 /// A material of the scene, and where its texture is looked up.
@@ -30,8 +31,11 @@ pub(super) struct Surface {
     /// Index into the scene's materials.
     pub(super) material: usize,
     /// Set of texture coordinates and what is done to them, if it has a texture.
-    pub(super) look_up: Option<(u32, DAffine2)>,
+    pub(super) look_up: Option<LookUp>,
 }
+
+/// Set of texture coordinates and what is done to them: scaled, turned, moved.
+type LookUp = (u32, DAffine2);
 
 impl<'a> MaterialReader<'a> {
     pub(super) fn new(
@@ -81,33 +85,36 @@ impl<'a> MaterialReader<'a> {
             let place = format!("{place} {}", base.name);
             return Err(source.value(place, "in [0, 1]", [r, g, b]));
         }
+        let mut shared = None;
         let texture = match base.texture {
-            Some(info) => self.texture(info.index)?,
+            Some(info) => self.texture(info, TextureEncoding::Srgb, &mut shared)?,
             None => None,
         };
-        let emission = self.emission(material, &place)?;
+        // The surface of meshes without a material is matt: few of their makers mean a metal, which is the format's default.
+        let gloss = match index {
+            Some(_) => self.gloss(material, &place, &mut shared)?,
+            None => None,
+        };
+        let normal_map = self.normal_map(material, &place, &mut shared)?;
+        let (emission, emission_texture) = self.emission(material, &place, &mut shared)?;
         self.materials.push(Material {
             spectrum: None,
             reflectance: [r, g, b],
             texture,
             emission,
+            emission_texture,
+            gloss,
+            normal_map,
         });
         let surface = Surface {
             material: self.materials.len() - 1,
-            look_up: base.texture.filter(|_| texture.is_some()).map(look_up),
+            look_up: shared,
         };
         self.read_materials.insert(index, surface);
         Ok(surface)
     }
 
     fn warn_about(&mut self, material: &gltf_json::Material, place: &str) {
-        let pbr = &material.pbr_metallic_roughness;
-        let is_metallic = pbr.metallic_factor > 0.0 || pbr.metallic_roughness_texture.is_some();
-        if is_metallic && material.extensions.specular_glossiness.is_none() {
-            self.warn(&format!(
-                "{place} is metallic; it is rendered as a Lambertian surface of its base colour"
-            ));
-        }
         if material
             .alpha_mode
             .as_ref()
@@ -117,17 +124,83 @@ impl<'a> MaterialReader<'a> {
                 "{place} is transparent in places; it is rendered opaque"
             ));
         }
-        if material.normal_texture.is_some() {
-            self.warn(&format!("{place} has a normal map, which is not used"));
-        }
     }
 
-    /// Emitted radiance, W/(m² sr). A texture counts with its mean value over the whole surface.
+    /// How the material shines. `None`, a Lambertian surface, for one of another model, and for a dielectric that is as rough
+    /// as can be, which is what exporters write for matt surfaces.
+    fn gloss(
+        &mut self,
+        material: &gltf_json::Material,
+        place: &str,
+        shared: &mut Option<LookUp>,
+    ) -> Result<Option<Gloss>, GltfError> {
+        let (pbr, extensions) = (&material.pbr_metallic_roughness, &material.extensions);
+        let is_matt = pbr.metallic_factor == 0.0
+            && pbr.roughness_factor == 1.0
+            && pbr.metallic_roughness_texture.is_none();
+        if extensions.specular_glossiness.is_some() || extensions.unlit.is_some() || is_matt {
+            return Ok(None);
+        }
+        let index = extensions.ior.as_ref().map_or(USUAL_INDEX, |own| own.ior);
+        let index = if (1.0..=4.0).contains(&index) {
+            index
+        } else {
+            self.warn(&format!(
+                "{place} has an index of refraction of {index}; {USUAL_INDEX} is taken, as none is in [1, 4]"
+            ));
+            USUAL_INDEX
+        };
+        let mut gloss = Gloss {
+            roughness: pbr.roughness_factor,
+            metallic: pbr.metallic_factor,
+            index,
+            texture: None,
+        };
+        if let Some(info) = &pbr.metallic_roughness_texture {
+            if fits(shared, info) {
+                gloss.texture = self.texture(info, TextureEncoding::Linear, shared)?;
+            } else if let Some(mean) = self.mean(info, TextureEncoding::Linear)? {
+                self.warn_about_look_up(place, "metallic-roughness texture", "its mean counts");
+                gloss.roughness *= mean[1];
+                gloss.metallic *= mean[2];
+            }
+        }
+        Ok(Some(gloss))
+    }
+
+    fn normal_map(
+        &mut self,
+        material: &gltf_json::Material,
+        place: &str,
+        shared: &mut Option<LookUp>,
+    ) -> Result<Option<NormalMap>, GltfError> {
+        let Some(map) = &material.normal_texture else {
+            return Ok(None);
+        };
+        if !fits(shared, &map.info) {
+            self.warn_about_look_up(place, "normal map", "it is not used");
+            return Ok(None);
+        }
+        let texture = self.texture(&map.info, TextureEncoding::Linear, shared)?;
+        Ok(texture.map(|texture| NormalMap {
+            texture,
+            scale: map.scale,
+        }))
+    }
+
+    fn warn_about_look_up(&mut self, place: &str, what: &str, then: &str) {
+        self.warn(&format!(
+            "{place} has a {what} whose coordinates are not those of its other textures; {then}"
+        ));
+    }
+
+    /// Emitted radiance, W/(m² sr), and the texture that it is multiplied by.
     fn emission(
         &mut self,
         material: &gltf_json::Material,
         place: &str,
-    ) -> Result<Spectrum, GltfError> {
+        shared: &mut Option<LookUp>,
+    ) -> Result<(Spectrum, Option<usize>), GltfError> {
         let strength = material.extensions.emissive_strength.as_ref();
         let strength = strength.map_or(1.0, |strength| strength.emissive_strength);
         let factor = material.emissive_factor.map(|factor| factor * strength);
@@ -143,23 +216,44 @@ impl<'a> MaterialReader<'a> {
         }
         let info = material.emissive_texture.as_ref();
         let Some(info) = info.filter(|_| factor != [0.0; 3]) else {
-            return Ok(factor);
+            return Ok((factor, None));
         };
-        let Some(image) = self.image_of(info.index) else {
-            return Ok(factor);
+        if fits(shared, info) {
+            return Ok((factor, self.texture(info, TextureEncoding::Srgb, shared)?));
+        }
+        let Some(mean) = self.mean(info, TextureEncoding::Srgb)? else {
+            return Ok((factor, None));
         };
-        self.warn(&format!(
-            "{place} has an emissive texture; its mean is emitted all over the surface"
-        ));
-        let mean = self.decode(image, TextureFilter::Bilinear)?.mean();
-        Ok(std::array::from_fn(|k| factor[k] * mean[k]))
+        self.warn_about_look_up(place, "emissive texture", "its mean is emitted all over");
+        Ok((std::array::from_fn(|k| factor[k] * mean[k]), None))
     }
 
-    /// The scene's texture for a texture of the file; `None` where that has no image, which counts as white.
-    fn texture(&mut self, index: usize) -> Result<Option<usize>, GltfError> {
+    /// Mean of the texels of a texture; `None` where it has no image.
+    fn mean(
+        &mut self,
+        info: &TextureInfo,
+        encoding: TextureEncoding,
+    ) -> Result<Option<Spectrum>, GltfError> {
+        let Some(image) = self.image_of(info.index) else {
+            return Ok(None);
+        };
+        let decoded = self.decode(image, TextureFilter::Bilinear, encoding)?;
+        Ok(Some(decoded.mean()))
+    }
+
+    /// The scene's texture for a texture of the file; `None` where that has no image, which counts as white. Coordinates become
+    /// those that the textures of a material share.
+    fn texture(
+        &mut self,
+        info: &TextureInfo,
+        encoding: TextureEncoding,
+        shared: &mut Option<LookUp>,
+    ) -> Result<Option<usize>, GltfError> {
+        let index = info.index;
         let Some(image) = self.image_of(index) else {
             return Ok(None);
         };
+        *shared = Some(look_up(info));
         let document = &self.source.document;
         let sampler = document.textures[index].sampler;
         let sampler = sampler.map(|sampler| &document.samplers[sampler]);
@@ -178,11 +272,11 @@ impl<'a> MaterialReader<'a> {
         } else {
             TextureFilter::Bilinear
         };
-        let key = (image, filter);
+        let key = (image, filter, encoding);
         if let Some(&index) = self.read_textures.get(&key) {
             return Ok(Some(index));
         }
-        let decoded = self.decode(image, filter)?;
+        let decoded = self.decode(image, filter, encoding)?;
         self.textures.push(decoded);
         self.read_textures.insert(key, self.textures.len() - 1);
         Ok(Some(self.textures.len() - 1))
@@ -199,11 +293,16 @@ impl<'a> MaterialReader<'a> {
         image
     }
 
-    fn decode(&self, image: usize, filter: TextureFilter) -> Result<Texture, GltfError> {
+    fn decode(
+        &self,
+        image: usize,
+        filter: TextureFilter,
+        encoding: TextureEncoding,
+    ) -> Result<Texture, GltfError> {
         let bytes = self.source.image_bytes(image)?;
         let uri = self.source.document.images[image].uri.as_deref();
         let room = texture::room_beside(self.textures);
-        Texture::from_bytes(&bytes, TextureEncoding::Srgb, filter, room)
+        Texture::from_bytes(&bytes, encoding, filter, room)
             .map_err(|reason| self.source.resource(&item("image", image, uri), reason))
     }
 }
@@ -234,8 +333,12 @@ impl<'a> Base<'a> {
     }
 }
 
-/// Set of texture coordinates and what is done to them: scaled, turned, moved.
-fn look_up(info: &TextureInfo) -> (u32, DAffine2) {
+/// Whether a texture is looked up where the others of its material are.
+fn fits(shared: &Option<LookUp>, info: &TextureInfo) -> bool {
+    shared.is_none_or(|shared| shared == look_up(info))
+}
+
+fn look_up(info: &TextureInfo) -> LookUp {
     let Some(transform) = &info.extensions.transform else {
         return (info.tex_coord, DAffine2::IDENTITY);
     };

@@ -137,7 +137,7 @@ static IMAGE: [Property; 3] = [
 static MATERIAL: [Property; 9] = [
     may("name", Text),
     may("pbrMetallicRoughness", Object(&METALLIC_ROUGHNESS)),
-    may("normalTexture", Object(&TEXTURE_INFO)),
+    may("normalTexture", Object(&NORMAL_TEXTURE_INFO)),
     may("occlusionTexture", Object(&TEXTURE_INFO)),
     may("emissiveTexture", Object(&TEXTURE_INFO)),
     may("emissiveFactor", Numbers(3)),
@@ -154,7 +154,8 @@ static METALLIC_ROUGHNESS: [Property; 5] = [
     may("metallicRoughnessTexture", Object(&TEXTURE_INFO)),
 ];
 
-static MATERIAL_EXTENSIONS: [Property; 2] = [
+static MATERIAL_EXTENSIONS: [Property; 3] = [
+    may("KHR_materials_ior", Object(&REFRACTIVE_INDEX)),
     may(
         "KHR_materials_emissive_strength",
         Object(&EMISSIVE_STRENGTH),
@@ -164,6 +165,8 @@ static MATERIAL_EXTENSIONS: [Property; 2] = [
         Object(&SPECULAR_GLOSSINESS),
     ),
 ];
+
+static REFRACTIVE_INDEX: [Property; 1] = [may("ior", NOT_NEGATIVE)];
 
 static EMISSIVE_STRENGTH: [Property; 1] = [may("emissiveStrength", NOT_NEGATIVE)];
 
@@ -175,6 +178,13 @@ static SPECULAR_GLOSSINESS: [Property; 2] = [
 static TEXTURE_INFO: [Property; 3] = [
     must("index", Index("textures")),
     may("texCoord", Whole(0, u32::MAX as u64)),
+    may("extensions", Object(&TEXTURE_INFO_EXTENSIONS)),
+];
+
+static NORMAL_TEXTURE_INFO: [Property; 4] = [
+    must("index", Index("textures")),
+    may("texCoord", Whole(0, u32::MAX as u64)),
+    may("scale", Number),
     may("extensions", Object(&TEXTURE_INFO_EXTENSIONS)),
 ];
 

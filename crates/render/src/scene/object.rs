@@ -10,15 +10,18 @@ use super::range::Range;
 use super::reader::Table;
 use super::value::Value;
 use super::{
-    Material, Quad, SceneError, Texture, TextureEncoding, TextureFilter, gltf_file, spectral,
-    texture,
+    Gloss, Material, Quad, SceneError, Texture, TextureEncoding, TextureFilter, gltf_file,
+    spectral, texture,
 };
 
-pub(super) const OBJECT_FIELDS: [&str; 7] = [
+pub(super) const OBJECT_FIELDS: [&str; 10] = [
     "plane",
     "gltf",
     "reflectance",
     "emission",
+    "roughness",
+    "metallic",
+    "refractive_index",
     "translation_m",
     "rotation_deg",
     "scale",
@@ -27,6 +30,8 @@ const PLANE_FIELDS: [&str; 4] = ["center_m", "normal", "up", "size_m"];
 pub(super) const TEXTURE_FIELDS: [&str; 5] =
     ["texture", "encoding", "filter", "tile_m", "spectrum"];
 const REFLECTANCE_EXPECTED: &str = "[r, g, b] in [0, 1] or { texture = \"file.png\" }";
+/// Refractive index of a glossy surface's dielectric where none is given, as in glTF.
+pub(super) const USUAL_INDEX: f64 = 1.5;
 /// Smallest edge of a plane and of a texture's tile, m.
 const LEAST_EDGE_M: f64 = 1e-6;
 /// Sine of the smallest angle between a plane's normal and its up direction.
@@ -76,9 +81,9 @@ impl Objects {
         })?;
         let mut material = Material {
             reflectance: [1.0; 3],
-            spectrum: None,
-            texture: None,
             emission,
+            gloss: read_gloss(table)?,
+            ..Material::default()
         };
         if reflectance.is_table() {
             let texture = reflectance.as_table(&TEXTURE_FIELDS)?;
@@ -135,10 +140,9 @@ impl Objects {
     }
 
     fn add_gltf(&mut self, table: &Table<'_>, gltf: &Value<'_>) -> Result<(), SceneError> {
-        table.refuse(
-            "emission",
-            "for a glTF object, whose file holds its materials",
-        )?;
+        for field in ["emission", "roughness", "metallic", "refractive_index"] {
+            table.refuse(field, "for a glTF object, whose file holds its materials")?;
+        }
         let spectrum = read_own_spectrum(table)?;
         let path = gltf.as_path()?;
         let placement = read_placement(table)?;
@@ -159,6 +163,27 @@ impl Objects {
         }
         Ok(())
     }
+}
+
+/// How a plane shines; `None` where it is Lambertian.
+fn read_gloss(table: &Table<'_>) -> Result<Option<Gloss>, SceneError> {
+    let Some(roughness) = table.optional("roughness") else {
+        for field in ["metallic", "refractive_index"] {
+            table.refuse(field, "without roughness")?;
+        }
+        return Ok(None);
+    };
+    let number = |field, usual, range| {
+        table
+            .optional(field)
+            .map_or(Ok(usual), |value| value.as_number(range))
+    };
+    Ok(Some(Gloss {
+        roughness: roughness.as_number(Range::closed(0.0, 1.0, ""))?,
+        metallic: number("metallic", 0.0, Range::closed(0.0, 1.0, ""))?,
+        index: number("refractive_index", USUAL_INDEX, Range::closed(1.0, 4.0, ""))?,
+        texture: None,
+    }))
 }
 
 /// The spectrum that takes the place of the reflectances in a glTF file; `None` where they count.

@@ -101,7 +101,6 @@ fn what_changes_no_shape_and_no_base_colour_is_left_aside_with_one_warning() {
             "KHR_materials_transmission",
             r#"{"transmissionFactor": 0.5}"#,
         ),
-        ("KHR_materials_ior", r#"{"ior": 1.3}"#),
         ("KHR_materials_sheen", "{}"),
         (
             "KHR_materials_clearcoat",

@@ -1,6 +1,7 @@
 //! Small scenes on which the renderer is compared with the validator.
 
 mod daylight;
+mod gloss;
 mod lamps;
 mod layers;
 
@@ -32,6 +33,7 @@ pub fn all() -> Vec<Case> {
     let mut cases = lamps::cases();
     cases.extend(daylight::cases());
     cases.extend(layers::cases());
+    cases.extend(gloss::cases());
     cases
 }
 
