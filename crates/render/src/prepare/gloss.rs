@@ -125,7 +125,7 @@ fn albedo(cosine: f64, alpha: f64, fresnel: &impl Fn(f64) -> f64) -> f64 {
     for i in 0..FACETS {
         for j in 0..FACETS {
             let at = |k: usize| (k as f64 + 0.5) / FACETS as f64;
-            // Facets along the view are many and alike: a number that is even close to them.
+            // Steps shrink towards the rim of the facets that are seen, where these turn steep all at once.
             let (s, weight) = (at(i), 2.0 * (1.0 - at(i)));
             let facet = visible_facet(view, alpha, s * (2.0 - s), at(j));
             let along = (0..3).map(|k| view[k] * facet[k]).sum::<f64>();
