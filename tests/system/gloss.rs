@@ -96,8 +96,8 @@ fn a_lamp_is_reflected_as_the_formula_says() {
             for (k, reflectance) in [0.9, 0.5, 0.0].into_iter().enumerate() {
                 // Irradiance across the beam is 3 W/sr over 4 m².
                 let expected = 0.75 * formula(roughness * roughness, reflectance, view, light);
-                // What is reflected more than once is below a hundredth of what a matt surface sends on.
-                let more = 0.01 * 0.75 * light.z / PI;
+                // What is reflected more than once is below 1.5 % of what a matt surface sends on: the facets keep 1 to 2 % for it.
+                let more = 0.015 * 0.75 * light.z / PI;
                 let rounding = 1e-3 * expected;
                 assert!(
                     mean[k] > expected - rounding && mean[k] < expected + more + rounding,
