@@ -195,10 +195,11 @@ impl Manifest {
         })
     }
 
-    /// Brings the pictures of each kind to one exposure ([`Row::over`]), by the column `exposure` and by EXIF. Told is what should be known of
+    /// Brings the pictures of each kind to one exposure ([`Row::over`]), by the column `exposure` and by EXIF: those of the target to `asked` (finite, > 0),
+    /// else, as those that look up, to the shortest. Told is what should be known of
     /// that.
-    pub fn one_exposure(&mut self) -> OneExposure {
-        exposures::one_exposure(self)
+    pub fn one_exposure(&mut self, asked: Option<f64>) -> OneExposure {
+        exposures::one_exposure(self, asked)
     }
 
     /// Whether all images are there.

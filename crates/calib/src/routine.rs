@@ -96,7 +96,7 @@ pub fn from_manifest(
     let OneExposure {
         approximate,
         warnings,
-    } = manifest.one_exposure();
+    } = manifest.one_exposure(options.treatment.exposure);
     let mut work = Work {
         manifest: &manifest,
         options,
@@ -149,7 +149,7 @@ pub fn fit_daylight(
     if coverage.looks_up() {
         return Ok(None);
     }
-    manifest.one_exposure();
+    manifest.one_exposure(options.treatment.exposure);
     let mut dark = Vec::new();
     for t in manifest.rows.iter().filter_map(target) {
         if let (0.0, Some(depth_m)) = (t.light_pct, t.depth_m) {

@@ -8,8 +8,8 @@ use image::codecs::jpeg::JpegEncoder;
 use image::{ExtendedColorType, ImageEncoder as _};
 use uw_render::image::{Counts, Frame};
 
-/// Parts of a second and of an f-number in which EXIF is written.
-const PARTS: f64 = 1e6;
+/// Parts of a unit in which EXIF is written: for numbers below 4, and up to 4000.
+const PARTS: [f64; 2] = [1e9, 1e6];
 
 /// How a picture was exposed, all > 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,9 +61,10 @@ pub fn jpeg(
 
 fn exif(exposed: &Exposed) -> Result<Vec<u8>, exif::Error> {
     let ratio = |value: f64| {
+        let parts = PARTS[usize::from(value >= 4.0)];
         Value::Rational(vec![Rational {
-            num: (value * PARTS).round() as u32,
-            denom: PARTS as u32,
+            num: (value * parts).round() as u32,
+            denom: parts as u32,
         }])
     };
     let one = |value: u16| Value::Short(vec![value]);

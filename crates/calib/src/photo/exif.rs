@@ -76,6 +76,14 @@ impl Shot {
         value
     }
 
+    /// Time · ISO / f-number², s, of what is stated.
+    pub fn stated_exposure(&self) -> Option<f64> {
+        self.exposure(&Stated {
+            iso: self.iso.is_some(),
+            f_number: self.f_number.is_some(),
+        })
+    }
+
     /// Light per count by what is known: time · ISO / f-number², without what `stated` says that all pictures lack.
     pub(crate) fn exposure(&self, stated: &Stated) -> Option<f64> {
         let iso = match stated.iso {

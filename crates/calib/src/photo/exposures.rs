@@ -1,7 +1,7 @@
 //! One exposure for the pictures of a kind: by what a manifest states of each, else by EXIF.
 //!
-//! Pictures are brought to the exposure that most of them have, of equally frequent ones the shortest, in linear light
-//! ([`crate::even`]): to the counts that they would have had. What was at full scale stays there.
+//! Pictures are brought to the shortest exposure among them, or to one that is asked for, in linear light ([`crate::even`]): to the counts that they would have had. What was at
+//! full scale stays there.
 
 use std::fmt::Display;
 use std::path::PathBuf;
@@ -33,14 +33,16 @@ struct Known {
     is_given: bool,
 }
 
-pub(crate) fn one_exposure(manifest: &mut Manifest) -> OneExposure {
+pub(crate) fn one_exposure(manifest: &mut Manifest, asked: Option<f64>) -> OneExposure {
     let mut told = OneExposure::default();
     let is_depth = |row: &Row| matches!(row.kind, RowKind::Depth { .. });
     for (kind, depth) in [("that look up", true), ("of the target", false)] {
         let rows = (0..manifest.rows.len()).filter(|i| is_depth(&manifest.rows[*i]) == depth);
         let known = known(rows.map(|i| (i, &manifest.rows[i])).collect());
         told.tell_of_files(&known);
-        let reference = reference(&known);
+        let asked = asked.filter(|_| !depth);
+        let reference = asked.or_else(|| shortest(&known));
+        told.tell_of_none(&known, asked);
         told.tell_of_exposures(kind, &known, reference);
         for of in &known {
             let over = of.exposure.zip(reference).map_or(1.0, |(own, to)| own / to);
@@ -90,24 +92,9 @@ fn is_same(one: f64, other: f64) -> bool {
     (one / other - 1.0).abs() <= SAME
 }
 
-/// The exposure that most have, of equally frequent ones the shortest.
-fn reference(known: &[Known]) -> Option<f64> {
-    let mut exposures: Vec<f64> = known.iter().filter_map(|of| of.exposure).collect();
-    exposures.sort_by(f64::total_cmp);
-    let count = |one: f64| {
-        exposures
-            .iter()
-            .filter(|other| is_same(**other, one))
-            .count()
-    };
-    let mut best: Option<(usize, f64)> = None;
-    for &exposure in &exposures {
-        let times = count(exposure);
-        if best.is_none_or(|(most, _)| times > most) {
-            best = Some((times, exposure));
-        }
-    }
-    best.map(|(_, exposure)| exposure)
+/// The shortest, at which no pixel is brought beyond full scale.
+fn shortest(known: &[Known]) -> Option<f64> {
+    known.iter().filter_map(|of| of.exposure).reduce(f64::min)
 }
 
 impl OneExposure {
@@ -167,6 +154,15 @@ impl OneExposure {
         }
     }
 
+    /// Where an exposure is asked for and those of the pictures are not known.
+    fn tell_of_none(&mut self, known: &[Known], asked: Option<f64>) {
+        if asked.is_some() && !known.is_empty() && known.iter().all(|of| of.exposure.is_none()) {
+            self.warnings.push(
+                "no picture of the target tells its exposure, by EXIF or a column exposure: they are left as they are".to_owned(),
+            );
+        }
+    }
+
     fn tell_of_exposures(&mut self, kind: &str, known: &[Known], reference: Option<f64>) {
         let Some(to) = reference else {
             return;
@@ -184,9 +180,9 @@ impl OneExposure {
                 known.len() - given - unknown.len()
             ));
         }
-        if !unknown.is_empty() {
+        if !unknown.is_empty() && unknown.len() < known.len() {
             let whether = match off.is_empty() {
-                true => "the others have one exposure, which these are taken to have",
+                true => "those of the others are one, which these are taken to have",
                 false => {
                     "the others' exposures differ, and these are taken to have that which all are brought to"
                 }
@@ -203,9 +199,12 @@ impl OneExposure {
             let alike = known
                 .iter()
                 .find(|of| of.exposure.is_some_and(|own| is_same(own, to)));
-            let alike = alike.map_or(String::new(), |of| format!(" of {}", of.name));
+            let to = alike.map_or_else(
+                || rounded(to).to_string(),
+                |of| format!("that of {}", of.name),
+            );
             self.approximate.push(format!(
-                "{} of {} pictures {kind} were exposed {} to {} times as long as the others and are brought to the exposure{alike} in linear light",
+                "{} of {} pictures {kind} were exposed {} to {} times as long as what they are brought to in linear light, {to}",
                 off.len(),
                 known.len(),
                 rounded(least),
@@ -236,7 +235,7 @@ mod tests {
     use crate::photo::exif::tests::{ratio, short, with_exif};
 
     /// A manifest of pictures of the target with these exposure times, 1/s, and what the column states.
-    fn told(of: &[(Option<u32>, Option<f64>)]) -> (Vec<f64>, OneExposure) {
+    fn told(of: &[(Option<u32>, Option<f64>)], asked: Option<f64>) -> (Vec<f64>, OneExposure) {
         let folder = tempfile::tempdir().unwrap();
         let mut text = "file,kind,depth_m,distance_m,light_pct,exposure\n".to_owned();
         for (i, (time, given)) in of.iter().enumerate() {
@@ -255,50 +254,61 @@ mod tests {
         let path = folder.path().join("m.csv");
         std::fs::write(&path, text).unwrap();
         let mut manifest = Manifest::read(&path, None).unwrap();
-        let told = manifest.one_exposure();
+        let told = manifest.one_exposure(asked);
         (manifest.rows.iter().map(|row| row.over).collect(), told)
     }
 
     #[test]
-    fn pictures_are_brought_to_the_exposure_that_most_have() {
-        let (over, of) = told(&[(Some(60), None), (Some(120), None), (Some(120), None)]);
-        assert_eq!(over, [2.0, 1.0, 1.0]);
+    fn pictures_are_brought_to_the_shortest_exposure_or_to_one_asked_for() {
+        let three = [(Some(60), None), (Some(240), None), (Some(120), None)];
+        let (over, of) = told(&three, None);
+        assert_eq!(over, [4.0, 1.0, 2.0]);
+        let words = &of.approximate[0];
         assert!(
-            of.approximate[0].starts_with("1 of 3 pictures of the target were exposed 2 to 2"),
+            words.starts_with("2 of 3 pictures of the target were exposed 2 to 4 times"),
+            "{words}"
+        );
+        assert!(words.contains("that of p1.jpg (line 3)"), "{words}");
+        let (over, of) = told(&three, Some(100.0 / 480.0));
+        assert_eq!(over, [8.0, 2.0, 4.0]);
+        assert!(
+            of.approximate[0].ends_with("in linear light, 0.208"),
             "{of:?}"
         );
-        assert!(of.approximate[0].contains("p1.jpg (line 3)"), "{of:?}");
-        // All different: to the shortest.
-        let (over, _) = told(&[(Some(60), None), (Some(240), None), (Some(120), None)]);
-        assert_eq!(over, [4.0, 1.0, 2.0]);
-        let (over, of) = told(&[(Some(60), None), (Some(60), None)]);
+        let (over, of) = told(&[(Some(60), None), (Some(60), None)], None);
         assert_eq!((over, of), (vec![1.0, 1.0], OneExposure::default()));
-        let (over, of) = told(&[(None, None), (None, None)]);
+        let (over, of) = told(&[(None, None), (None, None)], None);
         assert_eq!((over, of), (vec![1.0, 1.0], OneExposure::default()));
+        let (over, of) = told(&[(None, None), (None, None)], Some(1.0));
+        assert_eq!(over, [1.0, 1.0]);
+        assert!(
+            of.warnings[0].contains("no picture of the target tells"),
+            "{of:?}"
+        );
     }
 
     #[test]
     fn the_column_stands_in_for_exif_and_what_is_missing_is_told() {
-        let (over, of) = told(&[(None, Some(3.0)), (None, Some(1.0))]);
+        let (over, of) = told(&[(None, Some(3.0)), (None, Some(1.0))], None);
         assert_eq!(over, [3.0, 1.0]);
         assert_eq!(of.warnings, Vec::<String>::new());
         // Of a picture with both the column counts.
-        let (over, of) = told(&[(Some(100), Some(2.0)), (Some(100), None)]);
+        let (over, of) = told(&[(Some(100), Some(2.0)), (Some(100), None)], None);
         assert_eq!(over, [2.0, 1.0]);
         assert!(
             of.warnings[0]
                 .contains("1 have their exposure from the column exposure and 1 from EXIF"),
             "{of:?}"
         );
-        let (over, of) = told(&[(Some(100), None), (None, None), (Some(50), None)]);
+        let (over, of) = told(&[(Some(100), None), (None, None), (Some(50), None)], None);
         assert_eq!(over, [1.0, 1.0, 2.0]);
         assert!(
             of.warnings[0].contains("p1.jpg (line 3)") && of.warnings[0].contains("differ"),
             "{of:?}"
         );
-        let (_, of) = told(&[(Some(100), None), (None, None)]);
+        let (_, of) = told(&[(Some(100), None), (None, None)], None);
         assert!(
-            of.warnings[0].contains("not known (the others have one exposure"),
+            of.warnings[0].contains("not known (those of the others are one"),
             "{of:?}"
         );
     }

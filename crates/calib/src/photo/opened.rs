@@ -20,6 +20,8 @@ use crate::stats::{self, Measured, PatchGrid, StatsError};
 pub struct Treatment {
     /// How counts stand for light.
     pub encoding: Encoding,
+    /// Exposure that pictures of the target are brought to, in the unit of the manifest or of EXIF: time (s) · ISO / f-number²; finite and > 0. `None`: the shortest.
+    pub exposure: Option<f64>,
     /// The lens that is taken out.
     pub even: Option<Even>,
     /// What is left out of the stored pictures.

@@ -1,8 +1,10 @@
 //! Pictures of a camera with a lens and a port as an ideal camera would have taken them.
 //!
 //! Where each point of the ideal picture lies in the stored one comes from outside, as a net of points with straight lines in between. A pixel is the mean, in linear
-//! light, of one sample for each stored pixel that it covers, each linear between the four pixels around it. That takes noise and the finest detail off: noise by a known share
-//! ([`Resampling::noise_left`]), which the contrast without noise counts with; detail of a few pixels by little (docs/howto/photographs.md has numbers).
+//! light, of one sample for each stored pixel that it covers, each a cubic of the 4 × 4 pixels around it (Keys, IEEE Trans. Acoustics, Speech, Signal Processing 29 (1981), 1153). That takes
+//! noise and the finest detail off: noise by a known share
+//! ([`Resampling::noise_left`]), which the contrast without noise counts with; of detail it leaves 97 % where a wave is 6 pixels long, 99 % from 8 on
+//! (docs/howto/photographs.md).
 
 use std::sync::Arc;
 
@@ -133,30 +135,27 @@ impl Resampling {
         }
     }
 
-    /// The four pixels around a point of the stored picture, and the share of each.
-    fn around(&self, at: [f64; 2]) -> Option<[(usize, f64); 4]> {
-        let [width, height] = self.from;
-        let inside = (0..2).all(|k| at[k] >= 0.0 && at[k] <= self.from[k] as f64);
-        if !inside {
+    /// The 4 × 4 pixels around a point of the stored picture, and the share of each; at its edges the outermost stand for those beyond.
+    fn around(&self, at: [f64; 2]) -> Option<[(usize, f64); 16]> {
+        if (0..2).any(|k| !(0.0..=self.from[k] as f64).contains(&at[k])) {
             return None;
         }
         let axis = |k: usize| {
-            let place = (at[k] - 0.5).clamp(0.0, (self.from[k] - 1) as f64);
-            let first = (place as usize).min(self.from[k] - 1);
-            (
-                first,
-                (first + 1).min(self.from[k] - 1),
-                place - first as f64,
-            )
+            let last = self.from[k] - 1;
+            let place = (at[k] - 0.5).clamp(0.0, last as f64);
+            let first = place as usize;
+            let weights = cubic(place - first as f64);
+            let pixels = [first.saturating_sub(1), first, first + 1, first + 2];
+            (pixels.map(|pixel| pixel.min(last)), weights)
         };
-        let ((left, right, across), (above, below, down)) = (axis(0), axis(1));
-        debug_assert!(right < width && below < height);
-        Some([
-            (above * width + left, (1.0 - across) * (1.0 - down)),
-            (above * width + right, across * (1.0 - down)),
-            (below * width + left, (1.0 - across) * down),
-            (below * width + right, across * down),
-        ])
+        let ((columns, across), (rows, down)) = (axis(0), axis(1));
+        Some(std::array::from_fn(|i| {
+            let (column, row) = (i % 4, i / 4);
+            (
+                rows[row] * self.from[0] + columns[column],
+                across[column] * down[row],
+            )
+        }))
     }
 
     /// The ideal picture. A pixel is at full scale where one that it is made of is, and unknown (NaN) where one is unknown or not seen.
@@ -198,10 +197,21 @@ impl Resampling {
     }
 }
 
+/// Weights of four values one apart for a place that lies `t` in [0, 1] behind the second (Keys 1981, a = -1/2).
+fn cubic(t: f64) -> [f64; 4] {
+    let (square, cube) = (t * t, t * t * t);
+    [
+        -0.5 * cube + square - 0.5 * t,
+        1.5 * cube - 2.5 * square + 1.0,
+        -1.5 * cube + 2.0 * square + 0.5 * t,
+        0.5 * cube - 0.5 * square,
+    ]
+}
+
 /// Counts of the mean light of stored pixels.
 fn mean(taps: &[(usize, f64)], plane: &[f64], lights: &Lights) -> f64 {
     let mut sum = 0.0;
-    for &(pixel, weight) in taps.iter().filter(|tap| tap.1 > 0.0) {
+    for &(pixel, weight) in taps.iter().filter(|tap| tap.1 != 0.0) {
         let light = match plane[pixel] {
             counts if counts.is_nan() => return f64::NAN,
             counts => lights.light(counts),
@@ -282,9 +292,14 @@ mod tests {
         let seen = map.seen();
         assert!(seen > 0.7 && seen < 1.0, "{seen}");
         assert!((map.pixels_behind(20.0, 15.0) - 1.0).abs() < 1e-9);
-        // Shares of 3/4 and 1/4 across, 1/2 and 1/2 down.
+        // A quarter of a pixel across, half of one down.
+        let of = |t: f64| cubic(t).iter().map(|w| w * w).sum::<f64>();
+        let squares = of(0.25) * of(0.5);
         let left = map.noise_left([0, 0], [16, 16]);
-        assert!((left - (0.5625 + 0.0625) * 0.5).abs() < 1e-9, "{left}");
+        assert!(
+            (left - squares).abs() < 1e-9 && squares < 0.55,
+            "{left} {squares}"
+        );
     }
 
     #[test]
@@ -304,6 +319,21 @@ mod tests {
     }
 
     #[test]
+    fn waves_of_a_few_pixels_keep_their_contrast() {
+        for (length_px, least) in [(4.0, 0.85), (6.0, 0.95), (8.0, 0.985), (16.0, 0.998)] {
+            let wave = |x: f64| 100.0 + 40.0 * (std::f64::consts::TAU * x / length_px).sin();
+            let stored = Planes::new(200, 40, |i| [wave((i % 200) as f64 + 0.5); 3]);
+            // All places between pixels in turn.
+            let map = Resampling::new([200, 40], [180, 36], |x, y| Some([1.0377 * x + 3.0, y]));
+            let made = map.apply(&stored, &Lights::new(Encoding::Linear));
+            let row = &made.channels[0][18 * 180..19 * 180];
+            let squares: f64 = row.iter().map(|v| (v - 100.0) * (v - 100.0)).sum();
+            let left = (squares / 180.0 / 800.0).sqrt();
+            assert!(left > least && left < 1.01, "{length_px} {left}");
+        }
+    }
+
+    #[test]
     fn full_scale_and_unknown_pixels_stay_so() {
         let mut stored = ramp(40, 30);
         stored.channels[0][10 * 40 + 10] = FULL;
@@ -315,6 +345,6 @@ mod tests {
             assert!(made.channels[1][10 * 40 + x].is_nan());
             assert!(made.channels[2][10 * 40 + x].is_finite());
         }
-        assert!(made.channels[1][10 * 40 + 11].is_finite());
+        assert!(made.channels[1][10 * 40 + 13].is_finite());
     }
 }

@@ -4,13 +4,13 @@ use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
 use clap::Args;
-use uw_calib::{Daylight, RoutineOptions, from_manifest};
+use uw_calib::{Daylight, RoutineOptions, Treatment, from_manifest};
 
 use super::camera::CameraArguments;
 use super::error::{CliError, note};
 use super::interrupt::cancel_flag;
 use super::output;
-use super::photo::{PhotoArguments, distances_m};
+use super::photo::{ExposureArguments, PhotoArguments, distances_m};
 use crate::daylight::{Known, attenuation, stand_in};
 
 /// Arguments of `uw calibrate`.
@@ -40,6 +40,8 @@ pub(super) struct CalibrateArguments {
     camera: CameraArguments,
     #[command(flatten)]
     photo: PhotoArguments,
+    #[command(flatten)]
+    exposure: ExposureArguments,
 }
 
 const NEEDS: &str = "\
@@ -69,7 +71,10 @@ impl CalibrateArguments {
         let known = (vehicle, camera.even, camera.encoding);
         let mut options = RoutineOptions {
             light_pct: self.light_pct,
-            treatment: self.photo.treatment(known, &distances_m)?,
+            treatment: Treatment {
+                exposure: self.exposure.exposure()?,
+                ..self.photo.treatment(known, &distances_m)?
+            },
             noise: camera.noise,
             levels: vehicle.and_then(|vehicle| vehicle.level_curve.clone()),
             rig: vehicle

@@ -12,7 +12,7 @@ use super::camera::CurveName;
 use super::error::{CliError, note};
 use super::interrupt::cancel_flag;
 use super::output;
-use super::photo::{PhotoArguments, distances_m};
+use super::photo::{ExposureArguments, PhotoArguments, distances_m};
 use super::progress::ProgressDisplay;
 use crate::fit::{self, Fit, FitError, Fitted, Options, fit, water_file};
 use crate::vehicle::{Vehicle, VehicleFile};
@@ -28,6 +28,8 @@ pub(super) struct FitArguments {
     vehicle: String,
     #[command(flatten)]
     photo: PhotoArguments,
+    #[command(flatten)]
+    exposure: ExposureArguments,
     /// Water file to write (uw-water/1).
     #[arg(short, long)]
     output: PathBuf,
@@ -70,7 +72,7 @@ pub(super) struct FitArguments {
 }
 
 const NEEDS: &str = "\
-What is needed, with one exposure, gain and white balance for all pictures: the same spot of a flat target in the middle, square on, from
+What is needed, with one exposure (others are brought to it by EXIF or a column `exposure`), gain and white balance for all pictures: the same spot of a flat target in the middle, square on, from
 three distances or more, the farthest at least 1.8 times as far as the nearest; from each a picture with the lamps on (light_pct > 0) and
 one with the lamps off. Pictures that look up are compared in the report. docs/fit.md says which pictures tell what.";
 
@@ -135,6 +137,7 @@ impl FitArguments {
         } = self.photo.treatment(known, &distances_m)?;
         let options = Options {
             encoding,
+            exposure: self.exposure.exposure()?,
             mask,
             undistortion,
             dark: self.dark,

@@ -48,6 +48,7 @@ impl PhotoArguments {
         }
         Ok(Treatment {
             encoding,
+            exposure: None,
             even,
             mask,
             undistortion: self.undistortion(vehicle, distances_m)?,
@@ -89,6 +90,30 @@ impl PhotoArguments {
             ));
         }
         Ok(Some(way))
+    }
+}
+
+/// To which exposure photographs are brought.
+#[derive(Debug, Args)]
+pub(super) struct ExposureArguments {
+    /// Exposure that the pictures of the target are brought to in linear light: time in seconds · ISO / f-number², as EXIF has it, or in the unit of the manifest's
+    /// column `exposure`. Without it that of the shortest.
+    #[arg(long, value_name = "E", allow_hyphen_values = true)]
+    exposure: Option<f64>,
+}
+
+impl ExposureArguments {
+    /// The exposure, where one is asked for.
+    ///
+    /// # Errors
+    /// It is none.
+    pub(super) fn exposure(&self) -> Result<Option<f64>, CliError> {
+        match self.exposure {
+            Some(e) if !(e > 0.0 && e.is_finite()) => Err(CliError::input(format_args!(
+                "--exposure must be finite and above 0, got {e}"
+            ))),
+            asked => Ok(asked),
+        }
     }
 }
 

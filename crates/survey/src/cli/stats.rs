@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use serde_json::json;
-use uw_calib::photo::frames;
+use uw_calib::photo::{Shot, frames};
 use uw_calib::{
     Detail, Measured, NoiseModel, NoiseSource, Processing, StatsError, Treatment, View,
 };
@@ -32,6 +32,7 @@ struct Row {
     picture: Measured,
     processing: Processing,
     told: Vec<String>,
+    shot: Shot,
 }
 
 impl StatsArguments {
@@ -78,6 +79,10 @@ fn row(path: &Path, treatment: &Treatment, noise: &NoiseModel) -> Result<Row, St
         picture: opened.measure(noise)?,
         processing: processing.transpose()?.unwrap_or_default(),
         told: opened.told().to_vec(),
+        shot: files
+            .first()
+            .map(|file| Shot::of_file(file))
+            .unwrap_or_default(),
     })
 }
 
@@ -90,6 +95,7 @@ fn warnings(row: &Row) -> Vec<String> {
     };
     warnings.extend(row.processing.warnings());
     warnings.extend_from_slice(&row.told);
+    warnings.extend(row.shot.wrong.clone());
     warnings
 }
 
@@ -99,6 +105,7 @@ fn write_json(out: &mut dyn Write, rows: &[Row]) -> io::Result<()> {
             file,
             picture,
             processing,
+            shot,
             ..
         } = row;
         let (grid, detail) = (&picture.grid, picture.detail.as_ref());
@@ -117,6 +124,10 @@ fn write_json(out: &mut dyn Write, rows: &[Row]) -> io::Result<()> {
             "saturated": triple(|d| d.saturated),
             "jpeg_quality": processing.jpeg_quality,
             "noise_share": processing.noise_share,
+            "exposure_time_s": shot.time_s,
+            "f_number": shot.f_number,
+            "iso": shot.iso,
+            "exposure": shot.stated_exposure(),
             "warnings": warnings(row),
         })
     };

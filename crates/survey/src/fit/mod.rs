@@ -70,6 +70,8 @@ pub const BACKSCATTER_RANGE: [f64; 2] = [BACKSCATTER[0], BACKSCATTER[BACKSCATTER
 pub struct Options {
     /// How the pictures' counts stand for light.
     pub encoding: Encoding,
+    /// Exposure that the pictures are brought to ([`Treatment::exposure`]).
+    pub exposure: Option<f64>,
     /// What is left out of the pictures as they are stored.
     pub mask: Option<Mask>,
     /// From the pictures as they are stored to those of the vehicle's ideal camera.
@@ -99,6 +101,7 @@ impl Options {
     fn treatment(&self, vehicle: &Vehicle) -> Treatment {
         Treatment {
             encoding: self.encoding,
+            exposure: self.exposure,
             even: Even::of_vehicle(vehicle, self.encoding),
             mask: self.mask.clone(),
             undistortion: self.undistortion.clone(),
@@ -134,6 +137,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             encoding: Encoding::Srgb,
+            exposure: None,
             mask: None,
             undistortion: None,
             dark: false,

@@ -92,7 +92,7 @@ impl Pictures {
         options: &Options,
     ) -> Result<Self, FitError> {
         let mut manifest = Manifest::read(path, vehicle.level_curve.as_ref())?;
-        let exposures = manifest.one_exposure();
+        let exposures = manifest.one_exposure(options.exposure);
         let told = [exposures.approximate, exposures.warnings].concat();
         let rows: Vec<Row> = manifest.rows.iter().filter_map(of_target).collect();
         let places = places(rows);
@@ -278,5 +278,104 @@ fn check(path: &Path, places: &[Vec<Row>], options: &Options) -> Result<(), FitE
             manifest: path.display().to_string(),
             distances_m,
         }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use image::{Rgb, RgbImage};
+    use uw_calib::Mask;
+
+    use super::*;
+
+    const SIZE: [u32; 2] = [160, 90];
+    /// Light of the pictures at one exposure, with the lamps off and on, from each distance.
+    const LIGHTS: [(f64, [f64; 2]); 3] =
+        [(0.5, [0.05, 0.4]), (1.0, [0.04, 0.2]), (2.0, [0.03, 0.08])];
+
+    /// The pictures of a wall that fades to the right, with the lamps off exposed `over` times as long.
+    fn read(over: f64, options: &Options) -> Result<Pictures, FitError> {
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut manifest = "file,kind,depth_m,distance_m,light_pct,exposure\n".to_owned();
+        for (distance_m, lights) in LIGHTS {
+            for (light_pct, light) in [0, 100].into_iter().zip(lights) {
+                let over = if light_pct == 0 { over } else { 1.0 };
+                let picture = RgbImage::from_fn(SIZE[0], SIZE[1], |x, _| {
+                    let light = over * light * (1.0 - 0.5 * f64::from(x) / f64::from(SIZE[0]));
+                    Rgb([Encoding::Srgb.counts(light).round() as u8; 3])
+                });
+                let name = format!("{distance_m}_{light_pct}.png");
+                picture.save(folder.path().join(&name)).expect("written");
+                manifest += &format!("{name},contrast,3,{distance_m},{light_pct},{over}\n");
+            }
+        }
+        let path = folder.path().join("m.csv");
+        std::fs::write(&path, manifest).expect("written");
+        let vehicle = Vehicle {
+            width: SIZE[0],
+            height: SIZE[1],
+            ..Vehicle::default()
+        };
+        Pictures::read(&path, &vehicle, options)
+    }
+
+    #[test]
+    fn pictures_that_were_exposed_longer_show_the_same_light() {
+        let one = read(1.0, &Options::default()).expect("pictures");
+        let longer = read(4.0, &Options::default()).expect("pictures");
+        assert!(
+            one.told.is_empty() && longer.told[0].contains("3 of 6 pictures"),
+            "{:?}",
+            longer.told
+        );
+        for (a, b) in one.shown.iter().zip(&longer.shown) {
+            for (a, b) in a.blocks.iter().zip(&b.blocks) {
+                assert!(
+                    (a.signal[0] / b.signal[0] - 1.0).abs() < 0.05,
+                    "{a:?} {b:?}"
+                );
+                // Of light that was there four times the noise is less.
+                assert!(b.variance[0] < a.variance[0], "{a:?} {b:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn blocks_that_a_mask_covers_are_not_known() {
+        let mask = "format = \"uw-mask/1\"\nwidth = 160\nheight = 90\n[[polygon]]\npoints = [[0, 0], [60, 0], [60, 90], [0, 90]]\n";
+        let masked = Options {
+            mask: Some(Mask::parse(mask, "mask.toml").expect("a mask")),
+            ..Options::default()
+        };
+        let pictures = read(1.0, &masked).expect("pictures");
+        let nearest = &pictures.shown[0];
+        let known = |k: usize| {
+            nearest
+                .shown
+                .iter()
+                .filter(|i| nearest.known(**i, k).is_some())
+                .count()
+        };
+        let all = nearest.shown.len();
+        assert!(
+            known(0) > all / 2 && known(0) < all,
+            "{} of {all}",
+            known(0)
+        );
+        let other = Options {
+            mask: Some(
+                Mask::parse(&mask.replace("height = 90", "height = 96"), "mask.toml")
+                    .expect("a mask"),
+            ),
+            ..Options::default()
+        };
+        let error = read(1.0, &other)
+            .map(|_| ())
+            .expect_err("another size")
+            .to_string();
+        assert!(
+            error.contains("160 x 96") && error.contains("0.5_0.png"),
+            "{error}"
+        );
     }
 }
