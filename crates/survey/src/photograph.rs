@@ -53,7 +53,7 @@ pub fn jpeg(
     if let Some(exposed) = exposed {
         encoder
             .set_exif_metadata(exif(exposed)?)
-            .map_err(|error| image::ImageError::Unsupported(error))?;
+            .map_err(image::ImageError::Unsupported)?;
     }
     encoder.write_image(counts, frame.width, frame.height, ExtendedColorType::Rgb8)?;
     Ok(bytes)

@@ -4,7 +4,7 @@
 //! full scale stays there.
 
 use std::fmt::Display;
-use std::path::PathBuf;
+use std::path::Path;
 
 use super::exif::{Shot, Stated};
 use super::frames;
@@ -82,7 +82,7 @@ fn known(rows: Vec<(usize, &Row)>) -> Vec<Known> {
 }
 
 /// Of a file, or of all frames of a folder.
-fn shots(path: &PathBuf) -> Vec<Shot> {
+fn shots(path: &Path) -> Vec<Shot> {
     // A folder that cannot be read is refused where its frames are.
     let files = frames::files(path).unwrap_or_default();
     files.iter().map(|file| Shot::of_file(file)).collect()

@@ -120,7 +120,7 @@ impl Opened {
 
     fn behind(&self) -> Option<Behind<'_>> {
         let is_stored = self.made.is_none() && self.frames == 1;
-        (!is_stored).then(|| Behind {
+        (!is_stored).then_some(Behind {
             even: self.even.as_ref(),
             stored: &self.stored,
             resampling: self.resampling.as_deref(),

@@ -142,14 +142,20 @@ fn what_is_masked_has_no_say() {
         mask: Some(Mask::parse(mask, "mask.toml").unwrap()),
         ..Treatment::default()
     };
-    // A white corner with a black edge, where the mask is.
-    let mut covered = picture(1.0, 7);
-    for y in 151..240 {
-        for x in 0..(y - 151) * 150 / 90 {
-            covered.put_pixel(x, y, image::Rgb([if x % 9 == 0 { 0 } else { 255 }; 3]));
+    // A white corner with black stripes, where the mask is.
+    let covered = |exposure: f64| {
+        let mut covered = picture(exposure, 7);
+        for y in 151..240 {
+            for x in 0..(y - 151) * 150 / 90 {
+                covered.put_pixel(x, y, image::Rgb([if x % 9 == 0 { 0 } else { 255 }; 3]));
+            }
         }
+        covered
+    };
+    for over in [1.0, 2.0] {
+        close(&kept(&treatment, (&covered(over), over), &picture(1.0, 0)));
     }
-    close(&kept(&treatment, (&covered, 1.0), &picture(1.0, 0)));
+    let covered = covered(1.0);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("covered.png");
     covered.save(&path).unwrap();
