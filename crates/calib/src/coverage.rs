@@ -140,6 +140,28 @@ impl Coverage {
                     "the pictures with the lamps {of} are from one distance ({least} m): how contrast falls with distance is \
                      unknown, and every other distance is outside this calibration"
                 ));
+            } else if distances.iter().all(|d| *d == least || *d == most) && !distances.is_empty() {
+                warnings.push(format!(
+                    "the pictures with the lamps {of} are from two distances ({least} and {most} m): in between contrast is taken to fall in a straight line; \
+                     five or six tell how it does"
+                ));
+            }
+        }
+        let apart = |one: &[f64], other: &[f64]| -> Vec<String> {
+            let mut lone: Vec<f64> = one.iter().copied().filter(|d| !other.contains(d)).collect();
+            lone.sort_by(f64::total_cmp);
+            lone.dedup();
+            lone.iter().map(f64::to_string).collect()
+        };
+        for (of, other, lone) in [
+            ("on", "off", apart(&lit, off)),
+            ("off", "on", apart(off, &lit)),
+        ] {
+            if !lone.is_empty() && !lit.is_empty() && !off.is_empty() {
+                warnings.push(format!(
+                    "there are pictures with the lamps {of} from {} m and none with the lamps {other}: what lamps do there is not known",
+                    lone.join(", ")
+                ));
             }
         }
         if let [depth_m] = self.up_depths_m[..] {

@@ -21,7 +21,8 @@
 //! picture. Errors of the stated noise of a known sensor are not in it.
 
 use crate::even::Even;
-use crate::noise::{self, NoiseModel, NoiseSource, Tiles};
+use crate::noise::{self, Estimated, NoiseModel, NoiseSource, Tiles};
+use crate::photo::Resampling;
 use crate::planes::{Part, Planes};
 use crate::stats::{self, PATCH_COLUMNS, PATCH_ROWS, PatchGrid, PatchStats};
 
@@ -53,21 +54,68 @@ pub struct Detail {
     pub noise: [f64; 3],
     /// Where the noise is taken from.
     pub source: NoiseSource,
-    /// Share of all pixels that are 0, in [0, 1].
+    /// Share of all known pixels that are 0, in [0, 1].
     pub black: [f64; 3],
-    /// Share of all pixels at full scale, in [0, 1].
+    /// Share of all known pixels at full scale, in [0, 1].
     pub saturated: [f64; 3],
 }
 
-/// The picture as it was stored behind a lens, of a picture that was made even.
+/// The picture as it was stored, of one that was made of it.
 pub(crate) struct Behind<'a> {
-    pub(crate) even: &'a Even,
-    pub(crate) pixels: &'a [[f64; 3]],
+    /// The lens and the exposure that were taken out.
+    pub(crate) even: Option<&'a Even>,
+    /// Its pixels; the mean of the frames.
+    pub(crate) stored: &'a Planes,
+    /// The way that it was resampled by.
+    pub(crate) resampling: Option<&'a Resampling>,
+    /// How many frames it is the mean of.
+    pub(crate) frames: f64,
+}
+
+/// What became of the noise of a patch.
+struct Grown {
+    /// Mean count of the patch as it was stored.
+    mean: f64,
+    /// By how much the variance of small differences about it has grown.
+    signal: f64,
+    /// The same of the noise of stored pixels, which resampling lessens.
+    noise: f64,
+}
+
+impl Behind<'_> {
+    /// Of a patch of this mean, which begins at the pixel `corner` and has `size` pixels.
+    fn grown(&self, mean: f64, corner: [usize; 2], size: [usize; 2]) -> Grown {
+        let middle = [0, 1].map(|k| corner[k] + size[k] / 2);
+        let left = self
+            .resampling
+            .map_or(1.0, |map| map.noise_left(corner, size));
+        let Some(even) = self.even else {
+            return Grown {
+                mean,
+                signal: 1.0,
+                noise: left,
+            };
+        };
+        let at = |map: &Resampling| map.at(middle[0] as f64, middle[1] as f64);
+        let place = match self.resampling.and_then(at) {
+            Some(at) => at.map(|v| v.max(0.0) as usize),
+            None => middle,
+        };
+        let of = [self.stored.width, self.stored.height];
+        let inside = [0, 1].map(|k| place[k].min(of[k] - 1));
+        let (mean, growth) = even.before(mean, even.share(inside, of));
+        let signal = growth * growth;
+        Grown {
+            mean,
+            signal,
+            noise: left * signal,
+        }
+    }
 }
 
 impl Detail {
     /// Measures the picture of a grid, stored in steps of `step` counts. Of
-    /// a picture that was made even, `behind` is how it was stored. `None` where the noise is to be taken from the picture and patches are smaller
+    /// a picture that was made of another, `behind` is how that was stored. `None` where the noise is to be taken from the picture and patches are smaller
     /// than 3 × 3 pixels.
     pub(crate) fn measure(
         grid: &PatchGrid,
@@ -77,9 +125,7 @@ impl Detail {
         behind: Option<&Behind<'_>>,
     ) -> Option<Self> {
         let size = [grid.width / PATCH_COLUMNS, grid.height / PATCH_ROWS];
-        let corners: Vec<usize> = (0..PATCH_ROWS * PATCH_COLUMNS)
-            .map(|patch| stats::corner([grid.width, grid.height], patch))
-            .collect();
+        let corners = stats::corners([grid.width, grid.height]);
         let tiles = Tiles {
             corners: &corners,
             width: size[0],
@@ -96,9 +142,15 @@ impl Detail {
         };
         for (k, plane) in planes.channels.iter().enumerate() {
             let whole = Part::whole(plane);
-            let is = |so: bool| f64::from(u8::from(so));
-            detail.black[k] = whole.mean(|value| is(value <= 0.0));
-            detail.saturated[k] = whole.mean(|value| is(value >= FULL_SCALE));
+            let is = |value: f64, so: bool| {
+                if value.is_nan() {
+                    value
+                } else {
+                    f64::from(u8::from(so))
+                }
+            };
+            detail.black[k] = whole.mean_of_known(|value| is(value, value <= 0.0));
+            detail.saturated[k] = whole.mean_of_known(|value| is(value, value >= FULL_SCALE));
             let noise = noise_of(grid, k, &tiles, (plane, behind), step, model)?;
             let sums = channel(grid, k, plane, &noise);
             detail.contrast[k] = sums.contrast();
@@ -206,42 +258,43 @@ fn noise_of(
     step: f64,
     model: &NoiseModel,
 ) -> Option<ChannelNoise> {
-    let size = [grid.width, grid.height];
-    // Mean count of each patch before it was made even, and by how much deviations have grown.
-    let before = |(patch, &corner): (&PatchStats, &usize)| {
-        let Some(behind) = behind else {
-            return (patch.mean[k], 1.0);
-        };
-        let middle = corner + tiles.height / 2 * grid.width + tiles.width / 2;
-        let place = [middle % grid.width, middle / grid.width];
-        let share = behind.even.share(place, size);
-        behind.even.before(patch.mean[k], share)
+    let grown = |(patch, &corner): (&PatchStats, &usize)| match behind {
+        None => Grown {
+            mean: patch.mean[k],
+            signal: 1.0,
+            noise: 1.0,
+        },
+        Some(behind) => {
+            let corner = [corner % grid.width, corner / grid.width];
+            behind.grown(patch.mean[k], corner, [tiles.width, tiles.height])
+        }
     };
     let patches = grid.patches.iter().zip(tiles.corners);
     match model {
         NoiseModel::Picture => {
-            let found = match behind {
-                Some(behind) => {
-                    let stored: Vec<f64> = behind.pixels.iter().map(|pixel| pixel[k]).collect();
-                    noise::estimate(tiles, &stored)?
-                }
-                None => noise::estimate(tiles, plane)?,
+            let found = estimated(k, tiles, (plane, behind))?;
+            let resampled = behind.is_some_and(|behind| behind.resampling.is_some());
+            let of = |(i, patch): (usize, (&PatchStats, &usize))| {
+                let grown = grown(patch);
+                let own = found
+                    .patches
+                    .get(i)
+                    .filter(|noise| !resampled && !noise.is_nan());
+                let noise = own.copied().unwrap_or_else(|| found.at(grown.mean));
+                noise * grown.noise
             };
-            let grown = patches.zip(&found.patches).map(|(patch, noise)| {
-                let (_, growth) = before(patch);
-                noise * growth * growth
-            });
             Some(ChannelNoise {
-                patches: grown.collect(),
+                patches: patches.enumerate().map(of).collect(),
                 of_level: found.of_level,
                 of_all: found.of_all,
             })
         }
         NoiseModel::Sensor(sensor) => {
+            let frames = behind.map_or(1.0, |behind| behind.frames);
             let of = |patch: (&PatchStats, &usize)| {
-                let (mean, growth) = before(patch);
-                let square = growth * growth;
-                square * sensor.of_patch(mean, patch.0.std[k] * patch.0.std[k] / square, step)
+                let grown = grown(patch);
+                let total = patch.0.std[k] * patch.0.std[k] / grown.signal;
+                grown.noise * sensor.of_patch(grown.mean, total, step) / frames
             };
             Some(ChannelNoise {
                 patches: patches.map(of).collect(),
@@ -252,17 +305,44 @@ fn noise_of(
     }
 }
 
+/// Noise of the stored picture, by the patches of its own grid.
+fn estimated(
+    k: usize,
+    tiles: &Tiles<'_>,
+    (plane, behind): (&[f64], Option<&Behind<'_>>),
+) -> Option<Estimated> {
+    let Some(behind) = behind else {
+        return noise::estimate(tiles, plane);
+    };
+    let stored = &behind.stored.channels[k];
+    if behind.resampling.is_none() {
+        return noise::estimate(tiles, stored);
+    }
+    let size = [behind.stored.width, behind.stored.height];
+    let corners = stats::corners(size);
+    let of_stored = Tiles {
+        corners: &corners,
+        width: size[0] / PATCH_COLUMNS,
+        height: size[1] / PATCH_ROWS,
+        stride: size[0],
+    };
+    noise::estimate(&of_stored, stored)
+}
+
 fn channel(grid: &PatchGrid, k: usize, plane: &[f64], found: &ChannelNoise) -> Sums {
     let size = [grid.width, grid.height];
     let mut sums = Sums::default();
     for (i, (patch, &noise)) in grid.patches.iter().zip(&found.patches).enumerate() {
         let (mean, total) = (patch.mean[k], patch.std[k] * patch.std[k]);
+        if mean.is_nan() {
+            continue;
+        }
         let part = stats::part(plane, size, i);
-        let pixels = (part.width * part.height) as f64;
-        let fourth = part.mean(|value| {
+        let (fourth, known) = part.mean_and_known(|value| {
             let square = (value - mean) * (value - mean);
             square * square
         });
+        let pixels = known as f64;
         let spread = if total > 0.0 {
             (fourth / (total * total) - 1.0).clamp(SPREADS[0], SPREADS[1])
         } else {

@@ -1,36 +1,50 @@
 //! Pictures of a camera whose lens takes light away from the middle, without that: light over the share that is left, at the
 //! middle's level.
 //!
+//! Pictures that were exposed longer or shorter than others are brought to the light of those alike ([`Even::exposed`]).
+//!
 //! Noise grows where light was missing. What [`crate::detail`] takes off is that of the stored picture, grown alike. Light that comes
 //! out beyond full scale is at full scale, as are pixels that were there.
 
 use crate::Encoding;
+use crate::photo::{FULL, Lights};
 use crate::picture::Counts;
+use crate::planes::Planes;
 use crate::vehicle::{Vehicle, Vignetting};
 
-/// Steps of the table of light, a count.
-const STEPS: usize = 8;
-/// Largest count.
-const FULL: f64 = 255.0;
-
-/// A lens, and how counts behind it stand for light.
+/// A lens, an exposure, and how counts behind them stand for light.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Even {
-    lens: Vignetting,
-    encoding: Encoding,
-    /// Light at multiples of 1/8 count, rising.
-    lights: Vec<f64>,
+    lens: Option<Vignetting>,
+    /// Of the pictures, over the one that they are brought to; 1 where they stay as they are.
+    exposure: f64,
+    lights: Lights,
 }
 
 impl Even {
     /// Of a lens before a camera of this encoding.
     pub fn new(lens: Vignetting, encoding: Encoding) -> Self {
-        let steps = FULL as usize * STEPS;
-        let light = |i| encoding.light(i as f64 / STEPS as f64);
         Self {
-            lens,
-            encoding,
-            lights: (0..=steps).map(light).collect(),
+            lens: Some(lens),
+            exposure: 1.0,
+            lights: Lights::new(encoding),
+        }
+    }
+
+    /// Of pictures that were exposed `exposure` (finite, > 0) times as long as those that they are compared with, by a camera of this encoding.
+    pub fn of_exposure(exposure: f64, encoding: Encoding) -> Self {
+        Self {
+            lens: None,
+            exposure,
+            lights: Lights::new(encoding),
+        }
+    }
+
+    /// The same lens before pictures that were exposed so many times as long as those that they are compared with.
+    pub fn exposed(&self, exposure: f64) -> Self {
+        Self {
+            exposure,
+            ..self.clone()
         }
     }
 
@@ -48,44 +62,45 @@ impl Even {
         }
     }
 
-    /// 8-bit counts of a pixel that had `counts` where the lens left `share` of the light.
-    pub fn counts(&self, counts: f64, share: f64) -> f64 {
-        if counts >= FULL {
-            return FULL;
+    /// The same of a picture by channels; unknown pixels stay so.
+    pub(crate) fn of_planes(&self, stored: &Planes) -> Planes {
+        let size = [stored.width, stored.height];
+        let mut channels = [const { Vec::new() }; 3];
+        for i in 0..size[0] * size[1] {
+            let share = self.share([i % size[0], i / size[0]], size);
+            for (from, to) in stored.channels.iter().zip(&mut channels) {
+                to.push(self.counts(from[i], share));
+            }
         }
-        self.counts_of(self.light_of(counts) / share)
+        Planes {
+            width: size[0],
+            height: size[1],
+            channels,
+        }
     }
 
-    /// The share of the light at a pixel of a picture of `size` pixels.
+    /// 8-bit counts of a pixel that had `counts` where `share` of the light was left; unknown (NaN) where they are.
+    pub fn counts(&self, counts: f64, share: f64) -> f64 {
+        match counts {
+            unknown if unknown.is_nan() => unknown,
+            full if full >= FULL => FULL,
+            counts => self.lights.counts(self.lights.light(counts) / share),
+        }
+    }
+
+    /// The share of the light at a pixel of a picture of `size` pixels: the lens' there times the exposure.
     pub fn share(&self, place: [usize; 2], size: [usize; 2]) -> f64 {
         let [place, size] = [place, size].map(|v| v.map(|v| u32::try_from(v).unwrap_or(u32::MAX)));
-        self.lens.share_at(place.into(), size.into())
+        let of_lens = |lens: Vignetting| lens.share_at(place.into(), size.into());
+        self.exposure * self.lens.map_or(1.0, of_lens)
     }
 
     /// What a pixel of `even` counts was before, where the lens left `share`; and by how much a small difference about it has grown.
     pub(crate) fn before(&self, even: f64, share: f64) -> (f64, f64) {
-        let light = self.encoding.light(even.clamp(0.0, FULL));
-        let slopes = self.encoding.slope(light) / self.encoding.slope(share * light);
-        (self.encoding.counts(share * light), slopes / share)
-    }
-
-    fn light_of(&self, counts: f64) -> f64 {
-        let at = STEPS as f64 * counts.max(0.0);
-        let i = (at as usize).min(self.lights.len() - 2);
-        let [from, to] = [self.lights[i], self.lights[i + 1]];
-        from + (at - i as f64) * (to - from)
-    }
-
-    fn counts_of(&self, light: f64) -> f64 {
-        let after = self.lights.partition_point(|&of| of <= light);
-        let Some(&to) = self.lights.get(after) else {
-            return FULL;
-        };
-        let Some(i) = after.checked_sub(1) else {
-            return 0.0;
-        };
-        let from = self.lights[i];
-        (i as f64 + (light - from) / (to - from)) / STEPS as f64
+        let encoding = self.lights.encoding;
+        let light = encoding.light(even.clamp(0.0, FULL));
+        let slopes = encoding.slope(light) / encoding.slope(share * light);
+        (encoding.counts(share * light), slopes / share)
     }
 }
 

@@ -26,11 +26,13 @@ pub(crate) fn contrast_at(light_pct: f64, one: &Lit, other: &Lit, encoding: Enco
     let share = (light_pct - one.light_pct) / (other.light_pct - one.light_pct);
     let near = if share < 0.5 { one } else { other };
     let patches = near.counts.patches.len();
-    let mut sum = [0.0; 3];
+    let (mut sum, mut counted) = ([0.0; 3], [0.0f64; 3]);
     for i in 0..patches {
         let (a, b) = (&one.linear.patches[i], &other.linear.patches[i]);
         let (stored, known) = (&near.counts.patches[i], &near.linear.patches[i]);
-        for k in 0..3 {
+        // A patch that is left out of one picture may be there in the other: both are needed.
+        for k in (0..3).filter(|&k| !(a.mean[k] + b.mean[k]).is_nan()) {
+            counted[k] += 1.0;
             let between = |a: f64, b: f64| (a + share * (b - a)).max(0.0);
             let there = between(a.std[k], b.std[k]) * encoding.slope(between(a.mean[k], b.mean[k]));
             let here = known.std[k] * encoding.slope(known.mean[k]);
@@ -41,7 +43,7 @@ pub(crate) fn contrast_at(light_pct: f64, one: &Lit, other: &Lit, encoding: Enco
             };
         }
     }
-    sum.map(|s| s / patches as f64)
+    [0, 1, 2].map(|k| sum[k] / counted[k].max(1.0))
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 //!
 //! 1. [`stats`]: mean and contrast of one image; [`detail`]: its contrast without [`noise`], of which [`response`] is the closed
 //!    form.
-//! 2. [`manifest`]: the list of images of a calibration routine, with depth, distance and lamp level.
+//! 2. [`manifest`]: the list of images of a calibration routine, with depth, distance and lamp level; [`photo`] makes them ready.
 //! 3. [`calibrate`]: measurements become a profile; [`routine`]: the pictures of a manifest do, several lamp levels brought to
 //!    one (`levels`) and K_z from elsewhere where no picture looks up (`daylight`); `coverage` says what is missing, `doubts` which
 //!    pictures are noise or clipped.
@@ -29,6 +29,7 @@ pub mod json;
 mod levels;
 pub mod manifest;
 pub mod noise;
+pub mod photo;
 pub mod picture;
 mod planes;
 pub mod processing;
@@ -46,6 +47,7 @@ pub use detail::Detail;
 pub use even::Even;
 pub use manifest::{Manifest, ManifestError, Row, RowKind};
 pub use noise::{NoiseModel, NoiseSource, SensorNoise};
+pub use photo::{Mask, MaskError, Opened, Resampling, Treatment, Undistortion, View};
 pub use processing::Processing;
 pub use profile::{
     ContrastSample, Corrected, CorrectedSample, DepthSample, Profile, ProfileError, Source,

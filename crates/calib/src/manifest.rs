@@ -3,7 +3,8 @@
 //! Columns `file,kind,depth_m,distance_m,light_pct` in any order; `level_pct`, the level that the lamps were set to, may stand for
 //! `light_pct` where their level curve is known. Rows of kind `depth` look up to the
 //! surface and need `depth_m`; rows of kind `contrast` look at the target and need `distance_m` and
-//! `light_pct`, and `depth_m` where no picture looks up. The other numbers of a row may be left empty. File names are relative to the manifest.
+//! `light_pct`, and `depth_m` where no picture looks up. The other numbers of a row may be left empty. File names are relative to the manifest;
+//! a folder stands for the mean of its frames. The column `exposure` may be added: how long a picture was exposed, where its file does not tell.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,11 +14,15 @@ use csv::StringRecord;
 use thiserror::Error;
 
 use crate::json::nearest;
+use crate::photo::View;
+use crate::photo::exposures::{self, OneExposure};
 use crate::vehicle::LevelCurve;
 
 const COLUMNS: [&str; 5] = ["file", "kind", "depth_m", "distance_m", "light_pct"];
 /// May stand in the place of the last.
 const LEVEL: &str = "level_pct";
+/// May be added.
+const EXPOSURE: &str = "exposure";
 
 /// Why a manifest cannot be used.
 #[derive(Debug, Error)]
@@ -67,7 +72,9 @@ pub enum ManifestError {
         got: String,
     },
     /// A listed image is not there.
-    #[error("{file}:{line}: file must be an existing image, got {got:?} (no file {path})")]
+    #[error(
+        "{file}:{line}: file must be an existing image or a folder of frames, got {got:?} (no file {path})"
+    )]
     MissingImage {
         /// Manifest.
         file: String,
@@ -104,10 +111,28 @@ pub enum RowKind {
 pub struct Row {
     /// Line of the manifest, from 1.
     pub line: u64,
-    /// The image; existed when [`Manifest::read`] read the manifest.
+    /// The image, or the folder of its frames; existed when [`Manifest::read`] read the manifest.
     pub image: PathBuf,
+    /// Exposure that the manifest states: time · ISO / f-number², or in any other unit that all rows have; finite and > 0.
+    pub exposure: Option<f64>,
+    /// Exposure over the one that pictures of its kind are brought to, > 0; 1 until [`Manifest::one_exposure`].
+    pub over: f64,
     /// What it shows.
     pub kind: RowKind,
+}
+
+impl Row {
+    /// Its picture, at the exposure that those of its kind are brought to.
+    pub fn view(&self) -> View<'_> {
+        View {
+            path: &self.image,
+            distance_m: match self.kind {
+                RowKind::Depth { .. } => None,
+                RowKind::Contrast { distance_m, .. } => Some(distance_m),
+            },
+            over: self.over,
+        }
+    }
 }
 
 /// A manifest that has been read and checked.
@@ -143,11 +168,10 @@ impl Manifest {
             source,
         };
         let header = table.headers().map_err(csv_error)?.clone();
-        let (columns, is_level) =
-            columns(&header, levels).map_err(|message| ManifestError::Columns {
-                file: file.clone(),
-                message,
-            })?;
+        let columns = Columns::of(&header, levels).map_err(|message| ManifestError::Columns {
+            file: file.clone(),
+            message,
+        })?;
         let folder = path.parent().unwrap_or(Path::new("."));
         let mut rows = Vec::new();
         for record in table.records() {
@@ -156,7 +180,7 @@ impl Manifest {
                 Cells {
                     file: &file,
                     columns,
-                    levels: levels.filter(|_| is_level),
+                    levels: levels.filter(|_| columns.is_level),
                     record: &record,
                 }
                 .row(folder)?,
@@ -171,11 +195,18 @@ impl Manifest {
         })
     }
 
+    /// Brings the pictures of each kind to one exposure ([`Row::over`]), by the column `exposure` and by EXIF: those of the target to `asked` (finite, > 0),
+    /// else, as those that look up, to the shortest. Told is what should be known of
+    /// that.
+    pub fn one_exposure(&mut self, asked: Option<f64>) -> OneExposure {
+        exposures::one_exposure(self, asked)
+    }
+
     /// Whether all images are there.
     pub fn check_images(&self) -> Result<(), ManifestError> {
         let folder = self.path.parent().unwrap_or(Path::new("."));
         for row in &self.rows {
-            if !row.image.is_file() {
+            if !row.image.exists() {
                 let given = row.image.strip_prefix(folder).unwrap_or(&row.image);
                 return Err(ManifestError::MissingImage {
                     file: self.path.display().to_string(),
@@ -189,50 +220,68 @@ impl Manifest {
     }
 }
 
-/// Position of each of [`COLUMNS`] in the header, and whether the last is [`LEVEL`].
-fn columns(
-    header: &StringRecord,
-    levels: Option<&LevelCurve>,
-) -> Result<([usize; 5], bool), String> {
-    let is_level = header.iter().any(|name| name == LEVEL);
-    if is_level && levels.is_none() {
-        return Err(format!(
-            "column {LEVEL} needs the vehicle's level_curve (`uw camera-fit level` measures it); {} is the lamps' light, percent of full",
-            COLUMNS[4]
-        ));
-    }
-    let names = match is_level {
-        true => [&COLUMNS[..4], &[LEVEL]].concat(),
-        false => COLUMNS.to_vec(),
-    };
-    for (k, name) in header.iter().enumerate() {
-        if is_level && name == COLUMNS[4] {
-            return Err(format!("{LEVEL} and {name} say the same: leave one out"));
+/// Where a header has its columns.
+#[derive(Clone, Copy)]
+struct Columns {
+    /// Of [`COLUMNS`].
+    at: [usize; 5],
+    /// Whether the last is [`LEVEL`].
+    is_level: bool,
+    /// [`EXPOSURE`], where it is there.
+    exposure: Option<usize>,
+}
+
+impl Columns {
+    fn of(header: &StringRecord, levels: Option<&LevelCurve>) -> Result<Self, String> {
+        let is_level = header.iter().any(|name| name == LEVEL);
+        if is_level && levels.is_none() {
+            return Err(format!(
+                "column {LEVEL} needs the vehicle's level_curve (`uw camera-fit level` measures it); {} is the lamps' light, percent of full",
+                COLUMNS[4]
+            ));
         }
-        if !names.contains(&name) {
-            return Err(match nearest(name, &names) {
-                Some(near) => format!("unknown column {name:?}; did you mean {near}?"),
-                None => format!("unknown column {name:?}; columns are {}", names.join(", ")),
-            });
+        let needed = match is_level {
+            true => [&COLUMNS[..4], &[LEVEL]].concat(),
+            false => COLUMNS.to_vec(),
+        };
+        let known = [&needed[..], &[EXPOSURE]].concat();
+        for (k, name) in header.iter().enumerate() {
+            if is_level && name == COLUMNS[4] {
+                return Err(format!("{LEVEL} and {name} say the same: leave one out"));
+            }
+            if !known.contains(&name) {
+                return Err(match nearest(name, &known) {
+                    Some(near) => format!("unknown column {name:?}; did you mean {near}?"),
+                    None => format!("unknown column {name:?}; columns are {}", known.join(", ")),
+                });
+            }
+            if header.iter().take(k).any(|earlier| earlier == name) {
+                return Err(format!("column {name} stands twice"));
+            }
         }
-        if header.iter().take(k).any(|earlier| earlier == name) {
-            return Err(format!("column {name} stands twice"));
+        let position = |name: &str| header.iter().position(|column| column == name);
+        let mut at = [0; 5];
+        for (k, name) in needed.iter().enumerate() {
+            let missing = || {
+                format!(
+                    "column {name} is missing; columns are {}",
+                    needed.join(", ")
+                )
+            };
+            at[k] = position(name).ok_or_else(missing)?;
         }
+        Ok(Self {
+            at,
+            is_level,
+            exposure: position(EXPOSURE),
+        })
     }
-    let mut at = [0; 5];
-    for (k, name) in names.iter().enumerate() {
-        at[k] = header
-            .iter()
-            .position(|column| column == *name)
-            .ok_or_else(|| format!("column {name} is missing; columns are {}", names.join(", ")))?;
-    }
-    Ok((at, is_level))
 }
 
 /// One record with what its errors need.
 struct Cells<'a> {
     file: &'a str,
-    columns: [usize; 5],
+    columns: Columns,
     /// Where the last column is the level that was set.
     levels: Option<&'a LevelCurve>,
     record: &'a StringRecord,
@@ -263,7 +312,27 @@ impl Cells<'_> {
             line: self.line(),
             image: folder.join(name),
             kind,
+            exposure: self.exposure()?,
+            over: 1.0,
         })
+    }
+
+    fn exposure(&self) -> Result<Option<f64>, ManifestError> {
+        let given = self.columns.exposure.and_then(|at| self.record.get(at));
+        let Some(given) = given.filter(|given| !given.is_empty()) else {
+            return Ok(None);
+        };
+        let value = f64::from_str(given)
+            .ok()
+            .filter(|v| *v > 0.0 && v.is_finite());
+        let wrong = || ManifestError::Value {
+            file: self.file.to_owned(),
+            line: self.line(),
+            field: EXPOSURE,
+            expected: "a finite number > 0, or empty where the file's EXIF tells",
+            got: given.to_owned(),
+        };
+        value.map(Some).ok_or_else(wrong)
     }
 
     fn light_pct(&self) -> Result<f64, ManifestError> {
@@ -272,7 +341,7 @@ impl Cells<'_> {
     }
 
     fn cell(&self, column: usize) -> &str {
-        self.record.get(self.columns[column]).unwrap_or("")
+        self.record.get(self.columns.at[column]).unwrap_or("")
     }
 
     fn line(&self) -> u64 {
@@ -384,7 +453,7 @@ mod tests {
             ),
             (
                 "gone.png,depth,1,,",
-                ":2: file must be an existing image, got \"gone.png\"",
+                ":2: file must be an existing image or a folder of frames, got \"gone.png\"",
             ),
             ("a.png,depth,1", "not a usable CSV table"),
             ("", "no image is listed"),
@@ -408,6 +477,23 @@ mod tests {
             message.contains("column distance_m is missing"),
             "{message}"
         );
+    }
+
+    #[test]
+    fn exposures_are_read_where_they_are_given() {
+        let header = "file,kind,depth_m,distance_m,light_pct,exposure\n";
+        let rows = "a.png,contrast,,1,50,0.25\na.png,contrast,,2,50,\n";
+        let manifest = read(&format!("{header}{rows}")).unwrap();
+        let given = manifest.rows.iter().map(|row| row.exposure);
+        assert_eq!(given.collect::<Vec<_>>(), [Some(0.25), None]);
+        for wrong in ["0", "-1", "inf", "long"] {
+            let text = format!("{header}a.png,contrast,,1,50,{wrong}\n");
+            let message = read(&text).unwrap_err().to_string();
+            let words = ":2: exposure must be a finite number > 0";
+            assert!(message.contains(words), "{message}");
+        }
+        let message = read("file,kind,depth_m,distance_m,light_pct,exposur\n").unwrap_err();
+        assert!(message.to_string().contains("did you mean exposure?"));
     }
 
     #[test]

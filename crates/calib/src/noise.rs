@@ -148,12 +148,21 @@ impl SensorNoise {
 
 /// Noise of a channel found in the picture.
 pub(crate) struct Estimated {
-    /// Mean variance of each patch, squared counts.
+    /// Mean variance of each patch, squared counts; NaN of patches without a cell that is known all over.
     pub patches: Vec<f64>,
+    /// Level and variance, by rising level.
+    levels: Vec<(f64, f64)>,
     /// Relative standard error at a level, which the patches of that level share.
     pub of_level: f64,
     /// Relative standard error of the mean over all levels.
     pub of_all: f64,
+}
+
+impl Estimated {
+    /// Variance at a level, squared counts.
+    pub fn at(&self, level: f64) -> f64 {
+        between(&self.levels, level)
+    }
 }
 
 /// Patches of `width` × `height` pixels that begin at the pixels `corners`, of a picture with rows of `stride` pixels.
@@ -172,7 +181,7 @@ struct Cell {
     variance: f64,
 }
 
-/// The noise of a channel; `None` where patches are smaller than 3 × 3 pixels.
+/// The noise of a channel; `None` where patches are smaller than 3 × 3 pixels, or no cell is known all over.
 pub(crate) fn estimate(tiles: &Tiles, plane: &[f64]) -> Option<Estimated> {
     let (across, down) = (tiles.width.checked_sub(2)?, tiles.height.checked_sub(2)?);
     if across == 0 || down == 0 {
@@ -185,9 +194,13 @@ pub(crate) fn estimate(tiles: &Tiles, plane: &[f64]) -> Option<Estimated> {
             for x in (0..=across - side[0]).step_by(side[0]) {
                 // The operator's middle is a pixel inside the patch.
                 let first = corner + (y + 1) * tiles.stride + x + 1;
-                cells.push(cell(patch, first, side, tiles.stride, plane));
+                let cell = cell(patch, first, side, tiles.stride, plane);
+                cells.extend((!cell.variance.is_nan()).then_some(cell));
             }
         }
+    }
+    if cells.is_empty() {
+        return None;
     }
     let freedom = ((side[0] * side[1]) as f64 / CORRELATED).max(1.0);
     cells.sort_by(|x, y| x.level.total_cmp(&y.level));
@@ -202,6 +215,7 @@ pub(crate) fn estimate(tiles: &Tiles, plane: &[f64]) -> Option<Estimated> {
     let error = |cells: f64| (std::f64::consts::PI / (freedom * cells)).sqrt();
     Some(Estimated {
         patches: sums.into_iter().map(|(sum, n)| sum / n).collect(),
+        levels,
         of_level: error(cells.len() as f64 / count as f64),
         of_all: error(cells.len() as f64),
     })

@@ -4,12 +4,12 @@ use std::fs::File;
 use std::io::{BufReader, Cursor, Read, Seek};
 use std::path::Path;
 
-use image::{DynamicImage, ImageReader, Limits};
+use image::{DynamicImage, ImageDecoder as _, ImageReader, ImageResult, Limits};
 
 use crate::even::Even;
 use crate::planes::Planes;
 use crate::processing::jpeg_quality;
-use crate::stats::StatsError;
+use crate::stats::{self, PATCH_COLUMNS, PATCH_ROWS, StatsError};
 
 /// Longest image side that is decoded, pixels; several times that of any camera on a vehicle.
 const MAX_SIDE_PX: u32 = 32_768;
@@ -30,7 +30,7 @@ pub struct Decoded {
 }
 
 impl Decoded {
-    /// The bytes of a PNG, TIFF or JPEG file; `name` is for messages.
+    /// The bytes of a PNG, TIFF or JPEG file, turned upright as its EXIF says; `name` is for messages.
     ///
     /// # Errors
     /// It is no picture that can be decoded, of 8 or 16 bits per channel.
@@ -57,7 +57,7 @@ pub struct Counts {
 }
 
 impl Counts {
-    /// Reads a PNG, TIFF or JPEG file; alpha is ignored, grey is replicated. `even` takes its lens out.
+    /// Reads a PNG, TIFF or JPEG file, turned upright as its EXIF says; alpha is ignored, grey is replicated. `even` takes its lens out.
     ///
     /// # Errors
     /// The file cannot be read, or is no picture of 8 or 16 bits per channel.
@@ -87,12 +87,36 @@ impl Counts {
         self
     }
 
-    pub(crate) fn of(image: &DynamicImage, name: &str) -> Result<Self, StatsError> {
+    fn of(image: &DynamicImage, name: &str) -> Result<Self, StatsError> {
         let planes = Planes::of_image(image, name, &|count| count)?;
         Ok(Self::of_planes(&planes))
     }
 
-    fn of_planes(planes: &Planes) -> Self {
+    /// With masked and unseen pixels (NaN) at the mean of the known ones of their patch of the 10 × 6 grid, or of the picture where there is none.
+    pub fn filled(mut self) -> Self {
+        if self.pixels.iter().flatten().all(|counts| !counts.is_nan()) {
+            return self;
+        }
+        let grid = stats::patch_statistics(self.width, self.height, |i| self.pixels[i]);
+        let Ok(grid) = grid else {
+            return self;
+        };
+        let side = [self.width / PATCH_COLUMNS, self.height / PATCH_ROWS];
+        for (i, pixel) in self.pixels.iter_mut().enumerate() {
+            let column = (i % self.width / side[0]).min(PATCH_COLUMNS - 1);
+            let row = (i / self.width / side[1]).min(PATCH_ROWS - 1);
+            let patch = grid.patches[row * PATCH_COLUMNS + column].mean;
+            for (k, counts) in pixel.iter_mut().enumerate().filter(|(_, c)| c.is_nan()) {
+                *counts = match patch[k] {
+                    unknown if unknown.is_nan() => grid.stats.mean[k],
+                    mean => mean,
+                };
+            }
+        }
+        self
+    }
+
+    pub(crate) fn of_planes(planes: &Planes) -> Self {
         let [red, green, blue] = &planes.channels;
         let rows = red.iter().zip(green).zip(blue);
         Self {
@@ -132,8 +156,16 @@ pub(crate) fn decode(
     limits.max_image_width = Some(MAX_SIDE_PX);
     limits.max_image_height = Some(MAX_SIDE_PX);
     limits.max_alloc = Some(MAX_DECODE_BYTES);
-    reader.limits(limits);
-    reader.decode().map_err(|source| StatsError::Decode {
+    reader.limits(limits.clone());
+    let upright = || -> ImageResult<DynamicImage> {
+        let mut decoder = reader.into_decoder()?;
+        limits.reserve(decoder.total_bytes())?;
+        let orientation = decoder.orientation()?;
+        let mut image = DynamicImage::from_decoder(decoder)?;
+        image.apply_orientation(orientation);
+        Ok(image)
+    };
+    upright().map_err(|source| StatsError::Decode {
         name: name.to_owned(),
         source,
     })

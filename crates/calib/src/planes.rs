@@ -156,4 +156,33 @@ impl<'a> Part<'a> {
         }
         sums.iter().sum::<f64>() / (self.width * self.height) as f64
     }
+
+    /// Mean of a function of its values, of which some may be unknown (NaN): of the known ones; NaN where there is none.
+    pub fn mean_of_known(&self, of: impl Fn(f64) -> f64) -> f64 {
+        self.mean_and_known(of).0
+    }
+
+    /// The same, and how many are known.
+    pub fn mean_and_known(&self, of: impl Fn(f64) -> f64) -> (f64, usize) {
+        let mean = self.mean(&of);
+        if !mean.is_nan() {
+            return (mean, self.width * self.height);
+        }
+        let (mut sum, mut n) = (0.0, 0);
+        for value in self.values().filter(|value| !value.is_nan()) {
+            sum += of(value);
+            n += 1;
+        }
+        (sum / n as f64, n)
+    }
+
+    /// How many of its values are known.
+    pub fn known(&self) -> usize {
+        self.values().filter(|value| !value.is_nan()).count()
+    }
+
+    fn values(&self) -> impl Iterator<Item = f64> + '_ {
+        let row = |y: usize| &self.plane[self.first + y * self.stride..][..self.width];
+        (0..self.height).flat_map(row).copied()
+    }
 }

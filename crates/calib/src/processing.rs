@@ -10,6 +10,7 @@ use std::path::Path;
 use crate::detail::{Detail, channel_names};
 use crate::manifest::Manifest;
 use crate::noise::NoiseModel;
+use crate::photo::frames;
 use crate::picture::Decoded;
 use crate::planes::Planes;
 use crate::stats::{PatchGrid, StatsError};
@@ -108,11 +109,13 @@ impl Processing {
     }
 }
 
-/// What should be known of the pictures of a manifest, a sentence each; pictures that cannot be read are passed over.
+/// What should be known of the pictures of a manifest, a sentence each, of a folder by its first frame; pictures that cannot be read are passed over.
 pub fn warnings_of(manifest: &Manifest, sensor: &NoiseModel) -> Vec<String> {
     let (mut compressed, mut denoised) = (Vec::new(), Vec::new());
     for row in &manifest.rows {
-        let Ok(found) = Processing::of_file(&row.image, sensor) else {
+        let files = frames::files(&row.image).unwrap_or_default();
+        let found = files.first().map(|file| Processing::of_file(file, sensor));
+        let Some(Ok(found)) = found else {
             continue;
         };
         let name = row.image.file_name().unwrap_or_default().to_string_lossy();

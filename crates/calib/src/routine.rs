@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use crate::Encoding;
 use crate::calibrate::{
     CalibrateError, ContrastMeasurement, DepthMeasurement, average, relative_to_shallowest,
 };
@@ -10,10 +9,11 @@ use crate::coverage::{Coverage, SAME_DEPTH_M, range};
 use crate::daylight::{self, Dark};
 use crate::detail::Detail;
 use crate::doubts::Doubts;
-use crate::even::Even;
 use crate::levels::{Lit, contrast_at};
 use crate::manifest::{Manifest, Row, RowKind};
 use crate::noise::NoiseModel;
+use crate::photo::exposures::OneExposure;
+use crate::photo::{Opened, Treatment};
 use crate::processing;
 use crate::profile::{ContrastSample, Corrected, CorrectedSample, DepthSample, Profile, Source};
 use crate::rig::Rig;
@@ -59,14 +59,13 @@ pub struct DaylightFit {
 pub struct RoutineOptions {
     /// Lamp level of K_c on, percent; `None` for the level with pictures from the most distances.
     pub light_pct: Option<f64>,
-    /// How counts stand for light: needed where contrast is derived from other levels.
-    pub encoding: Encoding,
+    /// What is done to the pictures before they are measured; how counts stand for light is needed, too, where contrast is derived from
+    /// other levels.
+    pub treatment: Treatment,
     /// Where K_z comes from.
     pub daylight: Daylight,
     /// Where the noise is taken from that is left out of the corrected contrasts.
     pub noise: NoiseModel,
-    /// The lens that is taken out of the pictures, where they still have it.
-    pub even: Option<Even>,
     /// Light of the lamps by the level that they are set to, where it is known: the column `level_pct` needs it.
     pub levels: Option<LevelCurve>,
     /// What is known of camera and lamps, for the profile to state; where it states a size, pictures of the target have to have it.
@@ -93,7 +92,11 @@ pub fn from_manifest(
     made_by: &str,
     options: &RoutineOptions,
 ) -> Result<Calibration, CalibrateError> {
-    let (manifest, coverage) = examine(path, options, options.daylight != Daylight::Pictures)?;
+    let (mut manifest, coverage) = examine(path, options, options.daylight != Daylight::Pictures)?;
+    let OneExposure {
+        approximate,
+        warnings,
+    } = manifest.one_exposure(options.treatment.exposure);
     let mut work = Work {
         manifest: &manifest,
         options,
@@ -106,6 +109,10 @@ pub fn from_manifest(
     let (depth, target) = work.daylight()?;
     let (on, off, corrected) = work.contrast(&target)?;
     work.warnings.extend(work.doubts.told(path));
+    work.warnings.extend(warnings);
+    approximate
+        .into_iter()
+        .for_each(|what| work.approximately(what));
     let processing = processing::warnings_of(&manifest, &options.noise);
     work.warnings.extend(processing);
     let note = (!work.approximate.is_empty())
@@ -138,14 +145,17 @@ pub fn fit_daylight(
     path: &Path,
     options: &RoutineOptions,
 ) -> Result<Option<DaylightFit>, CalibrateError> {
-    let (manifest, coverage) = examine(path, options, false)?;
+    let (mut manifest, coverage) = examine(path, options, false)?;
     if coverage.looks_up() {
         return Ok(None);
     }
+    manifest.one_exposure(options.treatment.exposure);
     let mut dark = Vec::new();
     for t in manifest.rows.iter().filter_map(target) {
         if let (0.0, Some(depth_m)) = (t.light_pct, t.depth_m) {
-            let light = measured(&manifest, t.row, |path| linear(path, options))?;
+            let light = measured(&manifest, t.row, |row| {
+                linear(&open(row, options)?, options)
+            })?;
             dark.push(Dark {
                 depth_m,
                 distance_m: t.distance_m,
@@ -168,17 +178,20 @@ pub fn fit_daylight(
     }))
 }
 
-fn linear(path: &Path, options: &RoutineOptions) -> Result<PatchGrid, StatsError> {
-    let light = |counts| options.encoding.light(counts);
-    PatchGrid::from_file_as(path, options.even.as_ref(), light)
+fn open(row: &Row, options: &RoutineOptions) -> Result<Opened, StatsError> {
+    options.treatment.open(&row.view())
+}
+
+fn linear(picture: &Opened, options: &RoutineOptions) -> Result<PatchGrid, StatsError> {
+    picture.measure_as(|counts| options.treatment.encoding.light(counts))
 }
 
 fn measured<T>(
     manifest: &Manifest,
     row: &Row,
-    measure: impl FnOnce(&Path) -> Result<T, StatsError>,
+    measure: impl FnOnce(&Row) -> Result<T, StatsError>,
 ) -> Result<T, CalibrateError> {
-    measure(&row.image).map_err(|source| CalibrateError::Image {
+    measure(row).map_err(|source| CalibrateError::Image {
         manifest: manifest.path.display().to_string(),
         line: row.line,
         source,
@@ -260,6 +273,16 @@ impl<'a> Work<'a> {
         self.approximate.push(what);
     }
 
+    /// Measures a picture; what is told of it goes to the warnings.
+    fn measure(&mut self, row: &Row) -> Result<Measured, CalibrateError> {
+        let picture = measured(self.manifest, row, |row| open(row, self.options))?;
+        let place = format!("{}:{}", self.manifest.path.display(), row.line);
+        let told = picture.told().iter();
+        self.warnings
+            .extend(told.map(|what| format!("{place}: {what}")));
+        measured(self.manifest, row, |_| picture.measure(&self.options.noise))
+    }
+
     /// Samples of K_z, and the pictures of the target that K_c is taken from.
     fn daylight(&mut self) -> Result<(Vec<DepthSample>, Vec<Target<'a>>), CalibrateError> {
         let manifest = self.manifest;
@@ -271,9 +294,7 @@ impl<'a> Work<'a> {
         let mut depth = Vec::new();
         for row in &manifest.rows {
             if let RowKind::Depth { depth_m } = row.kind {
-                let picture = measured(manifest, row, |path| {
-                    Measured::from_file(path, &self.options.noise, self.options.even.as_ref())
-                })?;
+                let picture = self.measure(row)?;
                 self.doubts.look_up(row, picture.detail.as_ref());
                 let mean = picture.grid.stats.mean;
                 depth.push(DepthMeasurement { depth_m, mean });
@@ -391,9 +412,7 @@ impl<'a> Work<'a> {
 
     /// Contrast of a picture of the target, which must have the size of the others, and what of it is noise.
     fn contrast_of(&mut self, row: &Row) -> Result<([f64; 3], Option<Detail>), CalibrateError> {
-        let Measured { grid, detail } = measured(self.manifest, row, |path| {
-            Measured::from_file(path, &self.options.noise, self.options.even.as_ref())
-        })?;
+        let Measured { grid, detail } = self.measure(row)?;
         // A picture that is decoded has far fewer pixels a side than this could hold.
         let size = [grid.width, grid.height].map(|side| u32::try_from(side).unwrap_or(u32::MAX));
         if let Some(vehicle) = self.options.rig.size_px()
@@ -471,15 +490,17 @@ impl<'a> Work<'a> {
             return Ok(None);
         };
         let lit = |t: &Target| -> Result<Lit, CalibrateError> {
-            Ok(Lit {
-                light_pct: t.light_pct,
-                counts: measured(self.manifest, t.row, |path| {
-                    PatchGrid::from_file_even(path, self.options.even.as_ref())
-                })?,
-                linear: measured(self.manifest, t.row, |path| linear(path, self.options))?,
+            measured(self.manifest, t.row, |row| {
+                let picture = open(row, self.options)?;
+                Ok(Lit {
+                    light_pct: t.light_pct,
+                    counts: picture.measure_as(|counts| counts)?,
+                    linear: linear(&picture, self.options)?,
+                })
             })
         };
-        let contrast = contrast_at(level, &lit(one)?, &lit(other)?, self.options.encoding);
+        let encoding = self.options.treatment.encoding;
+        let contrast = contrast_at(level, &lit(one)?, &lit(other)?, encoding);
         Ok(Some(contrast))
     }
 

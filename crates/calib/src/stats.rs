@@ -8,13 +8,12 @@
 
 use std::path::Path;
 
-use image::DynamicImage;
 use thiserror::Error;
 
 use crate::detail::{Behind, Detail};
 use crate::even::Even;
 use crate::noise::NoiseModel;
-use crate::picture::{self, COUNTS_PER_U16, Counts, Decoded};
+use crate::picture::{self, COUNTS_PER_U16, Decoded};
 use crate::planes::{Part, Planes, Sample};
 
 /// Patches along the width.
@@ -61,6 +60,36 @@ pub enum StatsError {
         /// Height, pixels.
         height: usize,
     },
+    /// A picture of another size than mask or camera have.
+    #[error("{name}: {message}")]
+    OtherSize {
+        /// File name.
+        name: String,
+        /// What would be right.
+        message: String,
+    },
+    /// A folder without frames.
+    #[error("{name}: the folder holds no picture (PNG, TIFF or JPEG)")]
+    NoFrames {
+        /// Folder.
+        name: String,
+    },
+    /// Frames of different sizes.
+    #[error("{name}: must have the {} x {} pixels of the folder's first frame, got {} x {}", first[0], first[1], got[0], got[1])]
+    FrameSize {
+        /// File name.
+        name: String,
+        /// Width and height of the first frame, pixels.
+        first: [usize; 2],
+        /// Those of this one.
+        got: [usize; 2],
+    },
+    /// A mask, or a camera that sees other parts, leaves no patch.
+    #[error("{name}: no patch of the 10 x 6 grid is half left by the mask or seen by the camera")]
+    NothingLeft {
+        /// File name, or a word for buffers without one.
+        name: String,
+    },
     /// A buffer whose length does not fit its size.
     #[error(
         "pixel buffer of a {width} x {height} RGB image must hold {expected} samples, got {got}"
@@ -86,7 +115,8 @@ pub struct ImageStats {
     pub mean: [f64; 3],
 }
 
-/// Mean and population standard deviation inside one patch, per channel, 8-bit counts.
+/// Mean and population standard deviation inside one patch, per channel, 8-bit counts; of its known pixels where some are masked or not
+/// seen, NaN where more than half of them are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PatchStats {
     /// Mean.
@@ -125,7 +155,9 @@ impl Measured {
         noise: &NoiseModel,
         even: Option<&Even>,
     ) -> Result<Self, StatsError> {
-        file(path, &|counts| counts, Some(noise), even)
+        let (image, name) = picture::of_file(path)?;
+        let planes = Planes::of_image(&image, &name, &|counts| counts)?;
+        named(measure(&planes, picture::step(&image), noise, even), &name)
     }
 
     /// Measures interleaved 8-bit R, G, B samples, row 0 at the top; `even` takes the lens out.
@@ -158,20 +190,8 @@ impl Measured {
         even: Option<&Even>,
     ) -> Result<Self, StatsError> {
         check_length(width, height, samples.len())?;
-        let as_it_is = |counts| counts;
-        let Some(even) = even else {
-            let planes = Planes::of_samples((width, height), samples, 3, step, &as_it_is);
-            return of_planes(&planes, step, Some(noise), None);
-        };
-        let pixels = samples.as_chunks::<3>().0;
-        let stored = Counts {
-            width,
-            height,
-            pixels: (pixels.iter())
-                .map(|pixel| pixel.map(|sample| step * Into::<f64>::into(sample)))
-                .collect(),
-        };
-        measure_even(&stored, step, &as_it_is, Some(noise), even)
+        let planes = Planes::of_samples((width, height), samples, 3, step, &|counts| counts);
+        measure(&planes, step, noise, even)
     }
 
     /// Measures an image held in memory as the bytes of a PNG, TIFF or JPEG file; `name` is for messages.
@@ -193,14 +213,7 @@ impl Measured {
         noise: &NoiseModel,
         even: Option<&Even>,
     ) -> Result<Self, StatsError> {
-        let (step, noise) = (decoded.step, Some(noise));
-        let measured = match even {
-            Some(even) => {
-                let stored = Counts::of_decoded(decoded, None);
-                measure_even(&stored, step, &|counts| counts, noise, even)
-            }
-            None => of_planes(&decoded.planes, step, noise, None),
-        };
+        let measured = measure(&decoded.planes, decoded.step, noise, even);
         named(measured, &decoded.name)
     }
 }
@@ -240,22 +253,11 @@ impl ImageStats {
 impl PatchGrid {
     /// Measures a PNG, TIFF or JPEG file.
     pub fn from_file(path: &Path) -> Result<Self, StatsError> {
-        Self::from_file_even(path, None)
-    }
-
-    /// The same without what a lens does, where one is given.
-    pub fn from_file_even(path: &Path, even: Option<&Even>) -> Result<Self, StatsError> {
-        Self::from_file_as(path, even, |counts| counts)
-    }
-
-    /// The same of `light(counts)` in place of every pixel's counts: in linear light, say, where `light` undoes the camera's
-    /// encoding.
-    pub fn from_file_as(
-        path: &Path,
-        even: Option<&Even>,
-        light: impl Fn(f64) -> f64,
-    ) -> Result<Self, StatsError> {
-        Ok(file(path, &light, None, even)?.grid)
+        let (image, name) = picture::of_file(path)?;
+        named(
+            Self::of(&Planes::of_image(&image, &name, &|counts| counts)?),
+            &name,
+        )
     }
 
     /// Measures an image held in memory as the bytes of a PNG, TIFF or JPEG file; `name` is for messages.
@@ -314,14 +316,21 @@ impl PatchGrid {
         };
         for (k, plane) in planes.channels.iter().enumerate() {
             for (i, patch) in patches.iter_mut().enumerate() {
-                let part = part(plane, [width, height], i);
-                let mean = part.mean(|value| value);
-                let variance = part.mean(|value| (value - mean) * (value - mean));
-                (patch.mean[k], patch.std[k]) = (mean, variance.sqrt());
+                (patch.mean[k], patch.std[k]) =
+                    mean_and_deviation(&part(plane, [width, height], i));
             }
-            let contrast: f64 = patches.iter().map(|patch| patch.std[k]).sum();
-            stats.contrast[k] = contrast / patches.len() as f64;
-            stats.mean[k] = Part::whole(plane).mean(|value| value);
+            let known = patches.iter().map(|patch| patch.std[k]);
+            let (mut contrast, mut n) = (0.0, 0);
+            for deviation in known.filter(|deviation| !deviation.is_nan()) {
+                contrast += deviation;
+                n += 1;
+            }
+            if n == 0 {
+                let name = "image".to_owned();
+                return Err(StatsError::NothingLeft { name });
+            }
+            stats.contrast[k] = contrast / f64::from(n);
+            stats.mean[k] = Part::whole(plane).mean_of_known(|value| value);
         }
         Ok(Self {
             width,
@@ -332,10 +341,27 @@ impl PatchGrid {
     }
 }
 
+/// Mean and deviation of a patch's known pixels; unknown (NaN) where fewer than half are.
+fn mean_and_deviation(part: &Part<'_>) -> (f64, f64) {
+    let mean = part.mean(|value| value);
+    if mean.is_nan() && 2 * part.known() < part.width * part.height {
+        return (f64::NAN, f64::NAN);
+    }
+    let mean = part.mean_of_known(|value| value);
+    let variance = part.mean_of_known(|value| (value - mean) * (value - mean));
+    (mean, variance.sqrt())
+}
+
 /// Top left pixel of patch `i`, row by row of patches.
-pub(crate) fn corner([width, height]: [usize; 2], i: usize) -> usize {
+fn corner([width, height]: [usize; 2], i: usize) -> usize {
     let (column, row) = (i % PATCH_COLUMNS, i / PATCH_COLUMNS);
     row * (height / PATCH_ROWS) * width + column * (width / PATCH_COLUMNS)
+}
+
+/// Those of all patches.
+pub(crate) fn corners(size: [usize; 2]) -> Vec<usize> {
+    let patches = 0..PATCH_ROWS * PATCH_COLUMNS;
+    patches.map(|patch| corner(size, patch)).collect()
 }
 
 /// Patch `i` of a plane.
@@ -375,7 +401,7 @@ fn check_length(width: usize, height: usize, got: usize) -> Result<(), StatsErro
     }
 }
 
-fn of_planes(
+pub(crate) fn of_planes(
     planes: &Planes,
     step: f64,
     noise: Option<&NoiseModel>,
@@ -386,66 +412,36 @@ fn of_planes(
     Ok(Measured { grid, detail })
 }
 
-fn file(
-    path: &Path,
-    light: &dyn Fn(f64) -> f64,
-    noise: Option<&NoiseModel>,
-    even: Option<&Even>,
-) -> Result<Measured, StatsError> {
-    let (image, name) = picture::of_file(path)?;
-    named(measure(&image, &name, light, noise, even), &name)
-}
-
-/// The same, a small picture by its name.
-fn named<T>(measured: Result<T, StatsError>, name: &str) -> Result<T, StatsError> {
+/// The error of a picture by its name.
+pub(crate) fn named<T>(measured: Result<T, StatsError>, name: &str) -> Result<T, StatsError> {
+    let name = name.to_owned();
     measured.map_err(|error| match error {
         StatsError::TooSmall { width, height, .. } => StatsError::TooSmall {
-            name: name.to_owned(),
+            name,
             width,
             height,
         },
+        StatsError::NothingLeft { .. } => StatsError::NothingLeft { name },
         other => other,
     })
 }
 
 fn measure(
-    image: &DynamicImage,
-    name: &str,
-    light: &dyn Fn(f64) -> f64,
-    noise: Option<&NoiseModel>,
+    stored: &Planes,
+    step: f64,
+    noise: &NoiseModel,
     even: Option<&Even>,
 ) -> Result<Measured, StatsError> {
-    match even {
-        Some(even) => measure_even(
-            &Counts::of(image, name)?,
-            picture::step(image),
-            light,
-            noise,
-            even,
-        ),
-        None => of_planes(
-            &Planes::of_image(image, name, light)?,
-            picture::step(image),
-            noise,
-            None,
-        ),
-    }
-}
-
-fn measure_even(
-    stored: &Counts,
-    step: f64,
-    light: &dyn Fn(f64) -> f64,
-    noise: Option<&NoiseModel>,
-    even: &Even,
-) -> Result<Measured, StatsError> {
-    let made = stored.clone().evened(Some(even));
-    let planes = Planes::new(made.width, made.height, |i| made.pixels[i].map(light));
-    let behind = Behind {
-        even,
-        pixels: &stored.pixels,
+    let Some(even) = even else {
+        return of_planes(stored, step, Some(noise), None);
     };
-    of_planes(&planes, step, noise, Some(&behind))
+    let behind = Behind {
+        even: Some(even),
+        stored,
+        resampling: None,
+        frames: 1.0,
+    };
+    of_planes(&even.of_planes(stored), step, Some(noise), Some(&behind))
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use pyo3::prelude::*;
-use uw_calib::{Calibration, Daylight, RoutineOptions, from_manifest};
+use uw_calib::{Calibration, Daylight, RoutineOptions, Treatment, from_manifest};
 use uw_survey::daylight::{Known, attenuation, stand_in};
 use uw_survey::environment::WaterKind;
 
@@ -58,9 +58,12 @@ pub(crate) fn calibrate(
         rig: vehicle
             .map(|vehicle| vehicle.rig(Some(vehicle.exposure)))
             .unwrap_or_default(),
-        encoding: camera.encoding,
+        treatment: Treatment {
+            encoding: camera.encoding,
+            even: camera.even,
+            ..Treatment::default()
+        },
         noise: camera.noise,
-        even: camera.even,
         daylight: Daylight::Pictures,
     };
     let made = interruptible(py, None, |cancel| {

@@ -54,6 +54,9 @@ pub(crate) fn fit(
     let of_vehicle = vehicle.encoding;
     let options = Options {
         encoding: encoding.map_or(Ok(of_vehicle), camera::encoding)?,
+        exposure: None,
+        mask: None,
+        undistortion: None,
         dark,
         down: bottom,
         backscatter_fraction,

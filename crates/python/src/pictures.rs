@@ -1,6 +1,6 @@
 //! Pictures: exposed, written, measured.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
@@ -8,7 +8,10 @@ use numpy::{Element, PyReadonlyArray3};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use serde_json::{Value, json};
-use uw_calib::{Detail, Even, ImageStats, Measured, NoiseModel, Processing, StatsError};
+use uw_calib::photo::{Shot, frames};
+use uw_calib::{
+    Detail, Even, ImageStats, Measured, NoiseModel, Processing, StatsError, Treatment, View,
+};
 use uw_render::image::{Counts, ExrImage, Frame, ImageFormat, write_frame};
 use uw_render::scene::Sensor;
 
@@ -93,12 +96,30 @@ pub(crate) fn contrast_of_counts(
 /// What ``uw stats --json`` tells of a file, as JSON.
 #[pyfunction]
 pub(crate) fn measure_file(py: Python<'_>, file: PathBuf, camera: &Camera) -> PyResult<String> {
-    let measured = py.detach(|| {
-        let measured = Measured::from_file(&file, &camera.noise, camera.even.as_ref())?;
-        Ok::<_, StatsError>((measured, Processing::of_file(&file, &camera.noise)?))
-    });
-    let (measured, processing) = measured.map_err(value_error)?;
-    Ok(told(&measured, Some(&processing)).to_string())
+    let found = py.detach(|| of_file(&file, camera)).map_err(value_error)?;
+    Ok(found.to_string())
+}
+
+fn of_file(path: &Path, camera: &Camera) -> Result<Value, StatsError> {
+    let treatment = Treatment {
+        encoding: camera.encoding,
+        even: camera.even.clone(),
+        ..Treatment::default()
+    };
+    let opened = treatment.open(&View {
+        path,
+        distance_m: None,
+        over: 1.0,
+    })?;
+    let measured = opened.measure(&camera.noise)?;
+    let files = frames::files(path)?;
+    let first = files.first().map_or(path, |file| file.as_path());
+    let processing = Processing::of_file(first, &camera.noise)?;
+    let shot = Shot::of_file(first);
+    let more = opened.told().iter().cloned().chain(shot.wrong.clone());
+    let mut warnings = processing.warnings();
+    warnings.extend(more);
+    Ok(told(&measured, Some(&processing), &shot, warnings))
 }
 
 /// The same of an array.
@@ -143,10 +164,16 @@ fn measure<T: Element + Sync>(
             even,
         )
     });
-    Ok(told(&measured.map_err(value_error)?, None).to_string())
+    let measured = measured.map_err(value_error)?;
+    Ok(told(&measured, None, &Shot::default(), Vec::new()).to_string())
 }
 
-fn told(measured: &Measured, processing: Option<&Processing>) -> Value {
+fn told(
+    measured: &Measured,
+    processing: Option<&Processing>,
+    shot: &Shot,
+    more: Vec<String>,
+) -> Value {
     let (grid, detail) = (&measured.grid, measured.detail.as_ref());
     let triple = |of: fn(&Detail) -> [f64; 3]| detail.map(of);
     let mut warnings = detail.map_or_else(
@@ -158,7 +185,7 @@ fn told(measured: &Measured, processing: Option<&Processing>) -> Value {
         },
         Detail::warnings,
     );
-    warnings.extend(processing.into_iter().flat_map(Processing::warnings));
+    warnings.extend(more);
     json!({
         "width": grid.width,
         "height": grid.height,
@@ -172,6 +199,10 @@ fn told(measured: &Measured, processing: Option<&Processing>) -> Value {
         "saturated": triple(|d| d.saturated),
         "jpeg_quality": processing.and_then(|p| p.jpeg_quality),
         "noise_share": processing.map(|p| p.noise_share),
+        "exposure_time_s": shot.time_s,
+        "f_number": shot.f_number,
+        "iso": shot.iso,
+        "exposure": shot.stated_exposure(),
         "warnings": warnings,
     })
 }

@@ -12,9 +12,11 @@ pub mod error_time;
 pub mod estimate;
 pub mod fit;
 pub mod measure;
+pub mod photograph;
 pub mod plot;
 pub mod routine;
 pub mod scenery;
 pub mod sequence;
+pub mod undistort;
 
 pub use uw_calib::vehicle;

@@ -56,7 +56,7 @@ def stats(
     """What ``uw stats --json`` tells of a picture: contrast and mean, contrast without noise, noise floor, clipped pixels.
 
     Args:
-        image: an array of uint8 or uint16, or the path of a PNG, TIFF or JPEG file; shapes as of :func:`contrast`.
+        image: an array of uint8 or uint16, or the path of a PNG, TIFF or JPEG file or of a folder of frames of one view; shapes as of :func:`contrast`.
         vehicle: vehicle that took it, a name among the shipped ones or a file (\\*.toml): its encoding and noise serve where they are
             not given, its vignetting is taken out of the picture.
         noise_a: noise of the camera: the variance of a linear signal y in [0, 1] is noise_a y + noise_b. Without it that of the
@@ -67,7 +67,7 @@ def stats(
     Returns:
         "width", "height" in pixels; "contrast", "mean", "contrast_corrected", "noise_floor", "noise" in 8-bit counts, "black",
         "saturated" as shares in [0, 1], a list of three each, None where patches are too small to tell; "noise_source",
-        "jpeg_quality", "noise_share", "warnings".
+        "jpeg_quality", "noise_share"; "exposure_time_s", "f_number", "iso", "exposure" of a file's EXIF or None; "warnings".
     """
     told_of: Dict[str, Any] = json.loads(
         _measured(image, _native.Camera(None if vehicle is None else os.fspath(vehicle), encoding, noise_of(noise_a, noise_b)))

@@ -4,19 +4,20 @@ use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
 use clap::Args;
-use uw_calib::{Daylight, RoutineOptions, from_manifest};
+use uw_calib::{Daylight, RoutineOptions, Treatment, from_manifest};
 
 use super::camera::CameraArguments;
 use super::error::{CliError, note};
 use super::interrupt::cancel_flag;
 use super::output;
+use super::photo::{ExposureArguments, PhotoArguments, distances_m};
 use crate::daylight::{Known, attenuation, stand_in};
 
 /// Arguments of `uw calibrate`.
 #[derive(Debug, Args)]
 #[command(after_help = NEEDS)]
 pub(super) struct CalibrateArguments {
-    /// CSV table of the pictures: file,kind,depth_m,distance_m,light_pct with kind `depth` or `contrast`.
+    /// CSV table of the pictures: file,kind,depth_m,distance_m,light_pct with kind `depth` or `contrast`; a file may be a folder of frames.
     manifest: PathBuf,
     /// Profile to write (uw-profile/1).
     #[arg(short, long)]
@@ -37,10 +38,14 @@ pub(super) struct CalibrateArguments {
     kd_per_m: Option<Vec<f64>>,
     #[command(flatten)]
     camera: CameraArguments,
+    #[command(flatten)]
+    photo: PhotoArguments,
+    #[command(flatten)]
+    exposure: ExposureArguments,
 }
 
 const NEEDS: &str = "\
-What is needed, with one exposure for all pictures of a kind:
+What is needed, with one exposure for all pictures of a kind (others are brought to it by EXIF or a column `exposure`):
   kind contrast, light_pct 0      the target from several distances with the lamps off: K_c off
   kind contrast, light_pct > 0    the same with the lamps on, at one level or several: K_c on
   kind depth                      straight up from several depths: K_z, how daylight falls.
@@ -62,10 +67,14 @@ impl CalibrateArguments {
         }
         let camera = self.camera.camera()?;
         let vehicle = camera.vehicle.as_ref();
+        let distances_m = distances_m(&self.manifest, vehicle);
+        let known = (vehicle, camera.even, camera.encoding);
         let mut options = RoutineOptions {
             light_pct: self.light_pct,
-            encoding: camera.encoding,
-            even: camera.even,
+            treatment: Treatment {
+                exposure: self.exposure.exposure()?,
+                ..self.photo.treatment(known, &distances_m)?
+            },
             noise: camera.noise,
             levels: vehicle.and_then(|vehicle| vehicle.level_curve.clone()),
             rig: vehicle

@@ -5,13 +5,14 @@ use std::sync::atomic::Ordering;
 
 use clap::Args;
 use uw_calib::response::LinearNoise;
-use uw_calib::{Encoding, Manifest, NoiseModel, SensorNoise, processing};
+use uw_calib::{Encoding, Manifest, NoiseModel, SensorNoise, Treatment, processing};
 use uw_guidance::physics::WaterFile;
 
 use super::camera::CurveName;
 use super::error::{CliError, note};
 use super::interrupt::cancel_flag;
 use super::output;
+use super::photo::{ExposureArguments, PhotoArguments, distances_m};
 use super::progress::ProgressDisplay;
 use crate::fit::{self, Fit, FitError, Fitted, Options, fit, water_file};
 use crate::vehicle::{Vehicle, VehicleFile};
@@ -25,6 +26,10 @@ pub(super) struct FitArguments {
     /// Vehicle that took them: a name among assets/vehicles or a file (*.toml).
     #[arg(long, value_name = "NAME|FILE", default_value = "default")]
     vehicle: String,
+    #[command(flatten)]
+    photo: PhotoArguments,
+    #[command(flatten)]
+    exposure: ExposureArguments,
     /// Water file to write (uw-water/1).
     #[arg(short, long)]
     output: PathBuf,
@@ -67,7 +72,7 @@ pub(super) struct FitArguments {
 }
 
 const NEEDS: &str = "\
-What is needed, with one exposure, gain and white balance for all pictures: the same spot of a flat target in the middle, square on, from
+What is needed, with one exposure (others are brought to it by EXIF or a column `exposure`), gain and white balance for all pictures: the same spot of a flat target in the middle, square on, from
 three distances or more, the farthest at least 1.8 times as far as the nearest; from each a picture with the lamps on (light_pct > 0) and
 one with the lamps off. Pictures that look up are compared in the report. docs/fit.md says which pictures tell what.";
 
@@ -77,7 +82,7 @@ impl FitArguments {
         output::check_writable(&self.output)?;
         let here = Path::new("");
         let vehicle = VehicleFile::find(&self.vehicle, here).map_err(CliError::input)?;
-        let options = self.options(vehicle.vehicle.encoding)?;
+        let options = self.options(&vehicle.vehicle)?;
         self.warn_of_processing(&vehicle.vehicle, options.encoding);
         let cancel = cancel_flag()?;
         let display = ProgressDisplay::start(false, true);
@@ -123,9 +128,18 @@ impl FitArguments {
         }
     }
 
-    fn options(&self, encoding: Encoding) -> Result<Options, CliError> {
+    fn options(&self, vehicle: &Vehicle) -> Result<Options, CliError> {
+        let encoding = self.encoding.map_or(vehicle.encoding, CurveName::encoding);
+        let distances_m = distances_m(&self.manifest, Some(vehicle));
+        let known = (Some(vehicle), None, encoding);
+        let Treatment {
+            mask, undistortion, ..
+        } = self.photo.treatment(known, &distances_m)?;
         let options = Options {
-            encoding: self.encoding.map_or(encoding, CurveName::encoding),
+            encoding,
+            exposure: self.exposure.exposure()?,
+            mask,
+            undistortion,
             dark: self.dark,
             down: self.bottom,
             backscatter_fraction: self.backscatter_fraction,

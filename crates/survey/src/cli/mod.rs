@@ -22,6 +22,7 @@ pub(crate) mod numbers;
 pub(crate) mod output;
 mod phase;
 mod phase_model;
+mod photo;
 mod predict;
 mod predict_physics;
 pub(crate) mod progress;

@@ -1,45 +1,53 @@
 //! `uw stats`: mean and contrast of pictures, with and without noise.
 
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use serde_json::json;
-use uw_calib::{Detail, Measured, NoiseSource, Processing};
+use uw_calib::photo::{Shot, frames};
+use uw_calib::{
+    Detail, Measured, NoiseModel, NoiseSource, Processing, StatsError, Treatment, View,
+};
 
 use super::camera::CameraArguments;
 use super::error::{CliError, note};
 use super::output;
+use super::photo::PhotoArguments;
 
 /// Arguments of `uw stats`.
 #[derive(Debug, Args)]
 pub(super) struct StatsArguments {
-    /// PNG, TIFF or JPEG pictures.
+    /// PNG, TIFF or JPEG pictures, or folders of frames of one still view.
     #[arg(required = true, value_name = "IMAGE")]
     images: Vec<PathBuf>,
     #[command(flatten)]
     camera: CameraArguments,
+    #[command(flatten)]
+    photo: PhotoArguments,
 }
 
 struct Row {
     file: String,
     picture: Measured,
     processing: Processing,
+    told: Vec<String>,
+    shot: Shot,
 }
 
 impl StatsArguments {
     /// Measures all pictures, then prints a table, or a list of objects where `json`.
     pub(super) fn run(&self, json: bool) -> Result<(), CliError> {
         let camera = self.camera.camera()?;
-        let (noise, even) = (&camera.noise, camera.even.as_ref());
-        let mut rows = Vec::with_capacity(self.images.len());
-        for path in &self.images {
-            rows.push(Row {
-                file: path.display().to_string(),
-                picture: Measured::from_file(path, noise, even).map_err(CliError::input)?,
-                processing: Processing::of_file(path, noise).map_err(CliError::input)?,
-            });
-        }
+        let known = (camera.vehicle.as_ref(), camera.even, camera.encoding);
+        let treatment = self.photo.treatment(known, &[])?;
+        let rows = self
+            .images
+            .iter()
+            .map(|path| row(path, &treatment, &camera.noise));
+        let rows = rows
+            .collect::<Result<Vec<Row>, _>>()
+            .map_err(CliError::input)?;
         output::to_stdout(|out| {
             if json {
                 write_json(out, &rows)
@@ -58,6 +66,26 @@ impl StatsArguments {
     }
 }
 
+fn row(path: &Path, treatment: &Treatment, noise: &NoiseModel) -> Result<Row, StatsError> {
+    let opened = treatment.open(&View {
+        path,
+        distance_m: None,
+        over: 1.0,
+    })?;
+    let files = frames::files(path)?;
+    let processing = files.first().map(|file| Processing::of_file(file, noise));
+    Ok(Row {
+        file: path.display().to_string(),
+        picture: opened.measure(noise)?,
+        processing: processing.transpose()?.unwrap_or_default(),
+        told: opened.told().to_vec(),
+        shot: files
+            .first()
+            .map(|file| Shot::of_file(file))
+            .unwrap_or_default(),
+    })
+}
+
 fn warnings(row: &Row) -> Vec<String> {
     let mut warnings = match &row.picture.detail {
         Some(detail) => detail.warnings(),
@@ -66,6 +94,8 @@ fn warnings(row: &Row) -> Vec<String> {
         ],
     };
     warnings.extend(row.processing.warnings());
+    warnings.extend_from_slice(&row.told);
+    warnings.extend(row.shot.wrong.clone());
     warnings
 }
 
@@ -75,6 +105,8 @@ fn write_json(out: &mut dyn Write, rows: &[Row]) -> io::Result<()> {
             file,
             picture,
             processing,
+            shot,
+            ..
         } = row;
         let (grid, detail) = (&picture.grid, picture.detail.as_ref());
         let triple = |of: fn(&Detail) -> [f64; 3]| detail.map(of);
@@ -92,6 +124,10 @@ fn write_json(out: &mut dyn Write, rows: &[Row]) -> io::Result<()> {
             "saturated": triple(|d| d.saturated),
             "jpeg_quality": processing.jpeg_quality,
             "noise_share": processing.noise_share,
+            "exposure_time_s": shot.time_s,
+            "f_number": shot.f_number,
+            "iso": shot.iso,
+            "exposure": shot.stated_exposure(),
             "warnings": warnings(row),
         })
     };

@@ -3,7 +3,6 @@
 use uw_calib::Encoding;
 use uw_calib::picture::Counts;
 use uw_calib::response::LinearNoise;
-use uw_calib::vehicle::Vignetting;
 
 /// Most blocks across and down the part that all pictures show.
 const MOST_BLOCKS: [usize; 2] = [12, 8];
@@ -26,7 +25,7 @@ pub(super) struct Grid {
     inner: [usize; 2],
 }
 
-/// Linear signal of a block: mean, and variance of that mean by the sensor's noise; infinite where pixels are at full scale.
+/// Linear signal of a block: mean, and variance of that mean by the sensor's noise; infinite where pixels are at full scale, masked or not seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Block {
     pub(super) signal: [f64; 3],
@@ -97,14 +96,20 @@ impl Grid {
     }
 
     /// Block `i` of a picture, of whose middle the nearest picture shows as much as `share` tells.
-    pub(super) fn measure(self, i: usize, picture: &Counts, share: f64, sensor: &Sensor) -> Block {
+    pub(super) fn measure(
+        self,
+        i: usize,
+        picture: &Counts,
+        share: f64,
+        behind: Behind<'_>,
+    ) -> Block {
         let [x, y] = self.bounds(i);
         let pixels = |edge: f64, side: usize| 0.5 * side as f64 * (1.0 + share * edge);
         block(
             picture,
             x.map(|edge| pixels(edge, picture.width)),
             y.map(|edge| pixels(edge, picture.height)),
-            sensor,
+            behind,
         )
     }
 }
@@ -114,9 +119,19 @@ impl Grid {
 pub(super) struct Sensor {
     pub(super) encoding: Encoding,
     pub(super) noise: LinearNoise,
-    /// What the lens left of the light before the pictures were made even.
-    pub(super) lens: Option<Vignetting>,
 }
+
+/// What is behind a pixel that was made of stored ones.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stored {
+    /// The share of its light that they have, by lens and exposure.
+    pub(super) share: f64,
+    /// How many they are.
+    pub(super) pixels: f64,
+}
+
+/// A sensor, and what is behind pixels at a place, pixels from the top left corner.
+type Behind<'a> = (&'a Sensor, &'a dyn Fn([f64; 2]) -> Stored);
 
 /// Pixels that an interval covers, and how much of each.
 fn covered([from, to]: [f64; 2], side: usize) -> impl Iterator<Item = (usize, f64)> + Clone {
@@ -127,34 +142,40 @@ fn covered([from, to]: [f64; 2], side: usize) -> impl Iterator<Item = (usize, f6
     })
 }
 
-fn block(picture: &Counts, x: [f64; 2], y: [f64; 2], sensor: &Sensor) -> Block {
+fn block(picture: &Counts, x: [f64; 2], y: [f64; 2], (sensor, stored): Behind<'_>) -> Block {
     let (mut sum, mut weights, mut squares) = ([0.0; 3], 0.0, 0.0);
-    let mut clipped = [false; 3];
+    let mut unknown = [false; 3];
     let columns = covered(x, picture.width);
     for (row, of_row) in covered(y, picture.height) {
         for (column, of_column) in columns.clone() {
             let weight = of_row * of_column;
             let counts = picture.pixels[row * picture.width + column];
             for k in 0..3 {
-                sum[k] += weight * sensor.encoding.light(counts[k]);
-                clipped[k] |= counts[k] >= FULL_COUNT;
+                match counts[k] {
+                    masked if masked.is_nan() => unknown[k] = true,
+                    counts => {
+                        sum[k] += weight * sensor.encoding.light(counts);
+                        unknown[k] |= counts >= FULL_COUNT;
+                    }
+                }
             }
             weights += weight;
             squares += weight * weight;
         }
     }
     let signal = sum.map(|s| s / weights);
-    let place = [x, y].map(|[from, to]| (0.5 * (from + to)) as u32);
-    let size = (picture.width as u32, picture.height as u32);
-    let left = (sensor.lens).map_or(1.0, |lens| lens.share_at(place.into(), size));
+    let Stored {
+        share: left,
+        pixels,
+    } = stored([x, y].map(|[from, to]| 0.5 * (from + to)));
     let variance = [0, 1, 2].map(|k| {
         let y = signal[k];
         let stored = left * y;
         let of_pixel = sensor.noise.a * stored + sensor.noise.b;
         let rounding = ROUNDING / sensor.encoding.slope(stored).powi(2);
-        match clipped[k] {
+        match unknown[k] {
             true => f64::INFINITY,
-            false => (of_pixel + rounding) * squares / (weights * left).powi(2),
+            false => (of_pixel + rounding) * squares / (pixels * (weights * left).powi(2)),
         }
     });
     Block { signal, variance }
@@ -166,9 +187,13 @@ mod tests {
 
     const SENSOR: Sensor = Sensor {
         encoding: Encoding::Linear,
-        lens: None,
         noise: LinearNoise { a: 0.0, b: 1e-4 },
     };
+
+    const BEHIND: Behind<'_> = (&SENSOR, &|_| Stored {
+        share: 1.0,
+        pixels: 1.0,
+    });
 
     fn ramp(width: usize, height: usize) -> Counts {
         let value = |i: usize| (i % width) as f64 + 2.0 * (i / width) as f64;
@@ -189,7 +214,7 @@ mod tests {
         let shown = grid.shown(share);
         assert_eq!(shown.len(), grid.len());
         for i in shown {
-            let block = grid.measure(i, &picture, share, &SENSOR);
+            let block = grid.measure(i, &picture, share, BEHIND);
             let (u, v) = grid.middle(i);
             let (x, y) = (
                 45.0 * (1.0 + share * u) - 0.5,
@@ -216,12 +241,23 @@ mod tests {
         let mut picture = ramp(80, 80);
         picture.pixels[0] = [255.0, 3.0, 3.0];
         let grid = Grid::new([80, 80], 1.0).expect("a grid");
-        let first = grid.measure(0, &picture, 1.0, &SENSOR);
+        let first = grid.measure(0, &picture, 1.0, BEHIND);
         assert!(first.variance[0].is_infinite() && first.variance[1].is_finite());
         let pixels = (80.0 / 12.0) * 10.0;
         let of_pixel = 1e-4 + ROUNDING / (255.0 * 255.0);
-        let other = grid.measure(5, &picture, 1.0, &SENSOR);
+        let other = grid.measure(5, &picture, 1.0, BEHIND);
         // Cut pixels count less.
         assert!((other.variance[2] / (of_pixel / pixels) - 1.0).abs() < 0.1);
+        // The mean of nine frames that were exposed half as long.
+        let stored = |_| Stored {
+            share: 0.5,
+            pixels: 9.0,
+        };
+        let better = grid.measure(5, &picture, 1.0, (&SENSOR, &stored));
+        assert!((better.variance[2] / other.variance[2] * 9.0 / 4.0 - 1.0).abs() < 1e-9);
+        // Masked ones are not known either.
+        picture.pixels[70] = [f64::NAN; 3];
+        let masked = grid.measure(10, &picture, 1.0, BEHIND);
+        assert!(masked.variance.iter().all(|v| v.is_infinite()) && masked.signal[0].is_finite());
     }
 }

@@ -1,6 +1,5 @@
 //! How bright daylight is beside what the vehicle's file and the fitted target say.
 
-use uw_calib::Even;
 use uw_calib::picture::Counts;
 use uw_calib::stats::{PATCH_COLUMNS, PATCH_ROWS};
 use uw_guidance::physics::WaterTables;
@@ -27,7 +26,7 @@ pub(super) fn daylight(
     options: &Options,
     tables: &WaterTables,
 ) -> Result<Option<Daylight>, WaterError> {
-    let even = Even::of_vehicle(vehicle, options.encoding);
+    let treatment = options.treatment(vehicle);
     let mut ratios: [Vec<f64>; 3] = Default::default();
     let nearest_m = fit.places.first().map_or(0.0, |place| place[0].distance_m);
     let dark = fit.places.iter().map(|place| &place[0]);
@@ -44,9 +43,11 @@ pub(super) fn daylight(
             continue;
         };
         let source = &tables.views[view].daylight[depth];
-        let picture = Counts::read(&row.image, even.as_ref())?;
+        let picture = treatment.open(&row.view())?.counts();
         let share = shown_from(nearest_m, row.distance_m);
-        let seen = mean_light(&picture, share, options);
+        let Some(seen) = mean_light(&picture, share, options) else {
+            continue;
+        };
         for k in 0..3 {
             let made = vehicle.exposure * mean_radiance(source, k, share, fit.reflectance[k]);
             ratios[k].push(seen[k] / made);
@@ -72,8 +73,8 @@ fn shown_from(nearest_m: f64, distance_m: f64) -> f64 {
     nearest_m / distance_m
 }
 
-/// Mean light of the middle of a picture, `share` as wide and high.
-fn mean_light(picture: &Counts, share: f64, options: &Options) -> [f64; 3] {
+/// Mean light of the middle of a picture, `share` as wide and high, where it is known; `None` where nothing of it is.
+fn mean_light(picture: &Counts, share: f64, options: &Options) -> Option<[f64; 3]> {
     let middle = |size: usize| {
         let left = (0.5 * (1.0 - share) * size as f64).round() as usize;
         left.min(size / 2)..(size - left).max(size / 2 + 1)
@@ -82,13 +83,16 @@ fn mean_light(picture: &Counts, share: f64, options: &Options) -> [f64; 3] {
     for y in middle(picture.height) {
         for x in middle(picture.width) {
             let pixel = &picture.pixels[y * picture.width + x];
+            if pixel.iter().any(|counts| counts.is_nan()) {
+                continue;
+            }
             for k in 0..3 {
                 sum[k] += options.encoding.light(pixel[k]);
             }
             n += 1.0;
         }
     }
-    sum.map(|s| s / n)
+    (n > 0.0).then(|| sum.map(|s| s / n))
 }
 
 /// Mean radiance over that part of a view of an even target.
@@ -130,7 +134,7 @@ mod tests {
         let options = Options::default();
         let found = mean_light(&picture, shown_from(1.0, 2.0), &options);
         let expected = options.encoding.light(200.0);
-        for found in found {
+        for found in found.expect("known") {
             assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
         }
     }

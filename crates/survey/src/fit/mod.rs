@@ -25,8 +25,9 @@ mod water;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use uw_calib::Encoding;
-use uw_calib::{DepthMeasurement, ManifestError, StatsError};
+use uw_calib::{
+    DepthMeasurement, Encoding, Even, ManifestError, Mask, StatsError, Treatment, Undistortion,
+};
 use uw_media::WaterType;
 
 use crate::environment::{EnvironmentError, WATER_INDEX, WaterKind};
@@ -69,6 +70,12 @@ pub const BACKSCATTER_RANGE: [f64; 2] = [BACKSCATTER[0], BACKSCATTER[BACKSCATTER
 pub struct Options {
     /// How the pictures' counts stand for light.
     pub encoding: Encoding,
+    /// Exposure that the pictures are brought to ([`Treatment::exposure`]).
+    pub exposure: Option<f64>,
+    /// What is left out of the pictures as they are stored.
+    pub mask: Option<Mask>,
+    /// From the pictures as they are stored to those of the vehicle's ideal camera.
+    pub undistortion: Option<Undistortion>,
     /// There is no daylight: a picture with the lamps on needs none without.
     pub dark: bool,
     /// The vehicle looks down at the bottom rather than ahead at a wall.
@@ -90,6 +97,17 @@ pub struct Options {
 }
 
 impl Options {
+    /// What is done to the pictures of a vehicle before they are measured.
+    fn treatment(&self, vehicle: &Vehicle) -> Treatment {
+        Treatment {
+            encoding: self.encoding,
+            exposure: self.exposure,
+            even: Even::of_vehicle(vehicle, self.encoding),
+            mask: self.mask.clone(),
+            undistortion: self.undistortion.clone(),
+        }
+    }
+
     /// The first field that has no usable value, with what would be right.
     pub fn wrong(&self) -> Option<(&'static str, String)> {
         let errors = [
@@ -119,6 +137,9 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             encoding: Encoding::Srgb,
+            exposure: None,
+            mask: None,
+            undistortion: None,
             dark: false,
             down: false,
             backscatter_fraction: 0.0183,
@@ -321,6 +342,7 @@ pub fn fit(
             problem.weigh_pictures(&found.parameters);
             let mut fit = told(&problem, &found, dark);
             fit.warnings.extend(search.other_target(problem, &found));
+            fit.warnings.extend_from_slice(&pictures.told);
             Ok(fit)
         }
         None => Err(FitError::NoSolution {

@@ -4,14 +4,13 @@
 //! off is daylight alone; what that is at the target and in the water before it is left open, so that it tells only how
 //! detail is lost with distance.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use uw_calib::manifest::{Manifest, RowKind};
-use uw_calib::picture::Counts;
+use uw_calib::manifest::{self, Manifest, RowKind};
 use uw_calib::response::LinearNoise;
-use uw_calib::{DepthMeasurement, Encoding, Even, PatchGrid};
+use uw_calib::{DepthMeasurement, Encoding, Treatment, View};
 
-use super::blocks::{Block, Grid, Sensor};
+use super::blocks::{Block, Grid, Sensor, Stored};
 use super::{FitError, Options};
 use crate::vehicle::Vehicle;
 
@@ -65,16 +64,24 @@ pub(super) struct Pictures {
     pub(super) single: usize,
     /// Mean counts of the pictures that look up.
     pub(super) up: Vec<DepthMeasurement>,
+    /// What should be known of the pictures, a sentence each.
+    pub(super) told: Vec<String>,
 }
 
 /// A picture of the target that the manifest lists.
 #[derive(Clone, Debug)]
 pub(super) struct Row {
-    line: u64,
-    pub(super) image: PathBuf,
+    listed: manifest::Row,
     pub(super) distance_m: f64,
     pub(super) depth_m: Option<f64>,
     pub(super) light_pct: f64,
+}
+
+impl Row {
+    /// Its picture, at the exposure that all are brought to.
+    pub(super) fn view(&self) -> View<'_> {
+        self.listed.view()
+    }
 }
 
 impl Pictures {
@@ -84,7 +91,9 @@ impl Pictures {
         vehicle: &Vehicle,
         options: &Options,
     ) -> Result<Self, FitError> {
-        let manifest = Manifest::read(path, vehicle.level_curve.as_ref())?;
+        let mut manifest = Manifest::read(path, vehicle.level_curve.as_ref())?;
+        let exposures = manifest.one_exposure(options.exposure);
+        let told = [exposures.approximate, exposures.warnings].concat();
         let rows: Vec<Row> = manifest.rows.iter().filter_map(of_target).collect();
         let places = places(rows);
         check(path, &places, options)?;
@@ -95,7 +104,7 @@ impl Pictures {
             .fold((f64::INFINITY, 0f64), |(near, far), d| {
                 (near.min(d), far.max(d))
             });
-        let even = Even::of_vehicle(vehicle, options.encoding);
+        let treatment = options.treatment(vehicle);
         let size_px = [vehicle.width as usize, vehicle.height as usize];
         let share = nearest_m / farthest_m;
         let grid = Grid::new(size_px, share).ok_or_else(|| FitError::TooFar {
@@ -109,7 +118,8 @@ impl Pictures {
             shown: Vec::new(),
             places: Vec::new(),
             single: 0,
-            up: looking_up(&manifest, options, even.as_ref())?,
+            up: looking_up(&manifest, options, &treatment)?,
+            told,
         };
         let sensor = Sensor {
             encoding: options.encoding,
@@ -117,10 +127,9 @@ impl Pictures {
                 a: vehicle.noise_a,
                 b: vehicle.noise_b,
             },
-            lens: vehicle.vignetting,
         };
         for place in &places {
-            pictures.add(path, place, size_px, (&sensor, even.as_ref()), options)?;
+            pictures.add(path, place, size_px, (&sensor, &treatment), options)?;
         }
         pictures.places = places;
         Ok(pictures)
@@ -132,23 +141,31 @@ impl Pictures {
         path: &Path,
         place: &[Row],
         size_px: [usize; 2],
-        (sensor, even): (&Sensor, Option<&Even>),
+        (sensor, treatment): (&Sensor, &Treatment),
         options: &Options,
     ) -> Result<(), FitError> {
         let share = self.nearest_m / place[0].distance_m;
         let shown_blocks = self.grid.shown(share);
-        let read = |row: &Row| -> Result<Vec<Block>, FitError> {
-            let picture = Counts::read(&row.image, even)?;
+        let mut told = Vec::new();
+        let mut read = |row: &Row| -> Result<Vec<Block>, FitError> {
+            let opened = treatment.open(&row.view())?;
+            let name = row.listed.image.display();
+            told.extend(opened.told().iter().map(|what| format!("{name}: {what}")));
+            let picture = opened.counts();
             if [picture.width, picture.height] != size_px {
                 return Err(FitError::Size {
                     manifest: path.display().to_string(),
-                    line: row.line,
-                    image: row.image.display().to_string(),
+                    line: row.listed.line,
+                    image: name.to_string(),
                     expected: size_px,
                     got: [picture.width, picture.height],
                 });
             }
-            let block = |i: &usize| self.grid.measure(*i, &picture, share, sensor);
+            let stored = |at: [f64; 2]| Stored {
+                share: opened.stored_share(at),
+                pixels: opened.pixels_behind(at),
+            };
+            let block = |i: &usize| self.grid.measure(*i, &picture, share, (sensor, &stored));
             Ok(shown_blocks.iter().map(block).collect())
         };
         let least = read(&place[0])?;
@@ -177,6 +194,7 @@ impl Pictures {
             (false, false) => shown.push(of(Light::Daylight, least)),
         }
         self.shown.append(&mut shown);
+        self.told.append(&mut told);
         Ok(())
     }
 }
@@ -185,21 +203,24 @@ impl Pictures {
 fn looking_up(
     manifest: &Manifest,
     options: &Options,
-    even: Option<&Even>,
+    treatment: &Treatment,
 ) -> Result<Vec<DepthMeasurement>, FitError> {
     let up = manifest.rows.iter().filter_map(|row| match row.kind {
-        RowKind::Depth { depth_m } => Some((depth_m, &row.image)),
+        RowKind::Depth { depth_m } => Some((depth_m, row)),
         RowKind::Contrast { .. } => None,
     });
-    let measured = up.map(|(depth_m, image)| {
-        let as_srgb = |counts: f64| Encoding::Srgb.counts(options.encoding.light(counts));
-        let mean = PatchGrid::from_file_as(image, even, as_srgb)?.stats.mean;
+    let measured = up.map(|(depth_m, row)| {
+        let as_srgb = |counts: f64| match counts {
+            unknown if unknown.is_nan() => unknown,
+            counts => Encoding::Srgb.counts(options.encoding.light(counts)),
+        };
+        let mean = treatment.open(&row.view())?.measure_as(as_srgb)?.stats.mean;
         Ok(DepthMeasurement { depth_m, mean })
     });
     measured.collect()
 }
 
-fn of_target(row: &uw_calib::manifest::Row) -> Option<Row> {
+fn of_target(row: &manifest::Row) -> Option<Row> {
     match row.kind {
         RowKind::Depth { .. } => None,
         RowKind::Contrast {
@@ -207,8 +228,7 @@ fn of_target(row: &uw_calib::manifest::Row) -> Option<Row> {
             light_pct,
             depth_m,
         } => Some(Row {
-            line: row.line,
-            image: row.image.clone(),
+            listed: row.clone(),
             distance_m,
             depth_m,
             light_pct,
@@ -258,5 +278,104 @@ fn check(path: &Path, places: &[Vec<Row>], options: &Options) -> Result<(), FitE
             manifest: path.display().to_string(),
             distances_m,
         }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use image::{Rgb, RgbImage};
+    use uw_calib::Mask;
+
+    use super::*;
+
+    const SIZE: [u32; 2] = [160, 90];
+    /// Light of the pictures at one exposure, with the lamps off and on, from each distance.
+    const LIGHTS: [(f64, [f64; 2]); 3] =
+        [(0.5, [0.05, 0.4]), (1.0, [0.04, 0.2]), (2.0, [0.03, 0.08])];
+
+    /// The pictures of a wall that fades to the right, with the lamps off exposed `over` times as long.
+    fn read(over: f64, options: &Options) -> Result<Pictures, FitError> {
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut manifest = "file,kind,depth_m,distance_m,light_pct,exposure\n".to_owned();
+        for (distance_m, lights) in LIGHTS {
+            for (light_pct, light) in [0, 100].into_iter().zip(lights) {
+                let over = if light_pct == 0 { over } else { 1.0 };
+                let picture = RgbImage::from_fn(SIZE[0], SIZE[1], |x, _| {
+                    let light = over * light * (1.0 - 0.5 * f64::from(x) / f64::from(SIZE[0]));
+                    Rgb([Encoding::Srgb.counts(light).round() as u8; 3])
+                });
+                let name = format!("{distance_m}_{light_pct}.png");
+                picture.save(folder.path().join(&name)).expect("written");
+                manifest += &format!("{name},contrast,3,{distance_m},{light_pct},{over}\n");
+            }
+        }
+        let path = folder.path().join("m.csv");
+        std::fs::write(&path, manifest).expect("written");
+        let vehicle = Vehicle {
+            width: SIZE[0],
+            height: SIZE[1],
+            ..Vehicle::default()
+        };
+        Pictures::read(&path, &vehicle, options)
+    }
+
+    #[test]
+    fn pictures_that_were_exposed_longer_show_the_same_light() {
+        let one = read(1.0, &Options::default()).expect("pictures");
+        let longer = read(4.0, &Options::default()).expect("pictures");
+        assert!(
+            one.told.is_empty() && longer.told[0].contains("3 of 6 pictures"),
+            "{:?}",
+            longer.told
+        );
+        for (a, b) in one.shown.iter().zip(&longer.shown) {
+            for (a, b) in a.blocks.iter().zip(&b.blocks) {
+                assert!(
+                    (a.signal[0] / b.signal[0] - 1.0).abs() < 0.05,
+                    "{a:?} {b:?}"
+                );
+                // Of light that was there four times the noise is less.
+                assert!(b.variance[0] < a.variance[0], "{a:?} {b:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn blocks_that_a_mask_covers_are_not_known() {
+        let mask = "format = \"uw-mask/1\"\nwidth = 160\nheight = 90\n[[polygon]]\npoints = [[0, 0], [60, 0], [60, 90], [0, 90]]\n";
+        let masked = Options {
+            mask: Some(Mask::parse(mask, "mask.toml").expect("a mask")),
+            ..Options::default()
+        };
+        let pictures = read(1.0, &masked).expect("pictures");
+        let nearest = &pictures.shown[0];
+        let known = |k: usize| {
+            nearest
+                .shown
+                .iter()
+                .filter(|i| nearest.known(**i, k).is_some())
+                .count()
+        };
+        let all = nearest.shown.len();
+        assert!(
+            known(0) > all / 2 && known(0) < all,
+            "{} of {all}",
+            known(0)
+        );
+        let other = Options {
+            mask: Some(
+                Mask::parse(&mask.replace("height = 90", "height = 96"), "mask.toml")
+                    .expect("a mask"),
+            ),
+            ..Options::default()
+        };
+        let error = read(1.0, &other)
+            .map(|_| ())
+            .expect_err("another size")
+            .to_string();
+        assert!(
+            error.contains("160 x 96") && error.contains("0.5_0.png"),
+            "{error}"
+        );
     }
 }

@@ -1,7 +1,6 @@
 //! The water file of a fitted water: tables made for it, and the target as the calibration's pictures show it.
 
 use uw_calib::StatsError;
-use uw_calib::picture::Counts;
 use uw_calib::response::CountResponse;
 use uw_guidance::Candidate;
 use uw_guidance::physics::file::{FitNumbers, WATER_FORMAT};
@@ -91,7 +90,7 @@ pub fn water_file(
         sights: Vec::new(),
         fit: Some(numbers(fit, daylight.as_ref())),
     };
-    file.sights = sights(fit, options, &file)?;
+    file.sights = sights(fit, vehicle, options, &file)?;
     Ok(file)
 }
 
@@ -152,12 +151,17 @@ fn brighten(tables: &mut WaterTables, gain: [f64; 3]) {
 }
 
 /// The target as each picture shows it: daylight alone may leave a channel dark, and lamps may bring one to full scale.
-fn sights(fit: &Fit, options: &Options, file: &WaterFile) -> Result<Vec<Sight>, WaterError> {
+fn sights(
+    fit: &Fit,
+    vehicle: &Vehicle,
+    options: &Options,
+    file: &WaterFile,
+) -> Result<Vec<Sight>, WaterError> {
     let response: CountResponse = file.sensor.response();
-    let even = file.sensor.even();
+    let treatment = options.treatment(vehicle);
     let mut sights = Vec::new();
     for row in fit.places.iter().flatten() {
-        let picture = Counts::read(&row.image, even.as_ref())?;
+        let picture = treatment.open(&row.view())?.counts().filled();
         let linear = LinearPicture::of_counts(&picture, options.encoding);
         let at = Candidate {
             distance_m: row.distance_m,

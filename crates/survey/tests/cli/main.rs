@@ -10,6 +10,7 @@ mod first_contact;
 mod fit;
 mod interruption;
 mod irradiance;
+mod photographs;
 mod pictures;
 mod predict;
 mod project;
