@@ -20,11 +20,10 @@ import sys
 BREAKS = {
     "fx": "focal lengths 3 %% too long",
     "baseline": "baseline 3 %% too long",
+    "corner": "the middle of the picture half a pixel off, as where points are counted from the corner",
     "mirror": "the world mirrored: each picture's columns reversed, and the eyes exchanged",
 }
-BREAK_FACTOR = 1.03
 RATE_HZ = 10
-LEAST_FRAMES = 3
 
 
 def hull_pose(share):
@@ -50,82 +49,24 @@ def write_path(arguments):
     arguments.csv.write_text("\n".join(lines) + "\n")
 
 
-def read_broken(folder, broken):
-    """Times, pictures of both eyes and rig, with what is broken on purpose."""
-    from reconstruction import pictures
-
-    rig = pictures.read_rig(folder)
-    times, left, right = pictures.picture_files(folder)
-    if len(times) < LEAST_FRAMES:
-        raise pictures.Refused(f"{folder}: {len(times)} frames, at least {LEAST_FRAMES} are needed")
-    if broken == "fx":
-        rig.matrix[0, 0] *= BREAK_FACTOR
-        rig.matrix[1, 1] *= BREAK_FACTOR
-    if broken == "baseline":
-        rig.baseline_m *= BREAK_FACTOR
-    if broken == "mirror":
-        left, right = right, left
-        rig.matrix[0, 2] = rig.size_px[0] - 1 - rig.matrix[0, 2]
-    return times, left, right, rig
-
-
-def reconstruct(left, right, rig, mirrored, tell):
-    """What was seen where, and the state that goes with it best."""
-    from reconstruction import adjustment, odometry
-    import numpy as np
-
-    turns, shifts_m, tracks = odometry.run(left, right, rig, mirrored, tell)
-    problem = adjustment.Problem(tracks.frames, tracks.points, tracks.seen_px)
-    return adjustment.adjust_twice(problem, adjustment.State(turns, shifts_m, np.array(tracks.places_m), rig.numbers))
-
-
-def with_truth(problem, state, truth):
-    """Residuals where the poses are the true ones, and the rig that the pictures then say."""
-    from reconstruction import adjustment, comparison
-    import numpy as np
-
-    positions_m, rotations = truth
-    to_cameras = np.swapaxes(rotations, 1, 2)
-    shifts_m = np.einsum("kij,kj->ki", to_cameras, positions_m[0] - positions_m)
-    true = adjustment.adjust(problem, state._replace(turns=to_cameras @ rotations[0], shifts_m=shifts_m), adjustment.Nothing())
-    found = adjustment.adjust(problem, true, adjustment.Rig())
-    figures = {"true_poses_residual_px": problem.residual_rms_px(true)}
-    return figures | comparison.rig_figures(found.rig, state.rig) | {"rig_residual_px": problem.residual_rms_px(found)}
-
-
-def compared(folder, broken, tell):
-    """Figures, and the two tracks."""
-    from reconstruction import comparison, pictures
-    import numpy as np
-
-    times, left, right, rig = read_broken(folder, broken)
-    truth = pictures.read_truth(folder, times)
-    problem, state = reconstruct(left, right, rig, broken == "mirror", tell)
-    rotations = np.swapaxes(state.turns, 1, 2)
-    positions_m = -np.einsum("kij,kj->ki", rotations, state.shifts_m)
-    distance_m = float(np.median(problem.in_cameras(state)[:, 2]))
-    figures, aligned_m = comparison.compare((positions_m, rotations), truth, distance_m)
-    seen = {"points": len(np.unique(problem.points)), "observations": len(problem.points), "residual_px": problem.residual_rms_px(state)}
-    return seen | figures | with_truth(problem, state, truth), aligned_m, truth[0]
-
-
 def compare(arguments):
-    from reconstruction import pictures
+    from reconstruction import attempt
+    from reconstruction.pictures import Refused
 
     def tell(k, matches):
         if not arguments.quiet:
             print(f"frame {k}: {matches} matches", file=sys.stderr)
 
     try:
-        figures, ours_m, theirs_m = compared(arguments.folder, arguments.broken, tell)
-    except pictures.Refused as error:
+        figures, ours_m, theirs_m, frame_file = attempt.compared(arguments.folder, arguments.by, arguments.broken, tell)
+    except Refused as error:
         print(f"reconstruct_sequence.py: {error}", file=sys.stderr)
         return 2
     off_pct = [figures["ate_of_path_pct"], abs(figures["scale_error_pct"]), 100 * math.radians(figures["rotation_rms_deg"])]
     figures["within"] = max(off_pct) <= arguments.within_pct
     print(json.dumps(figures, indent=1) if arguments.json else told(figures, arguments.within_pct))
     if arguments.picture:
-        draw(arguments.picture, ours_m, theirs_m)
+        draw(arguments.picture, ours_m, theirs_m, frame_file)
     return 0 if figures["within"] else 1
 
 
@@ -141,30 +82,43 @@ def told(f, within_pct):
         if f"relative_{step}_pct" in f:
             rotation_deg = f[f"relative_{step}_rotation_rms_deg"]
             lines.append(f"over {step} frames: {1000 * f[f'relative_{step}_rmse_m']:.2f} mm, {f[f'relative_{step}_pct']:.2f} % of the way, {rotation_deg:.3f} degrees")
-    lines.append(
-        f"with the true poses: residual {f['true_poses_residual_px']:.2f} px; the rig that fits them best: fx {f['rig_fx_pct']:+.3f} %, fy {f['rig_fy_pct']:+.3f} %, "
-        f"cx {f['rig_cx_px']:+.3f} px, cy {f['rig_cy_px']:+.3f} px, baseline {f['rig_baseline_pct']:+.3f} %, residual {f['rig_residual_px']:.2f} px"
-    )
+    if f.get("colmap_model_residual_px") is not None:
+        lines.append(f"with the poses of colmap/: reprojection error {f['colmap_model_residual_px']:.2f} px (mean)")
+    if "rig_fx_pct" in f:
+        lines.append(told_rig(f))
     lines.append(f"{'within' if f['within'] else 'NOT within'} {within_pct:g} % (ATE of the path, scale, rotation of a radian)")
     return "\n".join(lines)
 
 
-def draw(path, ours_m, theirs_m):
-    """The two tracks from above and from the side."""
+def told_rig(f):
+    return (
+        f"with the true poses: residual {f['true_poses_residual_px']:.2f} px; the rig that fits them best: fx {f['rig_fx_pct']:+.3f} %, fy {f['rig_fy_pct']:+.3f} %, "
+        f"cx {f['rig_cx_px']:+.3f} px, cy {f['rig_cy_px']:+.3f} px, baseline {f['rig_baseline_pct']:+.3f} %, residual {f['rig_residual_px']:.2f} px"
+    )
+
+
+def draw(path, ours_m, theirs_m, frame_file):
+    """A frame, the two tracks from above and from the side, and how far they are apart."""
     import matplotlib
 
     matplotlib.use("Agg")
     from matplotlib import pyplot
 
-    figure, axes = pyplot.subplots(2, 1, figsize=(7, 4.2), sharex=True, layout="constrained")
-    for axis, (across, name) in zip(axes, ((0, "x"), (2, "z"))):
-        axis.plot(theirs_m[:, 1], theirs_m[:, across], color="0.6", linewidth=4, label="true")
-        axis.plot(ours_m[:, 1], ours_m[:, across], color="tab:red", linewidth=1, marker=".", markersize=3, label="from the pictures")
-        axis.set_ylabel(f"{name}, m")
-        axis.set_aspect("equal")
-    axes[0].legend()
-    axes[1].set_xlabel("y, m")
-    figure.savefig(path, dpi=110)
+    figure, axes = pyplot.subplot_mosaic([["frame", "x"], ["frame", "z"], ["frame", "off"]], figsize=(11, 3.6), width_ratios=[1.1, 1], layout="constrained")
+    axes["frame"].imshow(pyplot.imread(frame_file))
+    axes["frame"].set_axis_off()
+    for name, across in (("x", 0), ("z", 2)):
+        axes[name].plot(theirs_m[:, 1], theirs_m[:, across], color="0.6", linewidth=5, label="true")
+        axes[name].plot(ours_m[:, 1], ours_m[:, across], color="tab:red", linewidth=1, marker=".", markersize=3, label="from the pictures")
+        axes[name].set_ylabel(f"{name}, m")
+        axes[name].invert_xaxis()
+    axes["x"].legend(fontsize=8, loc="lower right")
+    axes["off"].plot(1000 * ((ours_m - theirs_m) ** 2).sum(axis=1) ** 0.5, color="tab:red", linewidth=1)
+    axes["z"].set_xlabel("y, m")
+    axes["off"].set_xlabel("frame")
+    axes["off"].set_ylabel("off by, mm")
+    axes["off"].set_ylim(bottom=0)
+    figure.savefig(path, dpi=100)
 
 
 def arguments_of(words):
@@ -177,15 +131,18 @@ def arguments_of(words):
     comparing = commands.add_parser("compare", help="reconstruct a folder of `uw sequence --stereo` and compare it with its truth")
     comparing.add_argument("folder", type=pathlib.Path, help="folder of the sequence")
     comparing.add_argument("--within-pct", type=float, default=1.0, help="largest ATE, of the path, error of scale and of rotation, of a radian (1)")
+    comparing.add_argument("--by", choices=("opencv", "colmap"), default="opencv", help="what reconstructs: OpenCV with an adjustment of its own (default), or pycolmap")
     comparing.add_argument("--broken", choices=BREAKS, help="; ".join(f"{name}: {text}" for name, text in BREAKS.items()))
     comparing.add_argument("--json", action="store_true", help="print the figures as JSON")
-    comparing.add_argument("--picture", type=pathlib.Path, help="PNG of the two tracks (needs matplotlib)")
+    comparing.add_argument("--picture", type=pathlib.Path, help="a frame and the two tracks, PNG or JPEG (needs matplotlib)")
     comparing.add_argument("--quiet", action="store_true", help="nothing about single frames")
     arguments = parser.parse_args(words)
     if arguments.command == "path":
         arguments.frames = arguments.of if arguments.frames is None else arguments.frames
         if not (arguments.of >= 2 and 1 <= arguments.frames <= arguments.of):
             parser.error(f"--of must be at least 2 and --frames from 1 to it, got {arguments.of} and {arguments.frames}")
+    elif (arguments.by, arguments.broken) == ("colmap", "mirror"):
+        parser.error("--broken mirror goes with --by opencv alone")
     return arguments
 
 
@@ -196,7 +153,7 @@ def main(words=None):
     except OSError as error:
         print(f"reconstruct_sequence.py: {error.filename}: {error.strerror}", file=sys.stderr)
     except ModuleNotFoundError as error:
-        print(f"reconstruct_sequence.py: {error}; pip install numpy opencv-python-headless", file=sys.stderr)
+        print(f"reconstruct_sequence.py: {error}; pip install numpy opencv-python-headless, and pycolmap for --by colmap", file=sys.stderr)
     return 2
 
 

@@ -58,7 +58,7 @@ class Problem:
         return np.stack([left, row, right], axis=1) * self.known[:, :, None]
 
 
-class Poses:
+class PosesUnknown:
     """Poses are unknown but for the first one, the rig is known."""
 
     fixed = 6
@@ -71,7 +71,7 @@ class Poses:
         return state._replace(turns=turned_by(steps[:, :3]) @ state.turns, shifts_m=state.shifts_m + steps[:, 3:])
 
 
-class Nothing:
+class PointsUnknown:
     """Poses and rig are known; points move alone."""
 
     fixed = 1
@@ -83,7 +83,7 @@ class Nothing:
         return state
 
 
-class Rig:
+class RigUnknown:
     """The rig is unknown, poses are known."""
 
     fixed = 0
@@ -202,8 +202,8 @@ def adjust(problem, state, unknown):
 
 def adjust_twice(problem, state):
     """Adjusts poses, leaves out what is far off, and adjusts again; also the observations that were used."""
-    state = adjust(problem, state, Poses())
+    state = adjust(problem, state, PosesUnknown())
     off_px = np.abs(problem.residuals_px(state)).max(axis=1)
     behind = problem.in_cameras(state)[:, 2] <= 0
     problem = problem.without((off_px > OUTLIER_PX) | behind)
-    return problem, adjust(problem, state, Poses())
+    return problem, adjust(problem, state, PosesUnknown())
