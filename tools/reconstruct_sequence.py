@@ -112,7 +112,7 @@ def draw(path, ours_m, theirs_m, frame_file):
         axes[name].plot(ours_m[:, 1], ours_m[:, across], color="tab:red", linewidth=1, marker=".", markersize=3, label="from the pictures")
         axes[name].set_ylabel(f"{name}, m")
         axes[name].invert_xaxis()
-    axes["x"].legend(fontsize=8, loc="lower right")
+    axes["x"].legend(fontsize=8, ncols=2, loc="lower center", bbox_to_anchor=(0.5, 1.0), frameon=False)
     axes["off"].plot(1000 * ((ours_m - theirs_m) ** 2).sum(axis=1) ** 0.5, color="tab:red", linewidth=1)
     axes["z"].set_xlabel("y, m")
     axes["off"].set_xlabel("frame")
