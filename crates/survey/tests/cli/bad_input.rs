@@ -292,7 +292,7 @@ fn pictures_and_manifests_are_refused_by_name() {
     folder.refused("sensor text.exr scene.toml -o out.png", &["text.exr"]);
     folder.refused(
         "sensor text.exr scene.toml -o out.exr",
-        &["out.exr", ".png or .tif"],
+        &["out.exr", ".png, .tif or .jpg"],
     );
     folder.refused("sensor text.exr none.toml -o out.png", &["none.toml"]);
     folder.refused("calibrate none.csv -o out.json", &["none.csv"]);
