@@ -2,7 +2,7 @@
 """What a calibration from photographs is worth: the stand-ins of docs/howto/photographs.md against an ideal camera and the truth.
 
     python3 tools/doc_commands.py --run docs/howto/photographs.md --folder DIR    # makes the stand-ins in an empty folder
-    python3 tools/photographs.py DIR                                              # needs uw in the path; a quarter of an hour on two processors
+    python3 tools/photographs.py DIR                                              # needs uw in the path; four minutes of processor time
 
 Prints a line for each way to calibrate: contrast without noise against that of the ideal camera's pictures, and what `uw fit` finds against
 the water that was rendered.

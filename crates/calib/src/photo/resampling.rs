@@ -13,7 +13,7 @@ use super::lights::{FULL, Lights};
 use crate::planes::Planes;
 
 /// Pixels from one point of the net to the next, at most.
-const STEP_PX: f64 = 8.0;
+const STEP_PX: f64 = 4.0;
 /// Most samples along the side of a pixel.
 const MOST_SAMPLES: usize = 16;
 /// Light from which a pixel is at full scale.

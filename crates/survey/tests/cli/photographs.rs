@@ -20,9 +20,10 @@ const CAMERA: &str = "format = \"uw-scene/1\"\n[camera]\nposition_m = [0, 0, 0]\
     width = 240\nheight = 144\n";
 const MASK: &str = "format = \"uw-mask/1\"\nwidth = 160\nheight = 96\n[[polygon]]\npoints = [[0, 60], [50, 96], [0, 96]]\n";
 
-/// Light of a wall of soft stripes, by the tangents of the direction.
+/// Light of a wall of soft stripes, brightest in the middle, by the tangents of the direction.
 fn wall(across: f64, down: f64) -> f64 {
-    0.5 + 0.3 * (70.0 * across + 15.0 * down).sin()
+    let fall = (1.4 - 4.0 * (across * across + down * down)).max(0.1);
+    fall * (0.5 + 0.3 * (70.0 * across + 15.0 * down).sin())
 }
 
 /// The wall as an ideal camera of 50 degrees stores it in light of some brightness.
