@@ -16,6 +16,8 @@ use crate::planes::Planes;
 const STEP_PX: f64 = 4.0;
 /// Most samples along the side of a pixel.
 const MOST_SAMPLES: usize = 16;
+/// Pixels beyond the edge of a picture at which a point still lies on it: that much is rounding.
+const EDGE_PX: f64 = 1e-6;
 /// Light from which a pixel is at full scale.
 const FULL_LIGHT: f64 = 1.0 - 1e-9;
 /// Pixels along the side of a patch at which what is left of its noise is taken.
@@ -64,9 +66,14 @@ impl Resampling {
 
     /// Share of the ideal picture that the stored one shows, in [0, 1].
     pub fn seen(&self) -> f64 {
-        let inside = |at: &[f64; 2]| (0..2).all(|k| (0.0..=self.from[k] as f64).contains(&at[k]));
-        let seen = self.net.iter().flatten().filter(|at| inside(at)).count();
-        seen as f64 / self.net.len() as f64
+        let seen = self.net.iter().flatten().filter(|at| self.holds(**at));
+        seen.count() as f64 / self.net.len() as f64
+    }
+
+    /// Whether a point lies on the stored picture.
+    fn holds(&self, at: [f64; 2]) -> bool {
+        let on = |k: usize| (-EDGE_PX..=self.from[k] as f64 + EDGE_PX).contains(&at[k]);
+        on(0) && on(1)
     }
 
     /// Stored pixels on a pixel's side, where they are most.
@@ -138,7 +145,7 @@ impl Resampling {
 
     /// The 4 × 4 pixels around a point of the stored picture, and the share of each; at its edges the outermost stand for those beyond.
     fn around(&self, at: [f64; 2]) -> Option<[(usize, f64); 16]> {
-        if (0..2).any(|k| !(0.0..=self.from[k] as f64).contains(&at[k])) {
+        if !self.holds(at) {
             return None;
         }
         let axis = |k: usize| {
