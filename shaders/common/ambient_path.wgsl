@@ -3,7 +3,8 @@
 import package::common::ambient_flight::{draw_flight, scatter_ambient};
 import package::common::ambient_queue::numbers;
 import package::common::ambient_walk::{AmbientWalk, IN_AIR, LEADING, MET_SURFACE, SCATTERED_BEFORE, along, copies_made, copies_of, diffuse_irradiance, direction_numbers, has, has_reference, has_top, light_ahead, light_on_surface, pending, pop_walk, push_walk, relative_light, score, set_reference, sin2_half_to_sun, survival_of, turned_walk};
-import package::common::bvh::{SurfacePoint, closest, occluded, lit_point};
+import package::common::bvh::{closest, occluded};
+import package::common::surface::{SurfacePoint, lit_point};
 import package::common::camera::{BOUNDARY, End, NOTHING, SCATTER, SURFACE, end_point, full_segment, no_point};
 import package::common::daylight::{scattered_sunlight, sun_reaches};
 import package::common::gloss::{surface_albedo, surface_direction, surface_factor, surface_pdf};

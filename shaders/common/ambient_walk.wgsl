@@ -1,7 +1,7 @@
 // Walks that look for daylight: their state, the stack of those that still have to go on, and how many go on.
 // Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
 import package::common::ambient_queue::numbers;
-import package::common::bvh::SurfacePoint;
+import package::common::surface::SurfacePoint;
 import package::common::camera::{End, SURFACE};
 import package::common::daylight::{field_irradiance, field_scattered};
 import package::common::film::{AMBIENT, add_light, lane};

@@ -1,6 +1,7 @@
 // Rays to the first surface, and image points around small lamps in view.
 // Host: crates/render/src/kernels/records.rs (image points of lamps). Checked by: tests/system/gpu.rs.
-import package::common::bvh::{Hit, SurfacePoint, closest, lit_point};
+import package::common::bvh::{Hit, closest};
+import package::common::surface::{SurfacePoint, lit_point};
 import package::common::interface::{distance_to_surface, external_reflectance, is_above, refract_into_water};
 import package::common::layer_tables::BY_SCATTERING;
 import package::common::layers::drawn_along;

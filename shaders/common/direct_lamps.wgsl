@@ -1,6 +1,7 @@
 // Light of the lamps that scatters nowhere in the water: lamp, first surface, camera; and lamps that the camera sees.
 // Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
-import package::common::bvh::{SurfacePoint, closest};
+import package::common::bvh::closest;
+import package::common::surface::SurfacePoint;
 import package::common::camera::{BOUNDARY, SURFACE, CameraRay, end_point};
 import package::common::film::add_light;
 import package::common::gloss::{surface_albedo, surface_direction, surface_factor, surface_pdf};

@@ -5,7 +5,7 @@
 // channel, is a bounded factor of the direction. The matt lobe takes what the facets leave (Ashikhmin and Shirley 2000) and what a
 // metal reflects more than once (Kulla and Conty 2017), so that a white surface loses nothing.
 // Host: crates/render/src/prepare/gloss.rs (makes the tables). Checked by: tests/system/gloss.rs.
-import package::common::bvh::SurfacePoint;
+import package::common::surface::SurfacePoint;
 import package::common::interface::fresnel_reflectance;
 import package::common::layout::{HAS_GLOSS, LEAST_ROUGHNESS, PI, Spectrum, scene};
 import package::common::math::{circle, cosine_hemisphere, frame};

@@ -1,7 +1,7 @@
 // Joining the last vertex of a walk to the lamps, by bridges and by what lies straight ahead.
 // Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
 import package::common::bridge::{add_segment, bridge, bridge_draw, bridge_straight, bridge_turn, bridge_vertex, extra_row, quarters_about};
-import package::common::bvh::SurfacePoint;
+import package::common::surface::SurfacePoint;
 import package::common::film::add_light;
 import package::common::gloss::{surface_factor, surface_pdf};
 import package::common::interface::{distance_to_surface, flip, is_above};

@@ -1,8 +1,8 @@
 // Light of the lamps: a camera walk whose vertices are joined to the lamps by bridges.
 // Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
-import package::common::bvh::SurfacePoint;
+import package::common::surface::SurfacePoint;
 import package::common::camera::{BOUNDARY, SCATTER, SURFACE, CameraRay, End, end_point};
-import package::common::gloss::{is_glossy, surface_albedo, surface_direction, surface_factor, surface_pdf};
+import package::common::gloss::{surface_albedo, surface_direction, surface_factor, surface_pdf};
 import package::common::lamp_connect::{connect_lamps, meet_lamps, vertex_count};
 import package::common::lamp_flight::{first_end, go_to_scattering, next_end, reflect_at_boundary};
 import package::common::lamp_resampling::{Landing, resample_landing};
@@ -188,7 +188,7 @@ fn root_on_surface() -> bool {
         return false;
     }
     let position = unfolded(walk.origin);
-    subpath_root(position, walk.length, walk_drawn(), walk.reflected, is_glossy(ground) || is_close_to_lamp(position), walk.unscattered);
+    subpath_root(position, walk.length, walk_drawn(), walk.reflected, is_close_to_lamp(position), walk.unscattered);
     return true;
 }
 

@@ -1,7 +1,7 @@
 // Where a walk lands: one of several first surface points, by resampled importance sampling (Talbot et al. 2005) for the
 // light that they can bring.
 // Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
-import package::common::bvh::SurfacePoint;
+import package::common::surface::SurfacePoint;
 import package::common::camera::{BOUNDARY, NOTHING, SCATTER, SURFACE, CameraRay, End, end_point, no_point};
 import package::common::gloss::surface_albedo;
 import package::common::lamp_connect::vertex_count;

@@ -1,6 +1,6 @@
 // Shared functions over tables of inputs: row i of the scratch buffer holds four numbers, of which function
 // `max_events` of the list below makes up to four, in the film. Checked by: crates/render/src/gpu/functions/.
-import package::common::bvh::{closest, surface_point};
+import package::common::bvh::closest;
 import package::common::film::lane;
 import package::common::interface::{external_reflectance, internal_reflectance, refract_into_water};
 import package::common::layout::{INFINITE, NONE, dispatch, film, scratch};
@@ -10,6 +10,7 @@ import package::common::order::{order_ln_tail, order_sample, order_sample_scatte
 import package::common::phase::{phase_sample_x, phase_value};
 import package::common::rng::{leading_bits, next_bits, start_draws};
 import package::common::settings::max_events;
+import package::common::surface::surface_point;
 import package::probe::inputs::direction_of;
 
 @compute @workgroup_size(64)

@@ -29,6 +29,8 @@ pub mod json;
 mod levels;
 pub mod manifest;
 pub mod noise;
+#[cfg(test)]
+mod normal;
 pub mod photo;
 pub mod picture;
 mod planes;

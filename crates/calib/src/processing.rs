@@ -236,6 +236,7 @@ mod tests {
     use super::*;
     use crate::Encoding;
     use crate::noise::SensorNoise;
+    use crate::normal::Normal;
     use crate::response::LinearNoise;
 
     fn jpeg(picture: &RgbImage, quality: u8) -> Vec<u8> {
@@ -255,19 +256,14 @@ mod tests {
 
     /// A slope of light with a sensor's noise, mean of `over` frames.
     fn noisy(over: u32) -> RgbImage {
-        let mut state = 7u64;
-        let mut uniform = || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1);
-            (state >> 11) as f64 / (1u64 << 53) as f64
-        };
+        let mut normal = Normal::new(7);
         RgbImage::from_fn(320, 192, |x, _| {
             let light = 0.1 + 0.3 * f64::from(x) / 320.0;
             let deviation = (1e-3 * light + 1e-5).sqrt() / f64::from(over).sqrt();
             image::Rgb([0; 3].map(|_: u8| {
-                let normal = (0..12).map(|_| uniform()).sum::<f64>() - 6.0;
-                Encoding::Srgb.counts(light + deviation * normal).round() as u8
+                Encoding::Srgb
+                    .counts(light + deviation * normal.next())
+                    .round() as u8
             }))
         })
     }

@@ -1,6 +1,7 @@
 use super::*;
 use crate::Encoding;
 use crate::noise::SensorNoise;
+use crate::normal::Normal;
 use crate::response::{CountResponse, LinearNoise};
 use crate::stats::patch_statistics;
 
@@ -13,24 +14,6 @@ const NOISES: [LinearNoise; 2] = [
     LinearNoise { a: 2e-4, b: 1e-6 },
     LinearNoise { a: 1e-3, b: 1e-5 },
 ];
-
-/// Normal numbers from a seed (xorshift64*, Vigna 2016; Box and Muller).
-struct Normal(u64);
-
-impl Normal {
-    fn uniform(&mut self) -> f64 {
-        self.0 ^= self.0 >> 12;
-        self.0 ^= self.0 << 25;
-        self.0 ^= self.0 >> 27;
-        let bits = self.0.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 11;
-        (bits as f64 + 0.5) / (1u64 << 53) as f64
-    }
-
-    fn next(&mut self) -> f64 {
-        let radius = (-2.0 * self.uniform().ln()).sqrt();
-        radius * (std::f64::consts::TAU * self.uniform()).cos()
-    }
-}
 
 /// Detail several pixels wide around a level that rises by a half across the picture, in linear light.
 fn texture(level: f64, amplitude: f64) -> impl Fn(usize) -> [f64; 3] {
@@ -55,7 +38,7 @@ fn stored(
     step: f64,
     seed: u64,
 ) -> Vec<[f64; 3]> {
-    let mut normal = Normal(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1);
+    let mut normal = Normal::new(seed);
     (0..SIZE[0] * SIZE[1])
         .map(|i| {
             light(i).map(|y| {
@@ -296,7 +279,7 @@ fn noise_of_a_patch_is_the_mean_over_its_levels() {
 /// Texture of single pixels is noise as far as a picture can tell; a known sensor knows better.
 #[test]
 fn the_estimate_is_an_upper_bound_where_texture_is_fine() {
-    let mut normal = Normal(5);
+    let mut normal = Normal::new(5);
     let fine: Vec<f64> = (0..SIZE[0] * SIZE[1]).map(|_| normal.next()).collect();
     let light = |i: usize| [0.3 * (1.0 + 0.05 * fine[i]); 3];
     let counts = stored(&light, NOISES[0], Encoding::Linear, 1.0, 1);

@@ -252,27 +252,19 @@ impl Squares {
 mod tests {
     use super::*;
     use crate::Encoding;
+    use crate::normal::Normal;
 
     const SIZE: [u32; 2] = [160, 96];
 
     /// A texture shifted by `x` pixels, with noise of `deviation` counts.
     fn frame(x: f64, deviation: f64, seed: u64) -> image::RgbImage {
-        let mut state = seed;
-        let mut uniform = || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1_u64 << 53) as f64
-        };
+        let mut normal = Normal::new(seed);
         image::RgbImage::from_fn(SIZE[0], SIZE[1], |i, j| {
             let (u, v) = (f64::from(i) - x, f64::from(j));
             let texture = 110.0
                 + 25.0 * (0.21 * u + 0.05 * v).sin()
                 + 15.0 * (0.37 * v).cos() * (0.06 * u).sin();
-            image::Rgb([0; 3].map(|_: u8| {
-                let normal = (0..12).map(|_| uniform()).sum::<f64>() - 6.0;
-                (texture + deviation * normal).round() as u8
-            }))
+            image::Rgb([0; 3].map(|_: u8| (texture + deviation * normal.next()).round() as u8))
         })
     }
 

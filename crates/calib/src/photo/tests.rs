@@ -7,6 +7,7 @@ use image::RgbImage;
 use super::*;
 use crate::Encoding;
 use crate::noise::{NoiseModel, SensorNoise};
+use crate::normal::Normal;
 use crate::response::LinearNoise;
 use crate::stats::Measured;
 
@@ -15,20 +16,14 @@ const NOISE: LinearNoise = LinearNoise { a: 6e-4, b: 1e-5 };
 
 /// Stripes that are softer than a pixel, stored with noise (none for seed 0) at an exposure.
 fn picture(exposure: f64, seed: u64) -> RgbImage {
-    let mut state = seed;
-    let mut uniform = || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64
-    };
+    let mut normal = Normal::new(seed);
     RgbImage::from_fn(SIZE[0], SIZE[1], |x, y| {
         let (x, y) = (f64::from(x), f64::from(y));
         let light = exposure * (0.15 + 0.02 * (0.19 * x + 0.1 * y).sin());
         image::Rgb([0; 3].map(|_: u8| {
             let normal = match seed {
                 0 => 0.0,
-                _ => (0..12).map(|_| uniform()).sum::<f64>() - 6.0,
+                _ => normal.next(),
             };
             let seen = light + NOISE.standard_deviation(light) * normal;
             Encoding::Srgb.counts(seen).round() as u8

@@ -29,6 +29,7 @@ sources![
     "common/layer_distance",
     "common/medium",
     "common/bvh",
+    "common/surface",
     "common/gloss",
     "common/light",
     "common/film",
