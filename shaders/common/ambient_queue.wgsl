@@ -3,13 +3,13 @@
 // Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
 import package::common::camera::eye;
 import package::common::film::lane;
-import package::common::layout::{HAS_PORT, dispatch, scratch};
+import package::common::layout::{HAS_OPENING, HAS_PORT, dispatch, scratch};
 import package::common::rng::{leading, leading_bits};
 import package::common::spectrum::{choose_wavelengths, wavelength_number};
 
-/// Rows of a sample, without a port and with one; host: crates/render/src/kernels/layout.rs.
+/// Rows of a sample where all look from one point, and where not; host: crates/render/src/kernels/layout.rs.
 const QUEUED_ROWS: u32 = 3u;
-const QUEUED_ROWS_WITH_PORT: u32 = 4u;
+const QUEUED_ROWS_WITH_ORIGIN: u32 = 4u;
 
 /// The numbers of a walk's first choices: its strategy, its flight, the direction in which it goes on, its wavelengths.
 struct First {
@@ -29,7 +29,7 @@ fn first_numbers() -> First {
 }
 
 fn queue_row(slot: u32, row: u32) -> u32 {
-    let rows = select(QUEUED_ROWS, QUEUED_ROWS_WITH_PORT, HAS_PORT);
+    let rows = select(QUEUED_ROWS, QUEUED_ROWS_WITH_ORIGIN, HAS_PORT || HAS_OPENING);
     return (3u * dispatch.slots + rows * slot + row) * dispatch.lanes + lane;
 }
 
@@ -39,14 +39,14 @@ fn enqueue(slot: u32, origin: vec3f, direction: vec4f, first: First) {
     // Halves of the bits as floats: bit patterns that are no number might not survive.
     scratch[queue_row(slot, 1u)] = vec4f(first.chooser, first.flight, f32(first.bits & 0xffffu), f32(first.bits >> 16u));
     scratch[queue_row(slot, 2u)] = vec4f(first.v, first.wavelengths, 0.0, 0.0);
-    if HAS_PORT {
+    if HAS_PORT || HAS_OPENING {
         scratch[queue_row(slot, 3u)] = vec4f(origin, 0.0);
     }
 }
 
 /// Where a sample looks from.
 fn origin_of(slot: u32) -> vec3f {
-    if HAS_PORT {
+    if HAS_PORT || HAS_OPENING {
         return scratch[queue_row(slot, 3u)].xyz;
     }
     return eye();

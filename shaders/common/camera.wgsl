@@ -59,7 +59,7 @@ fn no_point() -> SurfacePoint {
     return SurfacePoint(vec3f(0.0), vec3f(0.0), vec3f(0.0), vec3f(0.0), NONE, 0.0, 0.0, 0u, vec3f(0.0));
 }
 
-/// The point that samples look from where no port is before it: the camera, which is the origin, or that of given rays.
+/// The point that samples look from where neither port nor opening is before it: the camera, which is the origin, or that of given rays.
 fn eye() -> vec3f {
     if GIVEN_RAYS {
         return rays[0].xyz;

@@ -37,6 +37,8 @@ override HAS_FISHEYE: bool = true;
 /// Whether the camera looks through a port, and whether that is a dome.
 override HAS_PORT: bool = true;
 override HAS_DOME: bool = true;
+/// Whether its lens has an opening.
+override HAS_OPENING: bool = true;
 override HAS_DISKS: bool = true;
 override HAS_FALLOFFS: bool = true;
 /// A single lamp, a single parallelogram: loads with a known index are the cheaper ones.
@@ -132,9 +134,10 @@ struct Scene {
     out_of_glass: f32,
     /// Word of the albedos of facets that reflect everything (common/gloss).
     mirror_albedos: u32,
-    padding_1: u32,
-    padding_2: u32,
-    padding_3: u32,
+    /// Radius of the lens's opening, and where in front of the lens what is in focus appears.
+    opening_radius_m: f32,
+    focus_inside_m: f32,
+    padding: u32,
 }
 
 struct Dispatch {

@@ -1,13 +1,19 @@
-// Lens and port of the camera: from image points to rays.
+// Lens, its opening, and port of the camera: from image points to rays.
 // Host: crates/render/src/scene/{lens,port}.rs. Checked by: crates/render/src/gpu/functions/surfaces.rs,
 // tests/system/camera_models.rs.
-import package::common::layout::{HAS_DISTORTION, HAS_DOME, HAS_FISHEYE, HAS_PORT, PI, scene};
-import package::common::math::quarter_turns;
+import package::common::layout::{HAS_DISTORTION, HAS_DOME, HAS_FISHEYE, HAS_OPENING, HAS_PORT, PI, scene};
+import package::common::math::{circle, quarter_turns};
+import package::common::rng::leading;
 
 const UNDISTORT_STEPS: u32 = 12u;
 const FISHEYE_STEPS: u32 = 12u;
 /// Least part of a direction along the axis of a flat port.
 const LEAST_AHEAD: f32 = 1e-12;
+
+/// Least of one and the cosine from the axis by which a fisheye's opening turns.
+const LEAST_TURN: f32 = 1e-6;
+/// Leading numbers of a sample that choose the point of the opening.
+const OPENING_NUMBERS: vec2u = vec2u(8u, 9u);
 
 /// Where a sample looks from, relative to the camera, and the unit direction in which it looks.
 struct Look {
@@ -83,12 +89,34 @@ fn lens_direction(seen: vec2f) -> vec3f {
     return vec3f(seen, 1.0);
 }
 
-/// What a unit direction behind a flat port becomes before it; right, down, forward.
-fn through_plane(inside: vec3f) -> Look {
+/// A point of the opening in its radii, even over its disc, from the leading numbers that were started.
+fn choose_on_opening() -> vec2f {
+    if !HAS_OPENING {
+        return vec2f(0.0);
+    }
+    return sqrt(leading(OPENING_NUMBERS.x)) * circle(leading(OPENING_NUMBERS.y));
+}
+
+/// The ray inside from a point of the opening, in its radii, whose chief ray runs along `towards`, to what is in focus; right, down,
+/// forward. A fisheye's opening stands across the ray.
+fn through_opening(towards: vec3f, on_opening: vec2f) -> Look {
+    var point = vec3f(on_opening, 0.0);
+    var focused = towards;
+    if HAS_FISHEYE {
+        focused = normalize(towards);
+        let along = dot(on_opening, focused.xy);
+        point = vec3f(on_opening - focused.xy * (along / max(1.0 + focused.z, LEAST_TURN)), -along);
+    }
+    point *= scene.opening_radius_m;
+    return Look(point, normalize(scene.focus_inside_m * focused - point));
+}
+
+/// What a unit direction behind a flat port becomes before it, from a point behind it; right, down, forward.
+fn through_plane(start: vec3f, inside: vec3f) -> Look {
     let in_glass = inside.xy * scene.into_glass;
     let outside = in_glass * scene.out_of_glass;
     let through_glass = (scene.port_outer_m - scene.port_inner_m) / sqrt(1.0 - dot(in_glass, in_glass));
-    let across = inside.xy * (scene.port_inner_m / max(inside.z, LEAST_AHEAD)) + in_glass * through_glass;
+    let across = start.xy + inside.xy * ((scene.port_inner_m - start.z) / max(inside.z, LEAST_AHEAD)) + in_glass * through_glass;
     return Look(vec3f(across, scene.port_outer_m), vec3f(outside, sqrt(max(1.0 - dot(outside, outside), 0.0))));
 }
 
@@ -99,9 +127,9 @@ fn refracted(direction: vec3f, normal: vec3f, ratio: f32) -> vec3f {
     return ratio * direction + (behind - ratio * before) * normal;
 }
 
-/// What a unit direction behind a dome becomes before it; right, down, forward.
-fn through_sphere(inside: vec3f) -> Look {
-    let middle = scene.dome_offset;
+/// What a unit direction behind a dome becomes before it, from a point inside; right, down, forward.
+fn through_sphere(start: vec3f, inside: vec3f) -> Look {
+    let middle = scene.dome_offset - start;
     let along = dot(inside, middle);
     let reach = scene.port_inner_m * scene.port_inner_m - dot(middle, middle);
     let to_glass = along + sqrt(along * along + reach);
@@ -110,7 +138,7 @@ fn through_sphere(inside: vec3f) -> Look {
     let outward = dot(met, in_glass);
     let through_glass = scene.port_shell_m2 / (outward + sqrt(outward * outward + scene.port_shell_m2));
     let left = met + through_glass * in_glass;
-    return Look(middle + left, refracted(in_glass, left / scene.port_outer_m, scene.out_of_glass));
+    return Look(scene.dome_offset + left, refracted(in_glass, left / scene.port_outer_m, scene.out_of_glass));
 }
 
 /// A vector of the world from its right, down and forward parts.
@@ -118,19 +146,24 @@ fn in_world(parts: vec3f) -> vec3f {
     return scene.camera_forward * parts.z + scene.camera_right * parts.x + scene.camera_down * parts.y;
 }
 
-/// The ray through the point `offset` of the pixel (`column`, `row`), as it leaves the port where there is one.
-fn camera_look(column: u32, row: u32, offset: vec2f) -> Look {
+/// The ray through the point `offset` of the pixel (`column`, `row`) and a point of the lens's opening in its radii, as it leaves the port
+/// where there is one.
+fn camera_look(column: u32, row: u32, offset: vec2f, on_opening: vec2f) -> Look {
     let corner = vec2f(f32(column) - scene.centre_x_px, f32(row) - scene.centre_y_px);
     let seen = (corner + offset) / vec2f(scene.focal_x_px, scene.focal_y_px);
-    let inside = lens_direction(seen);
+    let towards = lens_direction(seen);
+    var inside = Look(vec3f(0.0), towards);
+    if HAS_OPENING {
+        inside = through_opening(towards, on_opening);
+    }
     if !HAS_PORT {
-        return Look(vec3f(0.0), normalize(in_world(inside)));
+        return Look(in_world(inside.origin), normalize(in_world(inside.direction)));
     }
     var left: Look;
     if HAS_DOME {
-        left = through_sphere(normalize(inside));
+        left = through_sphere(inside.origin, normalize(inside.direction));
     } else {
-        left = through_plane(normalize(inside));
+        left = through_plane(inside.origin, normalize(inside.direction));
     }
     return Look(in_world(left.origin), normalize(in_world(left.direction)));
 }

@@ -2,7 +2,7 @@
 // Host: crates/render/src/rays.rs. Checked by: tests/system/irradiance_sensors.rs, tests/system/gpu.rs.
 import package::common::camera::choose_image_point;
 import package::common::layout::{GIVEN_RAYS, dispatch, rays, scene};
-import package::common::lens::camera_look;
+import package::common::lens::{camera_look, choose_on_opening};
 import package::common::rng::{continue_draws, leading, start_draws};
 
 /// Origin and direction of a sample, and the factor of what is seen there (0: nothing).
@@ -46,6 +46,6 @@ fn sight(pixel: u32) -> Sight {
     let column = pixel % scene.width;
     let row = pixel / scene.width;
     let image_point = choose_image_point(column, row, leading(0u), leading(1u));
-    let look = camera_look(column, row, image_point.offset);
+    let look = camera_look(column, row, image_point.offset, choose_on_opening());
     return Sight(look.origin, look.direction, image_point.factor);
 }

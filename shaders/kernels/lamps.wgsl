@@ -8,7 +8,7 @@ import package::common::lamp_flight::{FREE, SCATTERED, THROUGH};
 import package::common::lamp_path::lamp_walk;
 import package::common::lane::{LaneWork, lane_end, lane_start};
 import package::common::layout::{GIVEN_RAYS, HAS_SCATTERING, MANY_PIXELS, dispatch};
-import package::common::lens::camera_look;
+import package::common::lens::{camera_look, choose_on_opening};
 import package::common::rng::{leading, start_draws};
 import package::common::settings::max_events;
 import package::common::sight::{sight, start_sample};
@@ -54,7 +54,7 @@ fn make_pixel(id: u32) {
 /// Whether unscattered light has image points of its own: by the centre of the pixel, because a choice that hung on the
 /// sample's own ray would count light twice, or not at all, where rays of one pixel differ.
 fn is_clear_pixel(work: LaneWork) -> bool {
-    let look = camera_look(work.column, work.row, vec2f(0.5));
+    let look = camera_look(work.column, work.row, vec2f(0.5), vec2f(0.0));
     return is_clear(camera_ray(look.origin, look.direction));
 }
 
@@ -105,7 +105,7 @@ fn sample_direct(work: LaneWork, index: u32, clear: bool, of_walks: CameraRay) {
             choose_wavelengths(wavelength_number());
             let image_point = choose_image_point(work.column, work.row, leading(0u), leading(1u));
             share = image_point.factor / f32(DIRECT_POINTS);
-            let look = camera_look(work.column, work.row, image_point.offset);
+            let look = camera_look(work.column, work.row, image_point.offset, choose_on_opening());
             ray = camera_ray(look.origin, look.direction);
         }
         if share != 0.0 {

@@ -62,7 +62,8 @@ fn evaluate(a: vec4f) -> vec4f {
             return vec4f(f32(order_sample(a.x, a.y)), f32(order_sample_scattered(a.x, a.y)), scattered_share(a.x), order_ln_tail(u32(a.z)));
         }
         default: {
-            let look = camera_look(bitcast<u32>(a.x), bitcast<u32>(a.y), a.zw);
+            let on_opening = 1.4 * a.wz - vec2f(0.7);
+            let look = camera_look(bitcast<u32>(a.x), bitcast<u32>(a.y), a.zw, on_opening);
             return vec4f(select(look.origin, look.direction, max_events() == 8u), 0.0);
         }
     }

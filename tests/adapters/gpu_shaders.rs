@@ -6,7 +6,7 @@ use naga::{
     valid::{Capabilities, ValidationFlags, Validator},
 };
 use uw_render::gpu::{
-    layout::{QUEUED_ROWS, QUEUED_ROWS_WITH_PORT, record_layouts},
+    layout::{QUEUED_ROWS, QUEUED_ROWS_WITH_ORIGIN, record_layouts},
     shaders::{KERNELS, SOURCES, compose},
 };
 
@@ -82,7 +82,7 @@ fn held_samples_have_room() {
     let module = module("kernels/ambient");
     for (name, expected) in [
         ("QUEUED_ROWS", QUEUED_ROWS),
-        ("QUEUED_ROWS_WITH_PORT", QUEUED_ROWS_WITH_PORT),
+        ("QUEUED_ROWS_WITH_ORIGIN", QUEUED_ROWS_WITH_ORIGIN),
     ] {
         let rows = module.constants.iter().find_map(|(_, constant)| {
             let named = constant.name.as_deref() == Some(name);

@@ -26,6 +26,7 @@ pub fn camera(origin: DVec3, direction: DVec3, width: u32) -> Camera {
         focal_px: DVec2::splat(FOCAL_PX),
         centre_px: DVec2::new(0.5 * f64::from(width), 0.5),
         lens: Lens::default(),
+        opening: None,
         port: None,
     }
 }

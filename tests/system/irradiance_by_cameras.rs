@@ -44,6 +44,7 @@ fn face(depth_m: f64, forward: DVec3) -> Camera {
         focal_px: DVec2::splat(0.5 * f64::from(EDGE)),
         centre_px: DVec2::splat(0.5 * f64::from(EDGE)),
         lens: Lens::default(),
+        opening: None,
         port: None,
     }
 }

@@ -25,6 +25,7 @@ mod spectral;
 mod spectral_sums;
 mod stress;
 mod symmetries;
+mod thin_lens;
 mod units;
 mod validator;
 mod varying_water;

@@ -96,6 +96,7 @@ fn camera(position_m: DVec3, forward: DVec3, right: DVec3, focal_px: f64) -> Cam
         focal_px: DVec2::splat(focal_px),
         centre_px: DVec2::splat(12.0),
         lens: Lens::default(),
+        opening: None,
         port: None,
     }
 }

@@ -17,6 +17,7 @@ fn camera([fx, fy, cx, cy]: [f64; 4], lens: Lens, port: Option<Port>) -> Camera 
         focal_px: DVec2::new(fx, fy),
         centre_px: DVec2::new(cx, cy),
         lens,
+        opening: None,
         port,
         ..scene.camera
     }

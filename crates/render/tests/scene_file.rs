@@ -7,7 +7,8 @@ use glam::{DVec2, DVec3};
 use uw_media::phase::{Phase, PhaseFunction};
 use uw_media::{Bands, WaterType, channel_iops};
 use uw_render::scene::{
-    Blur, Encoding, Exposure, Falloff, Lens, Noise, Scene, SceneError, Setting, Snow, TextureFilter,
+    Blur, Encoding, Exposure, Falloff, Lens, Noise, Opening, Scene, SceneError, Setting, Snow,
+    TextureFilter,
 };
 
 const COMPLETE: &str = r#"
@@ -334,7 +335,10 @@ fn snow_is_read_with_what_blurs_it() {
         .expect("valid")
     };
     let none = scene("", "aperture_mm = 0");
-    assert_eq!((none.snow, none.warnings.len()), (None, 0));
+    assert_eq!(
+        (none.snow, none.camera.opening, none.warnings.len()),
+        (None, None, 0)
+    );
     let defaults = scene("[water.snow]", "").snow.expect("snow");
     assert_eq!((defaults.share, defaults.slope), (0.1, 3.3));
     assert_eq!((defaults.per_m3, defaults.diameter_m), (2e4, [3e-4, 5e-3]));
@@ -356,13 +360,16 @@ fn snow_is_read_with_what_blurs_it() {
         time_s: 3.0,
         seed: 7,
         blur: Blur {
-            aperture_m: 5e-3,
-            focus_m: 1.5,
             exposure_s: 0.02,
             velocity_m_s: DVec3::new(0.3, 0.0, 0.0),
         },
     };
     assert_eq!(full.snow, Some(expected));
+    let opening = Opening {
+        diameter_m: 5e-3,
+        focus_m: 1.5,
+    };
+    assert_eq!(full.camera.opening, Some(opening));
     assert!(full.warnings[0].contains("blur the flakes of water.snow alone"));
     let without = scene("", "exposure_s = 0.02");
     assert!(without.warnings[0].contains("no effect without [water.snow]"));

@@ -207,6 +207,7 @@ fn camera(vehicle: &Vehicle, position_m: DVec3, forward: DVec3, up: DVec3) -> Ca
         focal_px: DVec2::splat(focal),
         centre_px: 0.5 * DVec2::new(width, height),
         lens: Lens::default(),
+        opening: None,
         port: None,
     }
 }

@@ -187,6 +187,7 @@ impl Extreme {
             focal_px: DVec2::splat(3.0),
             centre_px: DVec2::new(2.0, 1.5),
             lens: Lens::default(),
+            opening: None,
             port: None,
         }
     }

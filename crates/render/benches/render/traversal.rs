@@ -99,6 +99,7 @@ fn empty() -> Scene {
             focal_px: DVec2::ONE,
             centre_px: DVec2::splat(0.5),
             lens: Lens::default(),
+            opening: None,
             port: None,
         },
         snow: None,

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::gather::Gathered;
 use super::look::Look;
 use super::regions::Regions;
-use super::samples::{Half, Points, is_clear};
+use super::samples::{Aim, Half, Points, is_clear};
 use crate::prepare::Prepared;
 use crate::sampling::{Rng, sobol::scrambled};
 
@@ -192,7 +192,7 @@ impl Looker<'_> {
         let key = Rng::new(LOOK_SEED, pixel, half as u32, 0).bits();
         for index in looks {
             let number = |dimension| scrambled(index, dimension, key);
-            let look = self.look(x, y, (number(0), number(1)));
+            let look = self.look(x, y, &Aim::of(number));
             let found = gathered.of_region(self.regions.of_look(&look, x, y));
             found.show(half, &look);
             if index % lit_every == 0 || found.is_dark(half) {
@@ -206,8 +206,8 @@ impl Looker<'_> {
     fn follow_samples(&self, gathered: &mut Gathered, (x, y): (usize, usize)) {
         let clear = is_clear(self.scene, self.regions.centre(x, y));
         for (half, samples) in self.halves.iter().enumerate() {
-            for point in samples.points(x, y, Points::Walks) {
-                let look = self.look(x, y, point);
+            for aim in samples.points(x, y, Points::Walks) {
+                let look = self.look(x, y, &aim);
                 let found = gathered.of_region(self.regions.of_look(&look, x, y));
                 found.walked[half].add(&look);
                 if clear == Some(false) {
@@ -215,8 +215,8 @@ impl Looker<'_> {
                 }
             }
             if clear == Some(true) && !self.scene.lamps.is_empty() {
-                for point in samples.points(x, y, Points::Lit) {
-                    let look = self.look(x, y, point);
+                for aim in samples.points(x, y, Points::Lit) {
+                    let look = self.look(x, y, &aim);
                     let found = gathered.of_region(self.regions.of_look(&look, x, y));
                     found.lit[half].add(&look);
                 }
@@ -224,7 +224,8 @@ impl Looker<'_> {
         }
     }
 
-    fn look(&self, x: usize, y: usize, (px, py): (f64, f64)) -> Look {
-        Look::through(self.scene, x as f64 + px, y as f64 + py)
+    fn look(&self, x: usize, y: usize, aim: &Aim) -> Look {
+        let (px, py) = aim.offset;
+        Look::through(self.scene, (x as f64 + px, y as f64 + py), aim.on_opening)
     }
 }

@@ -1,6 +1,6 @@
 //! What one ray through the picture meets, with the light that comes straight from there: no random numbers, no noise.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use uw_media::Spectrum;
 
 use crate::prepare::{Hit, Prepared, Primitive};
@@ -61,12 +61,12 @@ struct Ray {
 }
 
 impl Look {
-    /// Along the ray through the image point (`x`, `y`), pixels from the top left corner.
-    pub(super) fn through(scene: &Prepared, x: f64, y: f64) -> Self {
+    /// Along the ray through the image point (`x`, `y`), pixels from the top left corner, and a point of the lens's opening in its radii.
+    pub(super) fn through(scene: &Prepared, (x, y): (f64, f64), on_opening: DVec2) -> Self {
         let CameraRay {
             origin_m: eye,
             direction,
-        } = scene.camera.ray(x, y);
+        } = scene.camera.ray_from(x, y, on_opening);
         let geometry = &scene.geometry;
         let first = geometry.closest(eye, direction, f64::INFINITY, Primitive::None);
         let straight = Ray {

@@ -4,6 +4,7 @@
 
 use std::collections::HashMap;
 
+use glam::DVec2;
 use rayon::prelude::*;
 
 use super::guides::NO_REGION;
@@ -39,8 +40,13 @@ impl Regions {
     pub(super) fn of(scene: &Prepared) -> Self {
         let camera = &scene.camera;
         let (width, height) = (camera.width as usize, camera.height as usize);
-        let centre =
-            |i: usize| Look::through(scene, (i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
+        let centre = |i: usize| {
+            Look::through(
+                scene,
+                ((i % width) as f64 + 0.5, (i / width) as f64 + 0.5),
+                DVec2::ZERO,
+            )
+        };
         let centres: Vec<Look> = (0..width * height).into_par_iter().map(centre).collect();
         let (x, y) = (0.5 * width as f64, 0.5 * height as f64);
         let angle = camera

@@ -1,9 +1,12 @@
 //! Where in their pixels the samples of a film looked: what they saw of textures and edges is no noise.
 
+use glam::DVec2;
+
 use super::look::Look;
 use crate::film::Film;
 use crate::prepare::Prepared;
 use crate::sampling::Draws;
+use crate::scene::{OPENING_NUMBERS, on_opening};
 
 /// Most image points of a pixel that are followed; more of them fill the pixel as evenly as one can look.
 const MOST_POINTS: u32 = 64;
@@ -26,6 +29,26 @@ pub struct Half<'a> {
     pub batches: &'a [u32],
 }
 
+/// Where a ray through a pixel looks.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Aim {
+    /// The image point, from the pixel's upper left corner.
+    pub(super) offset: (f64, f64),
+    /// The point of the lens's opening, in its radii.
+    pub(super) on_opening: DVec2,
+}
+
+impl Aim {
+    /// From numbers in (0, 1) by their dimension, as samples have it.
+    pub(super) fn of(number: impl Fn(usize) -> f64) -> Self {
+        let [u, v] = OPENING_NUMBERS.map(&number);
+        Self {
+            offset: (number(0), number(1)),
+            on_opening: on_opening(u, v),
+        }
+    }
+}
+
 /// Which image points of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Points {
@@ -46,8 +69,8 @@ impl Points {
 }
 
 impl Half<'_> {
-    /// The image points of the samples of pixel (`x`, `y`), from its upper left corner; none where there are too many.
-    pub(super) fn points(&self, x: usize, y: usize, points: Points) -> Vec<(f64, f64)> {
+    /// Where the samples of pixel (`x`, `y`) looked; none where there are too many.
+    pub(super) fn points(&self, x: usize, y: usize, points: Points) -> Vec<Aim> {
         let (stream, each) = match points {
             Points::Walks => (WALK_STREAM, 1),
             Points::Lit => (LIT_STREAM, LIT_POINTS),
@@ -64,7 +87,7 @@ impl Half<'_> {
             let draws = Draws::new(self.seed, pixel, batch as u32, 0, stream);
             (0..samples * each).map(move |index| {
                 let own = draws.at(index);
-                (own.leading(0), own.leading(1))
+                Aim::of(|dimension| own.leading(dimension))
             })
         };
         batches.iter().enumerate().flat_map(of_batch).collect()

@@ -200,7 +200,7 @@ fn texture_variance(scene: &Prepared, film: &Film) -> f64 {
         let mut sums = [[0.0; 3]; 2];
         for _ in 0..RAYS {
             let place = (f64::from(x) + rng.uniform(), f64::from(y) + rng.uniform());
-            let look = look::Look::through(scene, place.0, place.1);
+            let look = look::Look::through(scene, place, glam::DVec2::ZERO);
             for k in 0..3 {
                 sums[0][k] += look.reflectance[k] / f64::from(RAYS);
                 sums[1][k] += look.reflectance[k].powi(2) / f64::from(RAYS);

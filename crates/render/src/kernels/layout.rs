@@ -10,8 +10,8 @@ pub const NONE: u32 = u32::MAX;
 pub const LN_ZERO: f64 = -1e30;
 /// Rows of four words of a sample that waits for its daylight walks; twin: `shaders/common/ambient_queue.wgsl`.
 pub const QUEUED_ROWS: u32 = 3;
-/// The same where rays start at a port.
-pub const QUEUED_ROWS_WITH_PORT: u32 = 4;
+/// The same where rays do not all start in one point.
+pub const QUEUED_ROWS_WITH_ORIGIN: u32 = 4;
 
 /// A record: its name in the shaders, its size, and its fields with their offsets, in bytes.
 pub type RecordLayout = (&'static str, usize, Vec<(&'static str, usize)>);
@@ -153,9 +153,9 @@ exact_records! {
         into_glass: f32,
         out_of_glass: f32,
         mirror_albedos: u32,
-        padding_1: u32,
-        padding_2: u32,
-        padding_3: u32,
+        opening_radius_m: f32,
+        focus_inside_m: f32,
+        padding: u32,
     }
     /// A lamp at 100 %.
     Lamp {

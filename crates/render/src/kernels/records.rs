@@ -180,6 +180,9 @@ fn camera(scene: &Prepared) -> Scene {
         centre_y_px: camera.centre_px.y,
         width: camera.width,
         height: camera.height,
+        opening_radius_m: camera.opening_radius_m(),
+        focus_inside_m: (camera.opening.as_ref())
+            .map_or(0.0, |opening| camera.focus_inside_m(opening)),
         refractive_index: 1.0,
         ..Scene::ZERO
     };

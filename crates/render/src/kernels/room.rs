@@ -1,6 +1,6 @@
 //! What a lane needs memory for, and what a kernel need not do for a scene.
 
-use super::layout::{QUEUED_ROWS, QUEUED_ROWS_WITH_PORT, Scene};
+use super::layout::{QUEUED_ROWS, QUEUED_ROWS_WITH_ORIGIN, Scene};
 use crate::prepare::Prepared;
 use crate::scene::{Camera, Lens, PortShape};
 
@@ -45,9 +45,9 @@ impl Room {
                 None => SLOT_ROWS,
             },
             queued,
-            queued_rows: match scene.camera.port {
-                Some(_) => QUEUED_ROWS_WITH_PORT,
-                None => QUEUED_ROWS,
+            queued_rows: match (scene.camera.port, scene.camera.opening) {
+                (None, None) => QUEUED_ROWS,
+                _ => QUEUED_ROWS_WITH_ORIGIN,
             },
             most_segments: MOST_SEGMENTS,
         }
@@ -71,7 +71,12 @@ impl Room {
 /// Override constants: what the scene can reach.
 pub(crate) fn switches(scene: &Prepared, record: &Scene) -> Vec<(&'static str, f64)> {
     let features = &scene.features;
-    let Camera { lens, port, .. } = &scene.camera;
+    let Camera {
+        lens,
+        port,
+        opening,
+        ..
+    } = &scene.camera;
     [
         ("HAS_MEDIUM", features.medium),
         ("HAS_SCATTERING", features.scattering),
@@ -103,6 +108,7 @@ pub(crate) fn switches(scene: &Prepared, record: &Scene) -> Vec<(&'static str, f
             "HAS_DOME",
             port.is_some_and(|port| matches!(port.shape, PortShape::Dome { .. })),
         ),
+        ("HAS_OPENING", opening.is_some()),
         ("HAS_DISKS", features.disks),
         ("HAS_FALLOFFS", features.falloffs),
         ("ONE_LAMP", record.lamp_count == 1),

@@ -2,7 +2,7 @@
 //! 2008) under nested uniform scrambling (Owen 1995), which keeps its evenness and makes every point uniform.
 
 /// Number of dimensions.
-pub const DIMENSIONS: usize = 8;
+pub const DIMENSIONS: usize = 10;
 
 /// Primitive polynomials and first direction numbers after the first dimension: degree, coefficients, numbers.
 const POLYNOMIALS: [(usize, u32, [u32; 5]); DIMENSIONS - 1] = [
@@ -13,6 +13,8 @@ const POLYNOMIALS: [(usize, u32, [u32; 5]); DIMENSIONS - 1] = [
     (4, 1, [1, 1, 3, 3, 0]),
     (4, 4, [1, 3, 5, 13, 0]),
     (5, 2, [1, 1, 5, 5, 17]),
+    (5, 4, [1, 1, 5, 5, 5]),
+    (5, 7, [1, 1, 7, 11, 19]),
 ];
 
 /// Direction numbers, by bits of the index from the lowest.

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::lens::Lens;
+use super::lens::{Lens, Opening};
 use super::port::{Leaving, Port};
 use super::{Camera, Scene};
 
@@ -72,6 +72,7 @@ impl Camera {
             focal_px: DVec2::splat(size.x),
             centre_px: size / 2.0,
             lens: Lens::default(),
+            opening: None,
             port: None,
         }
     }
@@ -130,22 +131,47 @@ impl Camera {
 
     /// The ray through the image point (`px`, `py`), pixels from the top left corner, in the world; with a port as it goes on
     /// outside. Meant for points within the image.
+    ///
+    /// It is the ray through the middle of the lens's opening, where there is one.
     pub fn ray(&self, px: f64, py: f64) -> CameraRay {
+        self.ray_from(px, py, DVec2::ZERO)
+    }
+
+    /// The same from a point of the lens's opening (right, down) in its radii, of a length up to 1; without an opening all are one.
+    pub fn ray_from(&self, px: f64, py: f64, on_opening: DVec2) -> CameraRay {
         let seen = (DVec2::new(px, py) - self.centre_px) / self.focal_px;
-        let towards = self.lens.towards(seen);
+        let chief = self.lens.towards(seen);
+        let (from, towards) = match &self.opening {
+            None => (DVec3::ZERO, chief),
+            Some(opening) => {
+                let size = (0.5 * opening.diameter_m, self.focus_inside_m(opening));
+                self.lens.through_opening(chief, on_opening, size)
+            }
+        };
         match &self.port {
             None => CameraRay {
-                origin_m: self.position_m,
+                origin_m: self.position_m + self.turned_to_world(from),
                 direction: self.turned_to_world(towards).normalize(),
             },
             Some(port) => {
-                let Leaving { point, direction } = port.outwards(towards.normalize());
+                let Leaving { point, direction } = port.outwards(from, towards.normalize());
                 CameraRay {
                     origin_m: self.position_m + self.turned_to_world(point),
                     direction: self.turned_to_world(direction).normalize(),
                 }
             }
         }
+    }
+
+    /// Distance in front of the lens at which what is in focus appears, m: behind a port nearer than it is.
+    pub(crate) fn focus_inside_m(&self, opening: &Opening) -> f64 {
+        let port = self.port.as_ref();
+        port.map_or(opening.focus_m, |port| port.appears_at_m(opening.focus_m))
+    }
+
+    /// Largest reach of the lens's opening from the centre of projection, m.
+    pub(crate) fn opening_radius_m(&self) -> f64 {
+        self.opening.map_or(0.0, |opening| 0.5 * opening.diameter_m)
     }
 
     /// Unit direction, in the world, of [`Camera::ray`].

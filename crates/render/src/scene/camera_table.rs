@@ -9,7 +9,7 @@ use super::range::Range;
 use super::reader::Table;
 use super::snow::BLUR_FIELDS;
 use super::value::Value;
-use super::{Camera, SceneError};
+use super::{Camera, Opening, SceneError, WaterSurface};
 
 /// Smallest field of view, degrees.
 const LEAST_FIELD_DEG: f64 = 1e-6;
@@ -21,6 +21,11 @@ const PARALLEL_SINE: f64 = 1e-9;
 const LEAST_PORT_M: f64 = 1e-4;
 /// How far the middle of a dome may be from the centre of projection, in radii.
 const MOST_OFFSET: f64 = 0.95;
+/// Largest opening of a lens, mm, and nearest focus, m.
+const MOST_OPENING_MM: f64 = 1e3;
+const LEAST_FOCUS_M: f64 = 1e-3;
+/// Millimetres in a metre.
+const MM_PER_M: f64 = 1e3;
 /// Refractive index of acrylic glass (PMMA) in the middle of the visible.
 const ACRYLIC: f64 = 1.49;
 
@@ -39,10 +44,10 @@ pub(super) const FIELDS: [&str; 18] = [
     "width",
     "height",
     "response",
+    "aperture_mm",
+    "focus_m",
     BLUR_FIELDS[0],
     BLUR_FIELDS[1],
-    BLUR_FIELDS[2],
-    BLUR_FIELDS[3],
 ];
 /// How many of them tell a view; without any of these it comes from a glTF file.
 const VIEW_FIELDS: usize = 11;
@@ -180,6 +185,73 @@ fn read_offset(table: &Table<'_>, radius_m: f64) -> Result<DVec3, SceneError> {
         )));
     }
     Ok(offset_m)
+}
+
+/// The camera with the opening of its lens, which has room behind the port and on one side of the water surface.
+pub(super) fn with_opening(
+    root: &Table<'_>,
+    camera: Camera,
+    surface: Option<&WaterSurface>,
+) -> Result<Camera, SceneError> {
+    let Some(table) = root.table("camera", &FIELDS)? else {
+        return Ok(camera);
+    };
+    let aperture_mm = table.number_or(
+        "aperture_mm",
+        Range::closed(0.0, MOST_OPENING_MM, "mm"),
+        0.0,
+    )?;
+    let focus = table.optional("focus_m");
+    let focus_m = focus
+        .as_ref()
+        .map(|focus| focus.as_number(Range::at_least(LEAST_FOCUS_M, "m")));
+    let focus_m = focus_m.transpose()?;
+    let Some(aperture) = table.optional("aperture_mm").filter(|_| aperture_mm > 0.0) else {
+        return Ok(camera);
+    };
+    let (Some(focus), Some(focus_m)) = (focus, focus_m) else {
+        return Err(table.missing(
+            "focus_m",
+            "the distance along the optical axis that is in focus, where camera.aperture_mm is above 0",
+        ));
+    };
+    let room_m = room_for_opening_m(&camera, surface);
+    if aperture_mm > 2.0 * MM_PER_M * room_m {
+        let most_mm = 2.0 * MM_PER_M * room_m;
+        return Err(aperture.invalid(format!(
+            "at most {most_mm} mm: the lens is behind the port and on one side of the water surface"
+        )));
+    }
+    let nearest_m = camera.port.as_ref().map_or(0.0, Port::outer_m);
+    if focus_m <= nearest_m {
+        return Err(focus.invalid(format!(
+            "more than {nearest_m} m, where the outer side of camera.port is"
+        )));
+    }
+    let opening = Opening {
+        diameter_m: aperture_mm / MM_PER_M,
+        focus_m,
+    };
+    Ok(Camera {
+        opening: Some(opening),
+        ..camera
+    })
+}
+
+/// Largest radius of an opening that touches neither port nor water surface, m.
+fn room_for_opening_m(camera: &Camera, surface: Option<&WaterSurface>) -> f64 {
+    let to_surface_m = surface.map_or(f64::INFINITY, |surface| {
+        (camera.position_m.z - surface.height_m).abs()
+    });
+    let to_port_m = match camera.port.map(|port| port.shape) {
+        None => f64::INFINITY,
+        Some(PortShape::Flat { distance_m }) => match camera.lens {
+            Lens::Perspective(_) => f64::INFINITY,
+            Lens::Fisheye(_) => distance_m,
+        },
+        Some(PortShape::Dome { radius_m, offset_m }) => radius_m - offset_m.length(),
+    };
+    to_surface_m.min(to_port_m)
 }
 
 /// Refuses a port where there is no water before it, and with flakes, which are not bent.

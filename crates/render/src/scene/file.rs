@@ -116,6 +116,7 @@ fn read_scene(root: &Table<'_>) -> Result<Scene, SceneError> {
     let sensor = sections::read_sensor(root, wavelengths.spectral.as_ref())?;
     let render = sections::read_render(root)?;
     let camera = choose_camera(root, camera, objects.gltf.camera)?;
+    let camera = camera_table::with_opening(root, camera, surface.as_ref())?;
     camera_table::check_port(root, &camera, (water.is_some(), snow.is_some()))?;
     let mut warnings = objects.gltf.warnings;
     let mut more_lamps = objects.gltf.lamps;

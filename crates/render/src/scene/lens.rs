@@ -2,6 +2,8 @@
 
 use glam::{DMat2, DVec2, DVec3};
 
+use crate::sampling::circle;
+
 /// Newton steps of the inverse of the distortion; four or five suffice for real lenses.
 const UNDISTORT_STEPS: usize = 40;
 /// Error of the inverse of the distortion that ends the iteration, in focal lengths.
@@ -13,6 +15,9 @@ const FISHEYE_STEPS: usize = 12;
 /// Parts of the way from the principal point to an image point at which the lens must not fold the picture.
 const CHECKED_PARTS: u32 = 16;
 
+/// Least of one and the cosine from the axis by which a fisheye's opening turns: it sees less than 180° off its axis.
+const LEAST_TURN: f64 = 1e-6;
+
 /// What a lens makes of directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Lens {
@@ -22,6 +27,36 @@ pub enum Lens {
     /// Equidistant: the distance from the principal point is θ (1 + k1 θ² + k2 θ⁴ + k3 θ⁶ + k4 θ⁸) focal lengths at an angle
     /// θ from the optical axis (OpenCV's `fisheye::projectPoints`; Kannala and Brandt 2006). θ is below π.
     Fisheye([f64; 4]),
+}
+
+/// The opening of a thin lens: what is not at the distance in focus becomes a circle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Opening {
+    /// Diameter, m, > 0.
+    pub diameter_m: f64,
+    /// Distance along the optical axis that is in focus, with a fisheye in every direction, m, > 0; with a port as seen outside.
+    pub focus_m: f64,
+}
+
+impl Opening {
+    /// Radius, at a distance, of the cone of rays that meet in one point in focus, m.
+    pub(crate) fn cone_m(&self, distance_m: f64) -> f64 {
+        0.5 * self.diameter_m * (distance_m / self.focus_m - 1.0).abs()
+    }
+
+    /// At least the radius of the cone up to a distance, m.
+    pub(crate) fn widest_m(&self, distance_m: f64) -> f64 {
+        0.5 * self.diameter_m * (distance_m / self.focus_m + 1.0)
+    }
+}
+
+/// Leading numbers of a sample that choose the point of the opening (twin: `shaders/common/lens.wgsl`).
+pub(crate) const OPENING_NUMBERS: [usize; 2] = [8, 9];
+
+/// A point of the opening, in its radii, even over its disc, from two numbers in (0, 1).
+pub(crate) fn on_opening(u: f64, v: f64) -> DVec2 {
+    let (cosine, sine) = circle(v);
+    u.sqrt() * DVec2::new(cosine, sine)
 }
 
 impl Default for Lens {
@@ -74,6 +109,29 @@ impl Lens {
                 across.extend(cosine)
             }
         }
+    }
+
+    /// From a point of an opening, in its radii, where the chief ray runs along `towards` (of [`Lens::towards`]): that point and the way to
+    /// what is in focus `focus_m` ahead. The opening of a fisheye stands across the ray, as its pupil turns towards what it sees
+    /// (twin: `shaders/common/lens.wgsl`).
+    pub(super) fn through_opening(
+        &self,
+        towards: DVec3,
+        on_opening: DVec2,
+        (radius_m, focus_m): (f64, f64),
+    ) -> (DVec3, DVec3) {
+        let (point, focused) = match self {
+            Self::Perspective(_) => (on_opening.extend(0.0), towards),
+            Self::Fisheye(_) => {
+                let towards = towards.normalize();
+                let turn = on_opening.dot(towards.truncate()) / (1.0 + towards.z).max(LEAST_TURN);
+                let across = on_opening - turn * towards.truncate();
+                let along = -on_opening.dot(towards.truncate());
+                (across.extend(along), towards)
+            }
+        };
+        let point = radius_m * point;
+        (point, focus_m * focused - point)
     }
 
     /// Where a direction (right, down, forward), of any length, is seen; `None` where the lens does not see it.

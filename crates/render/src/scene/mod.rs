@@ -42,7 +42,8 @@ mod variation;
 pub use camera::{CameraRay, SizeError};
 pub use error::SceneError;
 pub use gltf_resource::GltfError;
-pub use lens::Lens;
+pub use lens::{Lens, Opening};
+pub(crate) use lens::{OPENING_NUMBERS, on_opening};
 pub use material::{
     Gloss, LEAST_ROUGHNESS, Material, NormalMap, Texture, TextureEncoding, TextureFilter,
 };
@@ -158,17 +159,13 @@ pub struct Snow {
     pub time_s: f64,
     /// Seed of the cloud.
     pub seed: u32,
-    /// How the camera blurs flakes.
+    /// How the shutter blurs flakes.
     pub blur: Blur,
 }
 
-/// A thin lens and a shutter. They act on flakes alone.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A shutter, which acts on flakes alone.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Blur {
-    /// Diameter of the lens's opening, m; 0 for a pinhole.
-    pub aperture_m: f64,
-    /// Distance along the optical axis that is in focus, m.
-    pub focus_m: f64,
     /// Time for which the shutter is open, s.
     pub exposure_s: f64,
     /// Velocity of the camera, m/s; the picture is that of its place when the shutter opens.
@@ -229,6 +226,8 @@ pub struct Camera {
     pub centre_px: DVec2,
     /// What the lens makes of directions.
     pub lens: Lens,
+    /// The opening of its lens; `None` for a pinhole.
+    pub opening: Option<Opening>,
     /// The port it looks through; `None` for an eye in the water itself.
     pub port: Option<Port>,
 }

@@ -50,14 +50,48 @@ pub(super) struct Leaving {
 }
 
 impl Port {
-    /// The ray outside that goes on from the unit direction `inside`.
-    pub(super) fn outwards(&self, inside: DVec3) -> Leaving {
-        match self.shape {
-            PortShape::Flat { distance_m } => self.through_plane(distance_m, inside),
+    /// The ray outside that goes on from the unit direction `inside` at the point `from`, which is behind the port.
+    pub(super) fn outwards(&self, from: DVec3, inside: DVec3) -> Leaving {
+        let left = match self.shape {
+            PortShape::Flat { distance_m } => self.through_plane(distance_m - from.z, inside),
             PortShape::Dome { radius_m, offset_m } => {
-                self.through_sphere(radius_m, offset_m, inside)
+                self.through_sphere(radius_m, offset_m - from, inside)
             }
+        };
+        Leaving {
+            point: from + left.point,
+            ..left
         }
+    }
+
+    /// Distance of the outer side along the optical axis, m.
+    pub(super) fn outer_m(&self) -> f64 {
+        let inner_m = match self.shape {
+            PortShape::Flat { distance_m } => distance_m,
+            PortShape::Dome { radius_m, offset_m } => offset_m.z + radius_m,
+        };
+        inner_m + self.thickness_m
+    }
+
+    /// Distance at which a point of the optical axis outside appears from within, m, to first order (as if a dome were decentred along the
+    /// axis alone); the point is beyond [`Port::outer_m`].
+    pub(super) fn appears_at_m(&self, distance_m: f64) -> f64 {
+        // One over the radius of a side, negative as its middle lies towards the camera.
+        let bend = |side_m: f64| match self.shape {
+            PortShape::Flat { .. } => 0.0,
+            PortShape::Dome { offset_m, .. } => 1.0 / (offset_m.z - side_m),
+        };
+        let (outer_m, inner_m) = (self.outer_m(), self.outer_m() - self.thickness_m);
+        // A ray to the point, followed back by its slope and its height over the axis: n u = n' u' + y (n' - n) / R.
+        let before = |side_m: f64, (slope, height_m): (f64, f64), [n, behind]: [f64; 2]| {
+            (behind * slope + height_m * (behind - n) * bend(side_m)) / n
+        };
+        let height_m = outer_m - distance_m;
+        let indices = [self.glass_index, self.outside_index];
+        let in_glass = before(outer_m, (1.0, height_m), indices);
+        let height_m = height_m - in_glass * self.thickness_m;
+        let in_air = before(inner_m, (in_glass, height_m), [1.0, self.glass_index]);
+        inner_m - height_m / in_air
     }
 
     fn through_plane(&self, distance_m: f64, inside: DVec3) -> Leaving {
@@ -122,7 +156,7 @@ impl Port {
         let in_plane = |v: DVec3| DVec2::new(v.dot(axis), v.dot(beside));
         // On which side of a ray the point lies: further from the axis where positive.
         let side = |angle: f64| {
-            let ray = self.outwards(inside(angle));
+            let ray = self.outwards(DVec3::ZERO, inside(angle));
             in_plane(ray.direction).perp_dot(in_plane(point - ray.point))
         };
         let (mut low, mut high) = (0.0, largest);
@@ -134,7 +168,7 @@ impl Port {
             }
         }
         let found = inside(0.5 * (low + high));
-        let ray = self.outwards(found);
+        let ray = self.outwards(DVec3::ZERO, found);
         ((point - ray.point).dot(ray.direction) > 0.0).then_some(found)
     }
 }

@@ -1,4 +1,4 @@
-//! `[water.snow]`: marine snow, and what of `[camera]` blurs its flakes.
+//! `[water.snow]`: marine snow, and what of `[camera]` blurs its flakes alone.
 
 use glam::DVec3;
 
@@ -16,7 +16,7 @@ const FIELDS: [&str; 7] = [
     "seed",
 ];
 /// Fields of `[camera]` that act on flakes alone.
-pub(super) const BLUR_FIELDS: [&str; 4] = ["aperture_mm", "focus_m", "exposure_s", "velocity_m_s"];
+pub(super) const BLUR_FIELDS: [&str; 2] = ["exposure_s", "velocity_m_s"];
 /// Flakes in a litre by default, such as coastal surveys count of those of half a millimetre and more.
 const DEFAULT_PER_LITRE: f64 = 20.0;
 /// Default share of the once-scattered lamp light.
@@ -45,10 +45,10 @@ pub(super) fn read(root: &Table<'_>) -> Result<(Option<Snow>, Vec<String>), Scen
     let snow = snow.transpose()?;
     let warning = blur.map(|_| match &snow {
         Some(_) => {
-            "aperture_mm, exposure_s and velocity_m_s of camera blur the flakes of water.snow alone; all else stays sharp"
+            "exposure_s and velocity_m_s of camera blur the flakes of water.snow alone; all else stays sharp"
         }
         None => {
-            "aperture_mm, exposure_s and velocity_m_s of camera have no effect without [water.snow], whose flakes they blur"
+            "exposure_s and velocity_m_s of camera have no effect without [water.snow], whose flakes they blur"
         }
     });
     Ok((snow, warning.map(str::to_owned).into_iter().collect()))
@@ -87,22 +87,11 @@ fn read_blur(root: &Table<'_>) -> Result<Option<Blur>, SceneError> {
     let Some(table) = root.table("camera", &camera_table::FIELDS)? else {
         return Ok(None);
     };
-    let aperture_mm = table.number_or("aperture_mm", Range::closed(0.0, 1e3, "mm"), 0.0)?;
-    let focus = Range::at_least(1e-3, "m");
-    if aperture_mm > 0.0 && table.optional("focus_m").is_none() {
-        return Err(table.missing(
-            "focus_m",
-            "the distance along the optical axis that is in focus, where camera.aperture_mm is above 0",
-        ));
-    }
     let blur = Blur {
-        aperture_m: aperture_mm / MM,
-        focus_m: table.number_or("focus_m", focus, Blur::default().focus_m)?,
         exposure_s: table.number_or("exposure_s", Range::closed(0.0, 3600.0, "s"), 0.0)?,
         velocity_m_s: velocity(&table, "velocity_m_s")?,
     };
-    let acts = blur.aperture_m > 0.0 || blur.exposure_s > 0.0 || blur.velocity_m_s != DVec3::ZERO;
-    Ok(acts.then_some(blur))
+    Ok((blur != Blur::default()).then_some(blur))
 }
 
 /// A velocity, m/s; none where it is left out.
@@ -124,18 +113,6 @@ impl Default for Snow {
             time_s: 0.0,
             seed: 1,
             blur: Blur::default(),
-        }
-    }
-}
-
-impl Default for Blur {
-    /// A pinhole that opens for no time.
-    fn default() -> Self {
-        Self {
-            aperture_m: 0.0,
-            focus_m: 1.0,
-            exposure_s: 0.0,
-            velocity_m_s: DVec3::ZERO,
         }
     }
 }

@@ -67,8 +67,8 @@ impl Flakes<'_> {
     /// How far the points of flakes of a diameter may be seen from their places at a distance, m.
     pub(super) fn reach_m(&self, diameter_m: f64, distance_m: f64) -> f64 {
         let moved_m = self.velocity_m_s.length() * self.blur.exposure_s;
-        let lens = (distance_m.abs() + moved_m) / self.blur.focus_m + 1.0;
-        0.5 * diameter_m + 0.5 * self.blur.aperture_m * lens + moved_m
+        let lens_m = self.view.widest_m(distance_m.abs() + moved_m);
+        0.5 * diameter_m + lens_m + moved_m
     }
 
     /// Adds the light of a flake at `place` in the camera's frame.
@@ -97,7 +97,7 @@ impl Flakes<'_> {
     fn discs(&self, flake: &Flake, distance_m: f64) -> Discs {
         Discs {
             flake_m: 0.5 * flake.diameter_m,
-            lens_m: 0.5 * self.blur.aperture_m * (distance_m / self.blur.focus_m - 1.0).abs(),
+            lens_m: self.view.cone_m(distance_m),
         }
     }
 

@@ -122,7 +122,8 @@ fn farthest_m(snow: &Snow, view: &View<'_>, cloud: &Cloud) -> Option<f64> {
     let most = FLAKES.max(FLAKES_PER_PIXEL * pixels);
     let in_view = |far_m: f64| snow.per_m3 * view.area_m2() * far_m.powi(3) / 3.0;
     let circles = |far_m: f64| {
-        let radius_m = 0.5 * snow.blur.aperture_m * (far_m / snow.blur.focus_m - 1.0).max(0.0);
+        let is_beyond = (camera.opening).is_some_and(|opening| far_m > opening.focus_m);
+        let radius_m = if is_beyond { view.cone_m(far_m) } else { 0.0 };
         snow.per_m3 * std::f64::consts::PI * radius_m * radius_m * far_m / 3.0
     };
     let looked_through = |far_m: f64| {
@@ -146,8 +147,7 @@ fn farthest_m(snow: &Snow, view: &View<'_>, cloud: &Cloud) -> Option<f64> {
 /// Corners of a box that holds the places of all flakes that are seen up to a distance, m.
 fn bounds(snow: &Snow, view: &View<'_>, far_m: f64) -> (DVec3, DVec3) {
     let moved = snow.blur.exposure_s * (snow.drift_m_s - snow.blur.velocity_m_s);
-    let lens = 0.5 * snow.blur.aperture_m * ((far_m + moved.length()) / snow.blur.focus_m + 1.0);
-    let reach_m = 0.5 * snow.diameter_m[1] + lens;
+    let reach_m = 0.5 * snow.diameter_m[1] + view.widest_m(far_m + moved.length());
     let corners = view.corners(far_m);
     let all = corners.iter().flat_map(|&corner| [corner, corner - moved]);
     let (lower, upper) = all.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, u), c| {

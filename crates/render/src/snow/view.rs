@@ -49,6 +49,18 @@ impl<'a> View<'a> {
         }
     }
 
+    /// Radius, at a distance, of what the lens's opening sees in one point in focus, m.
+    pub(super) fn cone_m(&self, distance_m: f64) -> f64 {
+        let opening = self.camera.opening.as_ref();
+        opening.map_or(0.0, |opening| opening.cone_m(distance_m))
+    }
+
+    /// At least that radius up to a distance, m.
+    pub(super) fn widest_m(&self, distance_m: f64) -> f64 {
+        let opening = self.camera.opening.as_ref();
+        opening.map_or(0.0, |opening| opening.widest_m(distance_m))
+    }
+
     /// How far a pixel sees along the optical axis, m.
     pub(super) fn depth_of(&self, pixel: usize) -> f64 {
         self.depth_m[pixel]

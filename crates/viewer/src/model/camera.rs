@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
-use uw_render::scene::{Camera, Lens, Port};
+use uw_render::scene::{Camera, Lens, Opening, Port};
 
 use super::settings::rounded;
 
@@ -25,6 +25,10 @@ pub struct CameraSettings {
     pub centre_px: DVec2,
     /// What the lens makes of directions.
     pub lens: Lens,
+    /// Diameter of the lens's opening, m; 0 for a pinhole.
+    pub aperture_m: f64,
+    /// Distance along the optical axis that is in focus, m.
+    pub focus_m: f64,
     /// The port it looks through, as if into air: what is outside is the scene's to say.
     pub port: Option<Port>,
 }
@@ -52,6 +56,8 @@ impl Motion {
     ];
 }
 
+/// Where the focus is of a camera that was a pinhole, m.
+const FOCUS_M: f64 = 1.0;
 /// Smallest angle between the view and the vertical that drags reach, degrees.
 const LEAST_POLAR_DEG: f64 = 1.0;
 
@@ -66,6 +72,8 @@ impl From<&Camera> for CameraSettings {
             focal_px: camera.focal_px,
             centre_px: camera.centre_px,
             lens: camera.lens,
+            aperture_m: camera.opening.map_or(0.0, |opening| opening.diameter_m),
+            focus_m: camera.opening.map_or(FOCUS_M, |opening| opening.focus_m),
             port: camera.port.map(|port| Port {
                 outside_index: 1.0,
                 ..port
@@ -88,6 +96,10 @@ impl CameraSettings {
             focal_px: self.focal_px,
             centre_px: self.centre_px,
             lens: self.lens,
+            opening: (self.aperture_m > 0.0).then_some(Opening {
+                diameter_m: self.aperture_m,
+                focus_m: self.focus_m,
+            }),
             port: self.port,
         }
     }
@@ -228,6 +240,8 @@ mod tests {
             focal_px: DVec2::splat(300.0),
             centre_px: DVec2::new(160.0, 90.0),
             lens: Lens::default(),
+            aperture_m: 0.0,
+            focus_m: FOCUS_M,
             port: None,
         }
     }

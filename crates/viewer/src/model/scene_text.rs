@@ -151,9 +151,7 @@ fn write_blur(text: &mut String, blur: &Blur) {
     if *blur != Blur::default() {
         let _ = write!(
             text,
-            "aperture_mm = {:?}\nfocus_m = {:?}\nexposure_s = {:?}\nvelocity_m_s = {}\n",
-            rounded(1e3 * blur.aperture_m),
-            blur.focus_m,
+            "exposure_s = {:?}\nvelocity_m_s = {}\n",
             blur.exposure_s,
             vector(blur.velocity_m_s)
         );
@@ -236,6 +234,14 @@ fn write_camera(text: &mut String, camera: &CameraSettings) {
         "width = {}\nheight = {}\n",
         camera.width, camera.height
     );
+    if camera.aperture_m > 0.0 {
+        let aperture_mm = rounded(1e3 * camera.aperture_m);
+        let _ = write!(
+            text,
+            "aperture_mm = {aperture_mm:?}\nfocus_m = {:?}\n",
+            camera.focus_m
+        );
+    }
 }
 
 /// The port, where there is water before it.

@@ -4,9 +4,16 @@ use egui::{ComboBox, DragValue, Ui};
 use uw_media::spectral::RESPONSES;
 use uw_render::scene::{Lens, PortShape};
 
-use super::knobs::{direction, heading, list_height, position, slider};
+use super::knobs::{direction, heading, list_height, log_slider, position, scaled, slider};
 use crate::app::Viewer;
-use crate::model::{ResponseSettings, camera::Motion, spectra::short_name};
+use crate::model::{
+    ResponseSettings,
+    camera::{CameraSettings, Motion},
+    spectra::short_name,
+};
+
+/// Millimetres in a metre.
+const MM_PER_M: f64 = 1e3;
 
 /// Shows the camera.
 pub fn show(app: &mut Viewer, ui: &mut Ui) {
@@ -51,6 +58,7 @@ pub fn show(app: &mut Viewer, ui: &mut Ui) {
         }
         ui.weak("proportions; saved with the scene");
     });
+    opening(ui, camera);
     response(ui, &mut app.settings.response);
     let camera = &app.settings.camera;
     match camera.lens {
@@ -72,6 +80,20 @@ pub fn show(app: &mut Viewer, ui: &mut Ui) {
         "{:.2} m to what is in the middle",
         app.distance_ahead_m()
     ));
+}
+
+/// The opening of the lens, and what is in focus.
+fn opening(ui: &mut Ui, camera: &mut CameraSettings) {
+    let aperture = scaled(MM_PER_M * camera.aperture_m, |mm| {
+        slider(ui, "aperture", mm, 0.0..=50.0, " mm")
+            .on_hover_text("Diameter of the lens's opening; 0: a pinhole, all is sharp")
+    });
+    if let Some(mm) = aperture {
+        camera.aperture_m = mm / MM_PER_M;
+    }
+    if camera.aperture_m > 0.0 {
+        log_slider(ui, "in focus at", &mut camera.focus_m, 0.05..=20.0, " m");
+    }
 }
 
 /// What the channels see of each wavelength.

@@ -90,6 +90,12 @@ pub fn list_height(ui: &Ui) -> f32 {
     (ui.ctx().content_rect().height() - 80.0).max(120.0)
 }
 
+/// Shows a knob of a number in other units; the number, where it was changed.
+pub fn scaled(value: f64, knob: impl FnOnce(&mut f64) -> egui::Response) -> Option<f64> {
+    let mut shown = (value * 1e9).round() / 1e9;
+    knob(&mut shown).changed().then_some(shown)
+}
+
 /// A slider over powers of ten.
 pub fn log_slider(
     ui: &mut Ui,

@@ -3,7 +3,7 @@
 use egui::{CollapsingHeader, DragValue, Ui};
 use uw_render::scene::{Blur, Snow};
 
-use super::knobs::{VectorKnob, heading, log_slider, slider, told, vector};
+use super::knobs::{VectorKnob, heading, log_slider, scaled, slider, told, vector};
 use crate::app::Viewer;
 
 /// Millimetres in a metre; litres in a cubic metre.
@@ -112,13 +112,6 @@ fn cloud(ui: &mut Ui, snow: &mut Snow) {
 }
 
 fn blur(ui: &mut Ui, blur: &mut Blur) {
-    if let Some(mm) = scaled(THOUSAND * blur.aperture_m, |mm| {
-        slider(ui, "aperture", mm, 0.0..=50.0, " mm")
-            .on_hover_text("Diameter of the lens's opening; 0: a pinhole")
-    }) {
-        blur.aperture_m = mm / THOUSAND;
-    }
-    log_slider(ui, "in focus at", &mut blur.focus_m, 0.05..=20.0, " m");
     if let Some(ms) = scaled(THOUSAND * blur.exposure_s, |ms| {
         slider(ui, "exposure", ms, 0.0..=200.0, " ms")
             .on_hover_text("For which the shutter is open: flakes become streaks")
@@ -126,10 +119,4 @@ fn blur(ui: &mut Ui, blur: &mut Blur) {
         blur.exposure_s = ms / THOUSAND;
     }
     vector(ui, "camera's speed", &mut blur.velocity_m_s, VELOCITY);
-}
-
-/// Shows a knob of a number in other units; the number, where it was changed.
-fn scaled(value: f64, knob: impl FnOnce(&mut f64) -> egui::Response) -> Option<f64> {
-    let mut shown = (value * 1e9).round() / 1e9;
-    knob(&mut shown).changed().then_some(shown)
 }

@@ -500,8 +500,16 @@ fn marine_snow_is_saved_as_it_was_read() {
     let text = text(SNOW).replace("camera = { ", camera);
     let file = Scene::parse(&text, "".as_ref(), "snow.toml").expect("valid");
     let (open, settings) = OpenScene::parse(&text, "snow.toml".as_ref()).expect("valid");
-    assert!(file.snow.is_some_and(|snow| snow.blur.focus_m == 1.2));
-    assert_eq!(settings.scene().expect("valid").snow, file.snow);
+    assert!(
+        file.camera
+            .opening
+            .is_some_and(|opening| opening.focus_m == 1.2)
+    );
+    let built = settings.scene().expect("valid");
+    assert_eq!(
+        (built.snow, built.camera.opening),
+        (file.snow, file.camera.opening)
+    );
     let saved = scene_text::scene_text(&open, &settings, "".as_ref());
     let (_, read) = OpenScene::parse(&saved, "snow.toml".as_ref()).expect("valid");
     assert_eq!(read, settings, "{saved}");

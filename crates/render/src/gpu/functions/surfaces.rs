@@ -1,5 +1,7 @@
 //! The camera, the water surface, and surfaces in it.
 
+use glam::DVec2;
+
 use super::{
     ROWS, SCENE, absolute, adapter, compare, direction_of, parsed, probe, scene, uniform_rows,
 };
@@ -28,7 +30,7 @@ fn camera_rays_agree() {
     });
 }
 
-/// Lenses and ports of all kinds: directions, and where rays leave the port, m.
+/// Lenses, openings and ports of all kinds: directions, and where rays leave the port, m.
 #[test]
 fn camera_rays_agree_through_every_lens_and_port() {
     let Some(gpu) = adapter() else { return };
@@ -41,21 +43,25 @@ fn camera_rays_agree_through_every_lens_and_port() {
         "port = { kind = \"flat\", distance_m = 0.03, thickness_m = 0.012 }",
         "port = { kind = \"dome\", radius_m = 0.05, thickness_m = 0.006, offset_m = [0.004, -0.002, -0.012] }",
     ];
+    let openings = ["", "aperture_mm = 30.0\nfocus_m = 0.8"];
     let inputs: Vec<_> = uniform_rows(12)
         .iter()
         .map(|r| [r[0], r[1]].map(|whole| f32::from_bits((64.0 * whole) as u32)))
         .zip(uniform_rows(13))
         .map(|(whole, rest)| [whole[0], whole[1], rest[2], rest[3]])
         .collect();
-    for (lens, port) in lenses
-        .iter()
-        .flat_map(|lens| ports.map(|port| (lens, port)))
-    {
-        let text = SCENE.replacen("width", &format!("{lens}\n{port}\nwidth"), 1);
+    let parts = lenses.iter().flat_map(|lens| {
+        let of_port =
+            move |port| openings.map(|opening| format!("{lens}\n{port}\n{opening}\nwidth"));
+        ports.into_iter().flat_map(of_port)
+    });
+    for parts in parts {
+        let text = SCENE.replacen("width", &parts, 1);
         let scene = parsed(&text);
         let ray = |r: [f32; 4]| {
             let at = |whole: f32, rest: f32| f64::from(whole.to_bits()) + f64::from(rest);
-            scene.camera.ray(at(r[0], r[2]), at(r[1], r[3]))
+            let on_opening = 1.4 * DVec2::new(f64::from(r[3]), f64::from(r[2])) - 0.7;
+            (scene.camera).ray_from(at(r[0], r[2]), at(r[1], r[3]), on_opening)
         };
         compare(gpu, &scene, 8, &inputs, [absolute(6e-7); 4], |r| {
             ray(r).direction.extend(0.0).to_array()

@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use super::super::cloud::{Cloud, Flake};
 use super::super::footprint::Flakes;
 use super::super::{Source, View, of_view, snow};
-use super::{prepared, scene};
+use super::{opening, prepared, scene};
 use crate::film::FilmLayer;
 use crate::prepare::Prepared;
 use crate::scene::{Blur, Scene, Snow};
@@ -126,9 +126,9 @@ fn clear() -> Scene {
 
 /// What flakes of 1 mm around `place` in the camera's frame look like, each from where it would be sharp: their light, the
 /// mean of its places and their variances in pixels, those of the pixels themselves taken off.
-fn look(scene: &Scene, blur: Blur, place: DVec3) -> (f64, DVec2, DVec2) {
+fn look(scene: &Scene, place: DVec3) -> (f64, DVec2, DVec2) {
     const FLAKES: u32 = 64;
-    let prepared = prepared(scene, |snow| snow.blur = blur);
+    let prepared = prepared(scene, |_| ());
     let view = View::new(&prepared);
     let source = Source::new(&prepared, 0).expect("water");
     let snow = prepared.snow.expect("snow");
@@ -165,18 +165,14 @@ fn look(scene: &Scene, blur: Blur, place: DVec3) -> (f64, DVec2, DVec2) {
 /// squared radius over 4, that of the flake's own disc over 6. Within 4 % and, for the few points of small ones, 0.02 px² (some 300 points: 0.01 px²).
 #[test]
 fn circles_are_those_of_a_thin_lens() {
-    let scene = clear();
+    let mut scene = clear();
     for (aperture_m, distance_m) in [0.0, 0.01].into_iter().flat_map(|aperture_m| {
         let distances_m = [0.1, 0.25, 0.5, 0.8, 1.0, 1.25, 2.0, 4.0];
         distances_m.map(|distance_m| (aperture_m, distance_m))
     }) {
-        let blur = Blur {
-            aperture_m,
-            focus_m: 1.0,
-            ..Blur::default()
-        };
+        scene.camera.opening = opening(aperture_m, 1.0);
         let place = DVec3::new(0.01, 0.02, distance_m);
-        let (_, mean, variance) = look(&scene, blur, place);
+        let (_, mean, variance) = look(&scene, place);
         let circle_px = aperture_m * 500.0 * f64::abs(1.0 - 1.0 / distance_m);
         let flake_px = 1e-3 * 500.0 / distance_m;
         let expected = circle_px * circle_px / 16.0 + flake_px * flake_px / 24.0;
@@ -197,15 +193,12 @@ fn circles_are_those_of_a_thin_lens() {
 /// (and from the lamp 50 m behind it), and with the cosine of the sight. Within 1 %.
 #[test]
 fn light_of_a_flake_does_not_depend_on_its_blur() {
-    let scene = clear();
-    let light = |aperture_m: f64, distance_m: f64| {
-        let blur = Blur {
-            aperture_m,
-            ..Blur::default()
-        };
+    let mut scene = clear();
+    let mut light = |aperture_m: f64, distance_m: f64| {
+        scene.camera.opening = opening(aperture_m, 1.0);
         let place = DVec3::new(0.01, 0.02, distance_m);
         let cosine = distance_m / place.length();
-        cosine * (distance_m * (distance_m + 50.0)).powi(2) * look(&scene, blur, place).0
+        cosine * (distance_m * (distance_m + 50.0)).powi(2) * look(&scene, place).0
     };
     let expected = light(0.0, 2.0);
     for (aperture_m, distance_m) in [
@@ -227,7 +220,7 @@ fn light_of_a_flake_does_not_depend_on_its_blur() {
 /// A flake behind the post that its pixel sees is hidden, one before it is not, drawn by points or as a disc.
 #[test]
 fn surfaces_hide_flakes() {
-    let scene = scene(CLEAR, "");
+    let mut scene = scene(CLEAR, "");
     // The post is 0.8 m ahead and 0.1 m to the left.
     for (aperture_m, distance_m, seen) in [
         (0.0, 0.79, true),
@@ -235,7 +228,8 @@ fn surfaces_hide_flakes() {
         (0.1, 0.4, true),
         (0.6, 1.6, false),
     ] {
-        let prepared = prepared(&scene, |snow| snow.blur.aperture_m = aperture_m);
+        scene.camera.opening = opening(aperture_m, 1.0);
+        let prepared = prepared(&scene, |_| ());
         let view = View::new(&prepared);
         let source = Source::new(&prepared, 0).expect("water");
         let snow = prepared.snow.expect("snow");
@@ -268,26 +262,19 @@ fn streaks_are_as_long_as_the_way_of_the_exposure() {
         (0.5, 2.0, 0.01),
     ] {
         let mut moving = scene.clone();
+        moving.camera.opening = opening(aperture_m, 1.0);
+        let place = DVec3::new(0.02, 0.01, distance_m);
+        let still = look(&moving, place);
         // Flakes to the left, the camera to the right.
         let right = moving.camera.right;
-        moving.snow.as_mut().expect("snow").drift_m_s = -0.25 * speed * right;
-        let blur = Blur {
-            aperture_m,
+        let snow = moving.snow.as_mut().expect("snow");
+        snow.drift_m_s = -0.25 * speed * right;
+        snow.blur = Blur {
             exposure_s,
             velocity_m_s: 0.75 * speed * right,
-            ..Blur::default()
         };
-        let place = DVec3::new(0.02, 0.01, distance_m);
-        let (light, mean, variance) = look(&moving, blur, place);
+        let (light, mean, variance) = look(&moving, place);
         let length_px = speed * exposure_s * 500.0 / distance_m;
-        let still = look(
-            &scene,
-            Blur {
-                aperture_m,
-                ..Blur::default()
-            },
-            place,
-        );
         let found = (12.0 * (variance.x - still.2.x)).sqrt();
         let off = (found / length_px - 1.0).abs();
         assert!(off < 0.01, "{found} instead of {length_px} px");

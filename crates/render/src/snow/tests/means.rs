@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use super::super::veil::{Guide, veil};
 use super::super::{Source, View, snow};
-use super::{prepared, scene};
+use super::{opening, prepared, scene};
 use crate::backend::Device;
 use crate::film::{Film, FilmLayer};
 use crate::gpu::{AdapterChoice, Gpu, skipped::skip_test};
@@ -92,8 +92,8 @@ fn blurred_flakes_keep_the_mean_too() {
     let camera = scene(water, "");
     let mut blurred = camera.clone();
     let blur = &mut blurred.snow.as_mut().expect("snow").blur;
-    (blur.aperture_m, blur.focus_m) = (0.01, 0.6);
     (blur.exposure_s, blur.velocity_m_s) = (0.05, glam::DVec3::new(0.5, 0.4, 0.0));
+    blurred.camera.opening = opening(0.01, 0.6);
     check_means(&blurred, 400, 0.01);
 }
 

@@ -6,7 +6,7 @@ mod means;
 use std::path::Path;
 
 use crate::prepare::Prepared;
-use crate::scene::{Scene, Snow};
+use crate::scene::{Opening, Scene, Snow};
 
 /// Water, a post before the camera, a wall behind it, two lamps; `water` and `more` go into the tables.
 fn scene(water: &str, more: &str) -> Scene {
@@ -24,6 +24,14 @@ fn scene(water: &str, more: &str) -> Scene {
          [water]\n{water}\n"
     );
     Scene::parse(&text, Path::new("."), "snow.toml").expect("valid")
+}
+
+/// The opening of a lens, none where it is 0.
+fn opening(diameter_m: f64, focus_m: f64) -> Option<Opening> {
+    (diameter_m > 0.0).then_some(Opening {
+        diameter_m,
+        focus_m,
+    })
 }
 
 /// The scene with another seed of its cloud.
