@@ -1,5 +1,6 @@
 // Daylight and emitting surfaces: a camera walk that scores sun and sky along every segment.
 // Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
+import package::common::air_lamps::{score_air_lamps_along, score_air_lamps_on, see_air_lamps};
 import package::common::ambient_flight::{draw_flight, scatter_ambient};
 import package::common::ambient_queue::numbers;
 import package::common::ambient_walk::{AmbientWalk, IN_AIR, LEADING, MET_SURFACE, SCATTERED_BEFORE, along, copies_made, copies_of, diffuse_irradiance, direction_numbers, has, has_reference, has_top, light_ahead, light_on_surface, pending, pop_walk, push_walk, relative_light, score, set_reference, sin2_half_to_sun, survival_of, turned_walk};
@@ -9,7 +10,7 @@ import package::common::camera::{BOUNDARY, End, NOTHING, SCATTER, SURFACE, end_p
 import package::common::daylight::{scattered_sunlight, sun_reaches};
 import package::common::gloss::{surface_albedo, surface_direction, surface_factor, surface_pdf};
 import package::common::interface::{depth_of, external_reflectance, flip, internal_reflectance, is_above, refract_into_water};
-import package::common::layout::{HAS_AIR, HAS_GEOMETRY_IN_AIR, HAS_GLOSS, HAS_MEDIUM, HAS_SCATTERING, HAS_SKY, HAS_SUN, HAS_SURFACE, INFINITE, NONE, PI, Spectrum, counters, dispatch, scene};
+import package::common::layout::{HAS_AIR, HAS_AIR_LAMPS, HAS_GEOMETRY_IN_AIR, HAS_GLOSS, HAS_MEDIUM, HAS_SCATTERING, HAS_SKY, HAS_SUN, HAS_SURFACE, INFINITE, NONE, PI, Spectrum, counters, dispatch, scene};
 import package::common::medium::{channels_start, channels_weight, transmittance_along};
 import package::common::phase::{phase_sample_x, phase_value};
 import package::common::rng::uniform_number;
@@ -94,6 +95,12 @@ fn water_segment(w: AmbientWalk, weight: Spectrum, end: End, point: SurfacePoint
     }
     let sky = sky_at_end(w, end);
     score(w, weight, has(w, SCATTERED_BEFORE), sky);
+    if HAS_AIR_LAMPS {
+        if may_scatter(w) {
+            score_air_lamps_along(w, weight, end.t);
+        }
+        see_through_surface(w, weight, end);
+    }
     var ahead = Ahead(Spectrum(0.0), Spectrum(0.0));
     if may_scatter(w) || end.kind != SURFACE {
         ahead.volume = light_ahead(w, end, line);
@@ -103,6 +110,19 @@ fn water_segment(w: AmbientWalk, weight: Spectrum, end: End, point: SurfacePoint
     }
     set_reference(weight, line + sky + ahead.volume + ahead.surface);
     return ahead;
+}
+
+/// Lamps in the air at the end of the segment, where what leaves is not followed.
+fn see_through_surface(w: AmbientWalk, weight: Spectrum, end: End) {
+    let across = w.direction.xy * scene.refractive_index;
+    let vertical2 = 1.0 - dot(across, across);
+    if HAS_GEOMETRY_IN_AIR || end.kind != BOUNDARY || vertical2 <= 0.0 {
+        return;
+    }
+    let passed = (1.0 - internal_reflectance(w.direction.z)) * scene.refractive_index * scene.refractive_index;
+    let exit = vec3f((w.origin + end.t * w.direction).xy, scene.surface_height_m);
+    let factor = weight * transmittance_along(w.origin, w.direction, end.t) * passed;
+    see_air_lamps(w, exit, vec3f(across, sqrt(vertical2)), INFINITE, factor);
 }
 
 /// The sky at the end of the segment. Where something stands in the air, what leaves is followed instead.
@@ -210,6 +230,9 @@ fn air_segment(walk: AmbientWalk) -> AmbientLanding {
     let down = -w.direction.z;
     let to_water = select(INFINITE, min(max(w.origin.z - scene.surface_height_m, 0.0) / down, INFINITE), down > 0.0);
     let hit = closest(w.origin, w.direction, to_water, w.start_primitive);
+    if HAS_AIR_LAMPS {
+        see_air_lamps(w, w.origin, w.direction, min(hit.t, to_water), channels_weight(w.channels));
+    }
     if hit.primitive != NONE {
         w.origin += hit.t * w.direction;
         w.start_primitive = hit.primitive;
@@ -249,6 +272,9 @@ fn meet_surface_ambient(walk: AmbientWalk, point: SurfacePoint) {
     let weight = channels_weight(w.channels);
     let sun = sunlight_on(w, point);
     score(w, weight, scattered, sun);
+    if HAS_AIR_LAMPS {
+        score_air_lamps_on(w, weight, point);
+    }
     let diffuse = diffuse_irradiance(has(w, IN_AIR), depth_of(w.origin), point) / PI;
     set_reference(weight, point.emission + sun + diffuse);
     let copies = copies_of(w, weight, diffuse);

@@ -23,6 +23,8 @@ override HAS_GLOSS: bool = true;
 override HAS_NORMAL_MAPS: bool = true;
 override HAS_VARIED_REFLECTANCE: bool = true;
 override HAS_GEOMETRY_IN_AIR: bool = true;
+/// Whether lamps are above the water.
+override HAS_AIR_LAMPS: bool = true;
 /// Whether the camera or a surface is above the water.
 override HAS_AIR: bool = true;
 override HAS_SUN: bool = true;
@@ -137,7 +139,8 @@ struct Scene {
     /// Radius of the lens's opening, and where in front of the lens what is in focus appears.
     opening_radius_m: f32,
     focus_inside_m: f32,
-    padding: u32,
+    /// Lamps above the water, after the others.
+    air_lamp_count: u32,
 }
 
 struct Dispatch {

@@ -15,6 +15,11 @@ fn lamp_count() -> u32 {
     return select(scene.lamp_count + nothing, 1u, ONE_LAMP);
 }
 
+/// Lamps in the air, whose records follow those of the others.
+fn air_lamp_count() -> u32 {
+    return scene.air_lamp_count + nothing;
+}
+
 fn quad_count() -> u32 {
     return select(scene.quad_count + nothing, 1u, ONE_QUAD);
 }

@@ -6,6 +6,7 @@
 )]
 
 mod agreement;
+mod air_lamps;
 mod camera_models;
 mod closed_form;
 mod cloud_daylight;

@@ -202,7 +202,9 @@ impl<'a> Group<'a> {
         is_on: &dyn Fn(&str) -> bool,
     ) -> Self {
         let sizes = (scratch_rows, film_layers, pixels);
-        let full = is_on("HAS_LAYERS") || is_on("HAS_GLOSS");
+        let full = ["HAS_LAYERS", "HAS_GLOSS", "HAS_AIR_LAMPS"]
+            .into_iter()
+            .any(is_on);
         /// The state of a kernel for some instructions.
         macro_rules! state {
             ($set:ident) => {{

@@ -55,7 +55,7 @@ const CASES: &[(&str, &str)] = &[
     ("lamp_beam_missing.toml", r#":8: lamp 1 falloff.file: no_such_beam.csv:"#),
     ("lamp_falloff.toml", r#":8: lamp 1 falloff must be one of `uniform`, `cosine`, got "gauss""#),
     ("lamp_half_angle.toml", r#":8: lamp 1 half_angle_deg must be in (0, 180] degrees, got 0.0"#),
-    ("lamp_in_air.toml", r#":13: lamp 1 position_m[2] must be at most surface.height_m = 1 (a lamp must be in the water), got 2"#),
+    ("lamp_across_surface.toml", r#":13: lamp 1 position_m[2] must be at least 1.3 or at most surface.height_m = 1: a disk above the water does not reach into it, got 1.2"#),
     ("lamp_level.toml", r#":8: lamp 1 level_pct must be in [0, 100] %, got 120"#),
     ("lamp_name.toml", r#":4: lamp 1 name must be 1 to 64 letters, digits, `_` or `-`, got "left, upper""#),
     ("lamp_names.toml", r#":10: lamp 2 name must be a name that no other lamp has, got "left""#),

@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 use uw_media::Spectrum;
 
-use crate::prepare::{Hit, Prepared, Primitive};
+use crate::prepare::{AirWay, Hit, Prepared, PreparedLamp, Primitive};
 use crate::sampling::circle;
 use crate::scene::CameraRay;
 
@@ -177,7 +177,15 @@ impl Look {
         let lamp = &scene.lamps[index];
         let (sine, cosine) = circle(turn);
         let aside = cosine * lamp.tangent.0 + sine * lamp.tangent.1;
-        let offset = lamp.position + lamp.radius * area.sqrt() * aside - self.point;
+        let source = lamp.position + lamp.radius * area.sqrt() * aside;
+        if let Some(boundary) = scene.boundary.filter(|_| lamp.in_air) {
+            return self.of_lamp_in_air(
+                scene,
+                lamp,
+                &AirWay::between(&boundary, self.point, source),
+            );
+        }
+        let offset = source - self.point;
         let distance_m = offset.length();
         let towards = offset / distance_m;
         let cosine = self.shading_normal.dot(towards);
@@ -198,6 +206,17 @@ impl Look {
         let left = scene.transmittance(&scene.way(self.point, towards, distance_m));
         let factor = strength * cosine / (distance_m * distance_m);
         std::array::from_fn(|k| factor * lamp.intensity[k] * left[k])
+    }
+
+    fn of_lamp_in_air(&self, scene: &Prepared, lamp: &PreparedLamp, way: &AirWay) -> Spectrum {
+        let cosine = self.shading_normal.dot(way.towards);
+        let strength = lamp.level * lamp.relative_intensity(-way.in_air) * way.spread;
+        let is_lit = cosine > 0.0 && strength > 0.0 && self.normal.dot(way.towards) > 0.0;
+        if !is_lit || !way.is_open(scene, self.point, self.primitive) {
+            return [0.0; 3];
+        }
+        let left = scene.transmittance(&scene.way(self.point, way.towards, way.wet_m));
+        std::array::from_fn(|k| strength * cosine * lamp.intensity[k] * left[k])
     }
 
     fn of_sun(&self, scene: &Prepared) -> Spectrum {

@@ -91,7 +91,7 @@ impl<'a> Dispatches<'a> {
         edit: Edit<'_>,
     ) -> Result<Self, GpuError> {
         let mut kernels = Vec::new();
-        if !selection.lamps.is_empty() {
+        if loaded.has_lamps {
             kernels.push(Kernel::new(&loaded, "kernels/lamps", edit)?);
         }
         if selection.ambient {

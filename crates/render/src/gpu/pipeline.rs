@@ -43,6 +43,8 @@ pub(super) const WORKGROUP: u32 = 64;
 pub(super) struct Loaded<'a> {
     pub(super) gpu: &'a Gpu,
     pub(super) film_layers: u32,
+    /// Whether lamps are in the water.
+    pub(super) has_lamps: bool,
     pub(super) pixels: u32,
     /// Lanes that scratch memory has room for.
     pub(super) lanes: u32,
@@ -123,6 +125,7 @@ impl<'a> Loaded<'a> {
         let loaded = Self {
             gpu,
             film_layers: record.film_layers,
+            has_lamps: record.lamp_count > 0,
             pixels,
             lanes,
             room,

@@ -4,7 +4,7 @@
 use glam::DVec3;
 use uw_media::Spectrum;
 
-use crate::prepare::{AtWavelengths, Boundary, Prepared, PreparedLamp, Primitive, SunBeam};
+use crate::prepare::{AirWay, AtWavelengths, Boundary, Prepared, PreparedLamp, Primitive, SunBeam};
 
 /// Light that arrives at a point from one direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,11 +19,32 @@ pub(super) struct Beam {
 pub(super) fn unscattered_beams(scene: &Prepared, point: DVec3) -> Vec<Beam> {
     let lamps = scene.lamps.iter().enumerate();
     let lamps = lamps.filter(|(_, lamp)| lamp.radius == 0.0);
+    let of_lamp = |lamp: (usize, &PreparedLamp)| match scene.boundary.filter(|_| lamp.1.in_air) {
+        Some(boundary) => [beam_from_air(scene, lamp, &boundary, point), None],
+        None => [false, true].map(|mirrored| lamp_beam(scene, lamp, mirrored, point)),
+    };
     lamps
-        .flat_map(|lamp| [false, true].map(|mirrored| lamp_beam(scene, lamp, mirrored, point)))
+        .flat_map(of_lamp)
         .chain([sun_beam(scene, point)])
         .flatten()
         .collect()
+}
+
+fn beam_from_air(
+    scene: &Prepared,
+    (index, lamp): (usize, &PreparedLamp),
+    boundary: &Boundary,
+    point: DVec3,
+) -> Option<Beam> {
+    let way = AirWay::between(boundary, point, lamp.position);
+    let relative = lamp.level * lamp.relative_intensity(-way.in_air) * way.spread;
+    let is_lit = relative > 0.0 && way.is_open(scene, point, Primitive::None);
+    is_lit.then(|| {
+        let irradiance = lamp.intensity.map(|i| i * relative);
+        attenuated(scene, (point, way.towards), irradiance, way.wet_m, |set| {
+            set.lamps[index]
+        })
+    })
 }
 
 fn sun_beam(scene: &Prepared, point: DVec3) -> Option<Beam> {

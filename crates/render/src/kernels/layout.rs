@@ -155,7 +155,7 @@ exact_records! {
         mirror_albedos: u32,
         opening_radius_m: f32,
         focus_inside_m: f32,
-        padding: u32,
+        air_lamp_count: u32,
     }
     /// A lamp at 100 %.
     Lamp {

@@ -83,13 +83,17 @@ impl Tables {
         let mut far = FarRows::default();
         let mut texels = Vec::new();
         let mut record = camera(scene);
+        let (in_water, in_air): (Vec<usize>, Vec<usize>) =
+            active.iter().partition(|&&i| !scene.lamps[i].in_air);
+        let active = &[&in_water[..], &in_air].concat()[..];
         let lamps: Vec<Lamp> = active
             .iter()
             .map(|&i| lamp(scene, i, origin, &mut rows))
             .collect();
-        record.lamp_count = lamps.len() as u32;
+        record.lamp_count = in_water.len() as u32;
+        record.air_lamp_count = in_air.len() as u32;
         record.lamp_rows = rows.records(&lamps);
-        let spots = spots(scene, active, tracer);
+        let spots = spots(scene, &in_water, tracer);
         record.spot_count = spots.len() as u32;
         record.spot_table = rows.spots(&spots);
         record.sobol_table = rows.sobol();

@@ -90,6 +90,7 @@ pub(crate) fn switches(scene: &Prepared, record: &Scene) -> Vec<(&'static str, f
         ("HAS_NORMAL_MAPS", features.normal_maps),
         ("HAS_VARIED_REFLECTANCE", features.varied_reflectance),
         ("HAS_GEOMETRY_IN_AIR", features.geometry_in_air),
+        ("HAS_AIR_LAMPS", record.air_lamp_count > 0),
         (
             "HAS_AIR",
             features.geometry_in_air || scene.in_air(scene.camera.position_m),
@@ -111,7 +112,10 @@ pub(crate) fn switches(scene: &Prepared, record: &Scene) -> Vec<(&'static str, f
         ("HAS_OPENING", opening.is_some()),
         ("HAS_DISKS", features.disks),
         ("HAS_FALLOFFS", features.falloffs),
-        ("ONE_LAMP", record.lamp_count == 1),
+        (
+            "ONE_LAMP",
+            (record.lamp_count, record.air_lamp_count) == (1, 0),
+        ),
         ("ONE_QUAD", record.quad_count == 1),
     ]
     .into_iter()

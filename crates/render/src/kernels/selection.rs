@@ -14,6 +14,11 @@ pub struct Selection {
 }
 
 impl Selection {
+    /// Whether some of the lamps are in the water, which bridges lead to; those in the air are found on the way to daylight.
+    pub(crate) fn has_lamps_in_water(&self, scene: &Prepared) -> bool {
+        self.lamps.iter().any(|&i| !scene.lamps[i].in_air)
+    }
+
     /// All light of `scene`: its lamps, with `dark_lamps` those at level 0 too, and daylight where there is any. At most
     /// `max_bounces` scatterings and reflections; 0 for no limit.
     pub fn all(scene: &Prepared, dark_lamps: bool, max_bounces: u32) -> Self {

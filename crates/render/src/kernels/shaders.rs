@@ -51,6 +51,7 @@ sources![
     "common/direct_lamps",
     "common/daylight",
     "common/ambient_queue",
+    "common/air_lamps",
     "common/ambient_flight",
     "common/ambient_walk",
     "common/ambient_path",

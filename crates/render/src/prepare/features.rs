@@ -36,6 +36,8 @@ pub struct Features {
     pub varied_reflectance: bool,
     /// There are lamps.
     pub lamps: bool,
+    /// Some of them are in the air above the water.
+    pub lamps_in_air: bool,
     /// Some of them are disks.
     pub disks: bool,
     /// Some of them are of different brightness inside their beam.
@@ -79,6 +81,7 @@ impl Features {
             normal_maps: geometry.materials.iter().any(|m| m.normal_map.is_some()),
             varied_reflectance: varied_reflectance(geometry),
             lamps: lamps.iter().any(|l| l.intensity.iter().any(|&i| i > 0.0)),
+            lamps_in_air: lamps.iter().any(|l| l.in_air),
             disks: lamps.iter().any(|l| l.radius > 0.0),
             falloffs: lamps.iter().any(|l| l.falloff.is_some()),
             sun: sun.is_some(),
@@ -87,9 +90,9 @@ impl Features {
         }
     }
 
-    /// Whether any light comes from elsewhere than lamps.
+    /// Whether any light comes from elsewhere than lamps in the water.
     pub fn ambient(&self) -> bool {
-        self.sun || self.sky || self.emission
+        self.sun || self.sky || self.emission || self.lamps_in_air
     }
 
     /// Names of what is skipped, for the statistics.
@@ -109,6 +112,7 @@ impl Features {
             (self.normal_maps, "normal maps"),
             (self.varied_reflectance, "varied reflectance"),
             (self.lamps, "lamps"),
+            (self.lamps_in_air, "lamps in air"),
             (self.disks, "disks"),
             (self.falloffs, "falloffs"),
             (self.sun, "sun"),

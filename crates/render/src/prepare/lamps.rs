@@ -28,6 +28,8 @@ pub struct PreparedLamp {
     pub level: f64,
     /// Radius of the disk, m; 0 for a point.
     pub radius: f64,
+    /// Whether it is above a water surface.
+    pub in_air: bool,
     /// Probability of aiming at the lamp's mirror image in the water surface; 0 where there is none.
     pub(crate) mirror_share: f64,
     pub(crate) cos_half_angle: f64,
@@ -48,6 +50,7 @@ impl PreparedLamp {
             intensity: lamp.intensity,
             level: lamp.level_pct / 100.0,
             radius: lamp.radius_m,
+            in_air: false,
             mirror_share: 0.0,
             cos_half_angle: if lamp.half_angle_deg >= 180.0 {
                 -1.0
@@ -59,15 +62,16 @@ impl PreparedLamp {
         }
     }
 
-    /// The lamp in water under a surface, seen from `camera`.
-    pub(super) fn under(
+    /// The lamp in water under a surface, or above it, seen from `camera`.
+    pub(super) fn beside(
         mut self,
         boundary: Option<&Boundary>,
         medium: Option<&Medium>,
         camera: DVec3,
     ) -> Self {
+        self.in_air = boundary.is_some_and(|boundary| self.position.z > boundary.height);
         self.mirror_share = match boundary {
-            Some(boundary) if boundary.index != 1.0 => {
+            Some(boundary) if boundary.index != 1.0 && !self.in_air => {
                 mirror_share(self.position, boundary, medium, camera)
             }
             _ => 0.0,

@@ -1,5 +1,6 @@
 //! Stage 2: the scene as flat tables for the integrators.
 
+mod air_way;
 pub(crate) mod bvh;
 mod daylight;
 mod daylight_field;
@@ -18,6 +19,7 @@ use uw_media::{Spectrum, phase::DiskTable};
 
 use glam::DVec3;
 
+pub(crate) use air_way::AirWay;
 pub use daylight::{Boundary, SunBeam};
 pub use daylight_field::DaylightField;
 pub use features::Features;
@@ -103,11 +105,11 @@ impl Prepared {
             Some(layers) => medium.with_extremes_of(layers, spectrum.as_ref()),
             None => medium,
         });
-        let under_surface = |lamp: PreparedLamp| {
-            lamp.under(boundary.as_ref(), medium.as_ref(), scene.camera.position_m)
+        let beside_surface = |lamp: PreparedLamp| {
+            lamp.beside(boundary.as_ref(), medium.as_ref(), scene.camera.position_m)
         };
         let lamps = scene.lamps.iter().map(PreparedLamp::build);
-        let lamps: Vec<_> = lamps.map(under_surface).collect();
+        let lamps: Vec<_> = lamps.map(beside_surface).collect();
         let above = boundary.is_some_and(|b| scene.camera.position_m.z > b.height);
         // Without a surface the sun would be infinitely far away through the water.
         let lit = boundary.is_some() || medium.is_none();
@@ -123,7 +125,9 @@ impl Prepared {
         let largest_emission = geometry.largest_emission();
         let ambient_scale = std::array::from_fn(|k| {
             let sun = sun.as_ref().map_or(0.0, |s| s.irradiance_in_air[k]);
-            sun / std::f64::consts::PI + scene.sky_radiance[k] + largest_emission[k]
+            let in_air = lamps.iter().filter(|lamp| lamp.in_air);
+            let lamps: f64 = in_air.map(|lamp| lamp.intensity[k]).sum();
+            (sun + lamps) / std::f64::consts::PI + scene.sky_radiance[k] + largest_emission[k]
         });
         let scattered = scene
             .water

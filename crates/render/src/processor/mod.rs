@@ -144,7 +144,7 @@ impl<'a> Shared<'a> {
         let mut switches = switches(scene, &tables.scene);
         switches.push(("MANY_PIXELS", 1.0));
         switches.push(("GIVEN_RAYS", f64::from(u8::from(looks == Looks::AlongRays))));
-        let lamps = (!selection.lamps.is_empty()).then_some(Kernel::Lamps);
+        let lamps = (selection.has_lamps_in_water(scene)).then_some(Kernel::Lamps);
         let ambient = selection.ambient.then_some(Kernel::Ambient);
         Ok(Self {
             scene,

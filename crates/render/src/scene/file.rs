@@ -119,21 +119,10 @@ fn read_scene(root: &Table<'_>) -> Result<Scene, SceneError> {
     let camera = camera_table::with_opening(root, camera, surface.as_ref())?;
     camera_table::check_port(root, &camera, (water.is_some(), snow.is_some()))?;
     let mut warnings = objects.gltf.warnings;
-    let mut more_lamps = objects.gltf.lamps;
     if let (Some(_), Some(surface)) = (&water, &surface) {
-        refuse_lamps_in_air(root, &lamps, surface)?;
-        let (kept, left_out): (Vec<_>, Vec<_>) = more_lamps
-            .into_iter()
-            .partition(|lamp| lamp.position_m.z <= surface.height_m);
-        warnings.extend(left_out.iter().map(|lamp| {
-            format!(
-                "lamp {} of a glTF file is above the water surface and is left out",
-                lamp.name
-            )
-        }));
-        more_lamps = kept;
+        refuse_lamps_across(root, &lamps, surface)?;
     }
-    light::append_named(&mut lamps, more_lamps);
+    light::append_named(&mut lamps, objects.gltf.lamps);
     warnings.extend(wavelengths.warnings);
     warnings.extend(lamp_warnings);
     let eye_z_m = camera.position_m.z;
@@ -171,20 +160,22 @@ fn read_scene(root: &Table<'_>) -> Result<Scene, SceneError> {
     Ok(scene)
 }
 
-/// Lamps shine in the water only: their light through the surface from above is not rendered.
-fn refuse_lamps_in_air(
+/// The disk of a lamp is in the water or above it.
+fn refuse_lamps_across(
     root: &Table<'_>,
     lamps: &[Lamp],
     surface: &WaterSurface,
 ) -> Result<(), SceneError> {
     for (i, (element, lamp)) in root.elements("lamp")?.iter().zip(lamps).enumerate() {
-        if lamp.position_m.z > surface.height_m {
+        let upright = lamp.forward.truncate().length() * lamp.radius_m;
+        if lamp.position_m.z > surface.height_m && lamp.position_m.z - upright < surface.height_m {
             return Err(SceneError::InvalidValue {
                 file: root.doc.file.to_string(),
                 line: element.line(),
                 field: format!("lamp {} position_m[2]", i + 1),
                 expected: format!(
-                    "at most surface.height_m = {} (a lamp must be in the water)",
+                    "at least {} or at most surface.height_m = {}: a disk above the water does not reach into it",
+                    surface.height_m + upright,
                     surface.height_m
                 ),
                 got: lamp.position_m.z.to_string(),

@@ -78,7 +78,10 @@ pub fn snow(scene: &Prepared, dark_lamps: bool, cancel: &AtomicBool) -> Option<S
     let view = View::new(scene);
     let cloud = Cloud::new(snow);
     let far_m = farthest_m(snow, &view, &cloud)?;
-    let lit = |lamp: usize| dark_lamps || scene.lamps[lamp].level > 0.0;
+    let lit = |lamp: usize| {
+        let lamp = &scene.lamps[lamp];
+        (dark_lamps || lamp.level > 0.0) && !lamp.in_air
+    };
     let of_lamp = |lamp: usize| {
         let source = Source::new(scene, lamp).filter(|_| lit(lamp))?;
         let guide = Guide::new(&view, &source, far_m)?;

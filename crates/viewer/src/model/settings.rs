@@ -355,19 +355,20 @@ impl Settings {
         }
     }
 
-    /// The lamps that can be rendered: below the surface where there is one.
+    /// The lamps that can be rendered: not those above the surface whose disk reaches into the water.
     fn lit_lamps(&self) -> impl Iterator<Item = &LampSettings> {
-        let ceiling = match (&self.water, self.surface) {
-            (Some(_), Some(surface)) => surface.height_m,
-            _ => f64::INFINITY,
-        };
-        self.lamps
-            .iter()
-            .filter(move |lamp| lamp.position_m.z <= ceiling)
+        let surface = self.surface.filter(|_| self.water.is_some());
+        self.lamps.iter().filter(move |lamp| {
+            let upright_m = lamp.forward.truncate().length() * lamp.radius_m;
+            surface.is_none_or(|surface| {
+                let above_m = lamp.position_m.z - surface.height_m;
+                above_m <= 0.0 || above_m >= upright_m
+            })
+        })
     }
 
-    /// Names of lamps that are left out because they are in the air above the water.
-    pub fn lamps_in_air(&self) -> Vec<&str> {
+    /// Names of lamps that are left out because they are partly in the air.
+    pub fn lamps_across_surface(&self) -> Vec<&str> {
         let lit: Vec<_> = self.lit_lamps().map(|l| l.name.as_str()).collect();
         let names = self.lamps.iter().map(|l| l.name.as_str());
         names.filter(|name| !lit.contains(name)).collect()

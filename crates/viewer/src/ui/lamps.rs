@@ -51,9 +51,9 @@ pub fn show(app: &mut Viewer, ui: &mut Ui) {
         let lamp = lamp_beside(&app.settings);
         app.settings.lamps.push(lamp);
     }
-    let dry = app.settings.lamps_in_air();
-    if !dry.is_empty() {
-        let text = format!("above the water, left out: {}", dry.join(", "));
+    let across = app.settings.lamps_across_surface();
+    if !across.is_empty() {
+        let text = format!("partly above the water, left out: {}", across.join(", "));
         ui.colored_label(ui.visuals().warn_fg_color, text);
     }
 }

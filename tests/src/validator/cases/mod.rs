@@ -1,5 +1,6 @@
 //! Small scenes on which the renderer is compared with the validator.
 
+mod air;
 mod daylight;
 mod gloss;
 mod lamps;
@@ -34,6 +35,7 @@ pub fn all() -> Vec<Case> {
     cases.extend(daylight::cases());
     cases.extend(layers::cases());
     cases.extend(gloss::cases());
+    cases.extend(air::cases());
     cases
 }
 
