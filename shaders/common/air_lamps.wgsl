@@ -1,27 +1,25 @@
 // Lamps in the air: their light on surfaces and scattered once on a segment in the water, by the one way through the water surface, and
 // their disks where the camera looks at them.
-// Host: crates/render/src/prepare/air_way.rs. Checked by: tests/system/air_lamps.rs, tests/system/validator.rs.
+// Checked by: tests/system/air_lamps.rs, tests/system/validator.rs.
+import package::common::air_way::{AirWay, phase_towards, straight_way, told_point, way_through_surface};
 import package::common::ambient_walk::{AmbientWalk, IN_AIR, MET_SURFACE, SCATTERED_BEFORE, has};
 import package::common::bvh::occluded;
 import package::common::daylight::{attenuation_integral, attenuation_sample};
 import package::common::film::add_light;
 import package::common::gloss::{surface_factor, surface_pdf};
-import package::common::interface::{depth_of, external_reflectance};
 import package::common::layer_distance::distance_of;
 import package::common::layer_tables::BY_ATTENUATION;
 import package::common::layers::{drawn_along, water_at};
 import package::common::layout::{HAS_GEOMETRY_IN_AIR, INFINITE, NONE, Spectrum, scene};
-import package::common::light::{lamp_radiance_along, lamp_relative_intensity, lamp_sample_point};
+import package::common::light::{lamp_radiance_along, lamp_relative_intensity};
+import package::common::math::turn;
 import package::common::medium::transmittance_along;
-import package::common::phase::phase_value;
-import package::common::rng::uniform_number;
+import package::common::rng::{next_bits, uniform_number};
 import package::common::settings::{air_lamp_count, lamp_count};
 import package::common::spectrum::water_c;
 import package::common::surface::SurfacePoint;
-import package::common::tables::{lamp_film_layer, lamp_intensity, lamp_level, lamp_position, lamp_radius};
+import package::common::tables::{lamp_film_layer, lamp_intensity, lamp_level};
 
-/// Steps of Newton's method for the way through the surface: at most so many for float precision.
-const REFRACTION_STEPS: u32 = 16u;
 /// Least vertical part of the way to a lamp, and least attenuation over the largest, by which points of a segment are drawn.
 const LEAST_UP: f32 = 0.2;
 const LEAST_ATTENUATION: f32 = 1e-3;
@@ -30,68 +28,42 @@ const MOST_GROWTH: f32 = 80.0;
 /// Farthest point that is drawn by its distance from the lamp, m.
 const FARTHEST: f32 = 1e6;
 
-/// The way to a point in the air: unit directions at its beginning and in the air, lengths in water and air, and the irradiance that an
-/// intensity of 1 brings along it, across it.
-struct AirWay {
-    towards: vec3f,
-    wet: f32,
-    in_air: vec3f,
-    dry: f32,
-    spread: f32,
-}
-
 /// Light that arrives from a lamp: irradiance across the direction towards it.
 struct AirLight {
     towards: vec3f,
     irradiance: Spectrum,
 }
 
-fn straight_way(point: vec3f, lamp: vec3f) -> AirWay {
-    let offset = lamp - point;
-    let range = length(offset);
-    let towards = offset / range;
-    return AirWay(towards, 0.0, towards, range, 1.0 / (range * range));
+/// A number that tells a point of every disk: 12 bits each of two coordinates.
+fn draw_lamp_point() -> f32 {
+    return f32(next_bits() >> 8u);
 }
 
-/// The way from a point in the water by Snell's law: the tangent of its angle in the air is found from below, where the
-/// horizontal distance, which grows less than it, tells too little.
-fn way_through_surface(point: vec3f, lamp: vec3f) -> AirWay {
-    let depth = depth_of(point);
-    let height = lamp.z - scene.surface_height_m;
-    let across = lamp.xy - point.xy;
-    let reach = length(across);
-    let index = scene.refractive_index;
-    let square = index * index;
-    let grow = (index - 1.0) * (index + 1.0);
-    var tangent = reach / (height + depth / index);
-    if grow > 0.0 {
-        tangent = max(tangent, (reach - depth / sqrt(grow)) / height);
-    }
-    for (var i = 0u; i < REFRACTION_STEPS; i++) {
-        let root = sqrt(square + grow * tangent * tangent);
-        let missing = reach - tangent * (height + depth / root);
-        tangent += missing / (height + depth * square / (root * root * root));
-    }
-    let cosine = 1.0 / sqrt(1.0 + tangent * tangent);
-    let sine = tangent * cosine;
-    let wet_sine = sine / index;
-    let wet_cosine = sqrt(max(1.0 - wet_sine * wet_sine, 0.0));
-    let wet = depth / wet_cosine;
-    let dry = height / cosine;
-    let aside = across / max(reach, 1e-30);
-    // A cone of the angles about this one covers a ring of the water; what comes through counts across the way.
-    let ring = (dry + wet / index) * (dry / cosine + wet * cosine / (index * wet_cosine * wet_cosine));
-    let spread = (1.0 - external_reflectance(cosine)) / (ring * wet_cosine);
-    return AirWay(vec3f(aside * wet_sine, wet_cosine), wet, vec3f(aside * sine, cosine), dry, spread);
+/// Direction in the water, at the start of a walk's segment, of the way to the point of lamp `index` that it looks for.
+fn towards_lamp(w: AmbientWalk, index: u32) -> vec3f {
+    return way_through_surface(w.origin, told_point(index, w.lamp_point)).towards;
 }
 
-/// Light of lamp `index` at a point in the water or in the air, which lies on `start_primitive`.
-fn light_from_air(index: u32, point: vec3f, in_air: bool, start_primitive: u32) -> AirLight {
-    var source = lamp_position(index);
-    if lamp_radius(index) > 0.0 {
-        let u = uniform_number();
-        source = lamp_sample_point(index, u, uniform_number());
+/// A direction for the walk around that towards one of the lamps, by the angle θ with sin²(θ/2) = `x` that the phase function drew.
+/// Where water scatters narrowly, its light comes along such directions alone; as the light that they find is that of the same
+/// points, their density takes the peak off it.
+fn around_air_lamp(w: AmbientWalk, x: f32, u: f32) -> vec3f {
+    let count = air_lamp_count();
+    let chosen = min(u32(uniform_number() * f32(count)), count - 1u);
+    return turn(towards_lamp(w, lamp_count() + chosen), x, u);
+}
+
+/// Density of `direction` among those.
+fn density_around_air_lamps(w: AmbientWalk, direction: vec3f) -> f32 {
+    var sum = 0.0;
+    for (var i = lamp_count(); i < lamp_count() + air_lamp_count(); i++) {
+        sum += phase_towards(direction, towards_lamp(w, i));
     }
+    return sum / f32(air_lamp_count());
+}
+
+/// Light from a point of lamp `index` at a point in the water or in the air, which lies on `start_primitive`.
+fn light_from_air(index: u32, source: vec3f, point: vec3f, in_air: bool, start_primitive: u32) -> AirLight {
     var way: AirWay;
     if in_air {
         way = straight_way(point, source);
@@ -131,8 +103,9 @@ fn count_light(index: u32, w: AmbientWalk, scattered: bool, light: Spectrum) {
 
 /// Scores the light that a surface with albedo 1, where the walk stands, sends on from the lamps in the air.
 fn score_air_lamps_on(w: AmbientWalk, weight: Spectrum, point: SurfacePoint) {
+    let number = draw_lamp_point();
     for (var i = lamp_count(); i < lamp_count() + air_lamp_count(); i++) {
-        let light = light_from_air(i, w.origin, has(w, IN_AIR), w.start_primitive);
+        let light = light_from_air(i, told_point(i, number), w.origin, has(w, IN_AIR), w.start_primitive);
         let pdf = surface_pdf(point, light.towards);
         if pdf > 0.0 {
             let reflected = pdf * surface_factor(point, light.towards);
@@ -144,7 +117,7 @@ fn score_air_lamps_on(w: AmbientWalk, weight: Spectrum, point: SurfacePoint) {
 /// Scores the light that a segment in the water scatters once.
 fn score_air_lamps_along(w: AmbientWalk, weight: Spectrum, length: f32) {
     for (var i = lamp_count(); i < lamp_count() + air_lamp_count(); i++) {
-        count_light(i, w, true, weight * scattered_from_air(i, w.origin, w.direction, length));
+        count_light(i, w, true, weight * scattered_from_air(i, told_point(i, w.lamp_point), w, length));
     }
 }
 
@@ -159,10 +132,11 @@ fn mean_density(rate: Spectrum, length: f32, at: f32) -> f32 {
     return (even.x + even.y + even.z) / 3.0;
 }
 
-/// Radiance that light of lamp `index` scattered once on a segment sends back to its start, by one point: near the lamp, or as
+/// Radiance that light from a point of lamp `index` scattered once on a segment sends back to its start, by one point: near the lamp, or as
 /// light is attenuated on the way to the camera, or on both ways. Each is drawn as often and all densities count.
-fn scattered_from_air(index: u32, origin: vec3f, direction: vec3f, length: f32) -> Spectrum {
-    let lamp = lamp_position(index);
+fn scattered_from_air(index: u32, lamp: vec3f, w: AmbientWalk, length: f32) -> Spectrum {
+    let origin = w.origin;
+    let direction = w.direction;
     let drawn = drawn_along(origin, direction, length, BY_ATTENUATION);
     let nearest = dot(lamp - origin, direction);
     let off_line = lamp - origin - nearest * direction;
@@ -192,12 +166,11 @@ fn scattered_from_air(index: u32, origin: vec3f, direction: vec3f, length: f32) 
     let range2 = past * past + aside * aside;
     let near = aside * aside / (range2 * sqrt(range2) * max(last - first, 1e-30));
     let density = (near + here.relative * (mean_density(plain, drawn, at) + mean_density(both, drawn, at))) / 3.0;
-    let light = light_from_air(index, point, false, NONE);
+    let light = light_from_air(index, lamp, point, false, NONE);
     if !(density > 0.0) || all(light.irradiance == Spectrum(0.0)) {
         return Spectrum(0.0);
     }
-    let turn = direction - light.towards;
-    let phase = phase_value(min(0.25 * dot(turn, turn), 1.0));
+    let phase = phase_towards(direction, light.towards);
     return here.b * light.irradiance * transmittance_along(origin, direction, t) * (phase / density);
 }
 

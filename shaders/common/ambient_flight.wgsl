@@ -1,5 +1,6 @@
 // Free flights of walks that look for daylight, and scatterings.
 // Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
+import package::common::air_lamps::{around_air_lamp, density_around_air_lamps, draw_lamp_point};
 import package::common::ambient_walk::{AmbientWalk, DirectionNumbers, LEADING, SCATTERED_BEFORE, along, direction_numbers, push_walk, sin2_half_to_sun, turned_walk};
 import package::common::camera::{BOUNDARY, End, SCATTER, SURFACE};
 import package::common::daylight::field_sun_share;
@@ -7,21 +8,24 @@ import package::common::interface::{depth_of, internal_reflectance};
 import package::common::layer_distance::distance_of;
 import package::common::layer_tables::BY_ATTENUATION;
 import package::common::layers::{water_at, way_along};
-import package::common::layout::{HAS_DAYLIGHT_FIELD, HAS_GEOMETRY_IN_AIR, HAS_SCATTERING, HAS_SKY, HAS_SUN, HAS_SURFACE, INFINITE, NONE, Spectrum, scene};
+import package::common::layout::{HAS_AIR_LAMPS, HAS_DAYLIGHT_FIELD, HAS_GEOMETRY_IN_AIR, HAS_SCATTERING, HAS_SKY, HAS_SUN, HAS_SURFACE, INFINITE, NONE, Spectrum, scene};
 import package::common::math::{circle, ln_1p, minus_ln, sin2_half};
 import package::common::medium::{ChannelSampling, channels_pass, channels_scatter, transmittance_along, used, one_minus_exp};
 import package::common::phase::{phase_sample_x, phase_value};
 import package::common::rng::{uniform_number, unit};
 
-/// Shares of directions drawn around the sun where no field tells it, and in the cone through which the sky is seen.
+/// Shares of directions drawn around the sun where no field tells it, in the cone through which the sky is seen, and around lamps in the
+/// air over the number of events.
 const SUN_SHARE: f32 = 0.15;
 const SKY_SHARE: f32 = 0.1;
+const LAMP_SHARE: f32 = 0.4;
 /// Scatterings that may be drawn towards the sky.
 const SKY_EVENTS: u32 = 4u;
 /// Kinds of directions at a scattering.
 const AROUND_SUN: u32 = 0u;
 const TOWARDS_SKY: u32 = 1u;
-const AROUND_OLD: u32 = 2u;
+const AROUND_LAMP: u32 = 2u;
+const AROUND_OLD: u32 = 3u;
 const TAU: f32 = 6.2831853;
 
 /// 1 − e^(−σ length) per strategy, not below what a logarithm can take.
@@ -96,17 +100,18 @@ fn draw_flight(w: AmbientWalk, end: End, sigma: Spectrum, u: f32) -> Flight {
 }
 
 /// Expected numbers of directions drawn at a scattering: around the old one and around the sun, per strategy; in the cone
-/// through which the sky is seen.
+/// through which the sky is seen; around lamps in the air.
 struct Counts {
     own: Spectrum,
     sun: Spectrum,
     sky: f32,
+    lamp: f32,
 }
 
 fn counts_of(w: AmbientWalk) -> Counts {
     let sees_sky = HAS_SURFACE && HAS_SKY;
     if w.events == 1u {
-        return Counts(Spectrum(1.0), Spectrum(select(0.0, 1.0, HAS_SUN)), select(0.0, 1.0, sees_sky));
+        return Counts(Spectrum(1.0), Spectrum(select(0.0, 1.0, HAS_SUN)), select(0.0, 1.0, sees_sky), select(0.0, 1.0, HAS_AIR_LAMPS));
     }
     var sun = Spectrum(0.0);
     if HAS_SUN {
@@ -116,7 +121,14 @@ fn counts_of(w: AmbientWalk) -> Counts {
         }
     }
     let sky = select(0.0, SKY_SHARE, sees_sky && w.events <= SKY_EVENTS);
-    return Counts(Spectrum(1.0 - sky) - sun, sun, sky);
+    let counts = Counts(Spectrum(1.0 - sky) - sun, sun, sky, 0.0);
+    if !HAS_AIR_LAMPS {
+        return counts;
+    }
+    // Each event less: what they all take from the old direction stays bounded.
+    let lamp = LAMP_SHARE / f32(w.events);
+    let rest = 1.0 - lamp;
+    return Counts(rest * counts.own, rest * sun, rest * sky, lamp);
 }
 
 /// Cosine of the edge of the cone through which the sky is seen from below.
@@ -125,7 +137,7 @@ fn lowest_sky() -> f32 {
     return sqrt(max(1.0 - 1.0 / (index * index), 0.0));
 }
 
-/// A scattering after `t`: new directions around the old one, around the sun or towards the sky. The first scattering makes
+/// A scattering after `t`: new directions around the old one, around the sun, towards the sky or around a lamp in the air. The first scattering makes
 /// one of each, later ones one of them.
 fn scatter_ambient(walk: AmbientWalk, t: f32) {
     var w = walk;
@@ -141,7 +153,10 @@ fn scatter_ambient(walk: AmbientWalk, t: f32) {
     let counts = counts_of(w);
     let first = w.events == 1u;
     var choice = 1.0;
-    if !first && (HAS_SUN || counts.sky > 0.0) {
+    if HAS_AIR_LAMPS {
+        w.lamp_point = draw_lamp_point();
+    }
+    if !first && (HAS_SUN || HAS_AIR_LAMPS || counts.sky > 0.0) {
         choice = uniform_number();
     }
     let sun = counts.sun[w.channels.chosen];
@@ -152,6 +167,8 @@ fn scatter_ambient(walk: AmbientWalk, t: f32) {
         kind = AROUND_SUN;
     } else if choice < sun + counts.sky {
         kind = TOWARDS_SKY;
+    } else if choice < sun + counts.sky + counts.lamp {
+        kind = AROUND_LAMP;
     }
     // One after the other through the same code, because compilers copy what is called from several places.
     loop {
@@ -170,6 +187,9 @@ fn next_kind(kind: u32, counts: Counts) -> u32 {
         next = TOWARDS_SKY;
     }
     if next == TOWARDS_SKY && counts.sky == 0.0 {
+        next = AROUND_LAMP;
+    }
+    if next == AROUND_LAMP && !HAS_AIR_LAMPS {
         next = AROUND_OLD;
     }
     return next;
@@ -186,7 +206,11 @@ fn go_along(w: AmbientWalk, kind: u32, numbers: DirectionNumbers, counts: Counts
         copy = along(w, vec3f(sqrt(max(1.0 - up * up, 0.0)) * circle(numbers.v), up));
     } else {
         x = phase_sample_x(numbers.bits);
-        copy = turned_walk(w, kind == AROUND_SUN, x, numbers.v);
+        if HAS_AIR_LAMPS && kind == AROUND_LAMP {
+            copy = along(w, around_air_lamp(w, x, numbers.v));
+        } else {
+            copy = turned_walk(w, kind == AROUND_SUN, x, numbers.v);
+        }
     }
     let phase = phase_value(select(sin2_half(w.from_sun, copy.from_sun), x, kind == AROUND_OLD));
     if !(phase > 0.0) {
@@ -198,6 +222,9 @@ fn go_along(w: AmbientWalk, kind: u32, numbers: DirectionNumbers, counts: Counts
     }
     if counts.sky > 0.0 && copy.direction.z >= lowest {
         density += Spectrum(counts.sky / (TAU * (1.0 - lowest)) / phase);
+    }
+    if HAS_AIR_LAMPS {
+        density += Spectrum(counts.lamp * density_around_air_lamps(w, copy.direction) / phase);
     }
     copy.channels = add_ambient_ln(copy.channels, log(max(density, Spectrum(1e-30))));
     push_walk(copy);

@@ -1,6 +1,6 @@
 // Daylight and emitting surfaces: a camera walk that scores sun and sky along every segment.
 // Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
-import package::common::air_lamps::{score_air_lamps_along, score_air_lamps_on, see_air_lamps};
+import package::common::air_lamps::{around_air_lamp, density_around_air_lamps, draw_lamp_point, score_air_lamps_along, score_air_lamps_on, see_air_lamps};
 import package::common::ambient_flight::{draw_flight, scatter_ambient};
 import package::common::ambient_queue::numbers;
 import package::common::ambient_walk::{AmbientWalk, IN_AIR, LEADING, MET_SURFACE, SCATTERED_BEFORE, along, copies_made, copies_of, diffuse_irradiance, direction_numbers, has, has_reference, has_top, light_ahead, light_on_surface, pending, pop_walk, push_walk, relative_light, score, set_reference, sin2_half_to_sun, survival_of, turned_walk};
@@ -17,8 +17,9 @@ import package::common::rng::uniform_number;
 import package::common::settings::{ambient_strategies, max_events};
 import package::common::spectrum::{sky_radiance, ambient_sigma, sun_irradiance_in_air, sun_irradiance};
 
-/// Share of directions drawn around the sun at a surface.
+/// Shares of directions drawn around the sun and around lamps in the air at a surface.
 const SUN_SHARE_SURFACE: f32 = 0.3;
+const LAMP_SHARE_SURFACE: f32 = 0.2;
 
 var<private> segments: u32;
 
@@ -31,7 +32,11 @@ fn ambient_start(origin: vec3f, direction: vec3f) {
     segments = 0u;
     let flags = LEADING | select(0u, IN_AIR, is_above(origin));
     let channels = channels_start(ambient_strategies(), numbers.chooser);
-    push_walk(AmbientWalk(origin, direction, direction - scene.sun_towards, NONE, flags, 0u, channels));
+    var lamp_point = 0.0;
+    if HAS_AIR_LAMPS {
+        lamp_point = draw_lamp_point();
+    }
+    push_walk(AmbientWalk(origin, direction, direction - scene.sun_towards, NONE, flags, 0u, channels, lamp_point));
 }
 
 /// Where a walk is to go on from a surface.
@@ -275,7 +280,7 @@ fn meet_surface_ambient(walk: AmbientWalk, point: SurfacePoint) {
     if HAS_AIR_LAMPS {
         score_air_lamps_on(w, weight, point);
     }
-    let diffuse = diffuse_irradiance(has(w, IN_AIR), depth_of(w.origin), point) / PI;
+    let diffuse = diffuse_irradiance(has(w, IN_AIR), w.origin, point) / PI;
     set_reference(weight, point.emission + sun + diffuse);
     let copies = copies_of(w, weight, diffuse);
     w.channels.value *= copies.factor;
@@ -315,7 +320,7 @@ fn sunlight_on(w: AmbientWalk, point: SurfacePoint) -> Spectrum {
     return sun_irradiance() * transmittance_along(w.origin, towards, depth_of(w.origin) / towards.z) * reflected;
 }
 
-/// A direction from the surface's own lobes or, in scattering sunlit water, around the sun.
+/// A direction from the surface's own lobes or, in scattering water, around the sun or a lamp in the air.
 fn leave_surface(walk: AmbientWalk, point: SurfacePoint) {
     var w = walk;
     let numbers = direction_numbers(w);
@@ -325,7 +330,15 @@ fn leave_surface(walk: AmbientWalk, point: SurfacePoint) {
     if mixed {
         around_sun = uniform_number() < SUN_SHARE_SURFACE;
     }
-    if around_sun {
+    let from_lamps = HAS_AIR_LAMPS && HAS_SCATTERING && !has(w, IN_AIR);
+    var around_lamp = false;
+    if from_lamps {
+        w.lamp_point = draw_lamp_point();
+        around_lamp = uniform_number() < LAMP_SHARE_SURFACE;
+    }
+    if around_lamp {
+        w = along(w, around_air_lamp(w, phase_sample_x(numbers.bits), numbers.v));
+    } else if around_sun {
         x = phase_sample_x(numbers.bits);
         w = turned_walk(w, true, x, numbers.v);
     } else {
@@ -338,11 +351,17 @@ fn leave_surface(walk: AmbientWalk, point: SurfacePoint) {
     if HAS_GLOSS {
         w.channels.value *= surface_factor(point, w.direction);
     }
+    var density = scattering_pdf;
     if mixed {
         if x < 0.0 {
             x = sin2_half_to_sun(w);
         }
-        let density = (1.0 - SUN_SHARE_SURFACE) * scattering_pdf + SUN_SHARE_SURFACE * phase_value(x);
+        density = (1.0 - SUN_SHARE_SURFACE) * scattering_pdf + SUN_SHARE_SURFACE * phase_value(x);
+    }
+    if from_lamps {
+        density = mix(density, density_around_air_lamps(w, w.direction), LAMP_SHARE_SURFACE);
+    }
+    if mixed || from_lamps {
         w.channels.value *= scattering_pdf / density;
     }
     w.flags &= ~LEADING;

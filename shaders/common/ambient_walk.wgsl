@@ -1,5 +1,6 @@
 // Walks that look for daylight: their state, the stack of those that still have to go on, and how many go on.
 // Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
+import package::common::air_way::{air_lamps_about, air_lamps_scattered_about};
 import package::common::ambient_queue::numbers;
 import package::common::surface::SurfacePoint;
 import package::common::camera::{End, SURFACE};
@@ -9,7 +10,7 @@ import package::common::gloss::surface_albedo;
 import package::common::interface::depth_of;
 import package::common::layer_tables::BY_ATTENUATION;
 import package::common::layers::way_along;
-import package::common::layout::{HAS_DAYLIGHT_FIELD, HAS_MEDIUM, HAS_SUN, PI, Spectrum, counters, dispatch, scene, scratch};
+import package::common::layout::{HAS_AIR_LAMPS, HAS_DAYLIGHT_FIELD, HAS_MEDIUM, HAS_SUN, PI, Spectrum, counters, dispatch, scene, scratch};
 import package::common::math::{turn_change, turned};
 import package::common::medium::{ChannelSampling, largest, transmittance_along, one_minus_exp};
 import package::common::rng::{next_bits, uniform_number};
@@ -45,6 +46,8 @@ struct AmbientWalk {
     flags: u32,
     events: u32,
     channels: ChannelSampling,
+    /// Which point of the disks of lamps in the air its segment looks for (common/air_lamps), a whole number below 2^24.
+    lamp_point: f32,
 }
 
 /// Walks of the sample that still have to go on; the last of them is `top`, unless it is on the stack with the others.
@@ -83,7 +86,7 @@ fn store_walk(slot: u32, w: AmbientWalk) {
     scratch[stack_row(slot, 1u)] = vec4f(w.direction, f32(w.start_primitive >> 16u));
     scratch[stack_row(slot, 2u)] = vec4f(w.channels.value, f32(min(w.events, 0xffffffu)));
     scratch[stack_row(slot, 3u)] = vec4f(w.channels.ln_density, f32(packed));
-    scratch[stack_row(slot, 4u)] = vec4f(w.from_sun, 0.0);
+    scratch[stack_row(slot, 4u)] = vec4f(w.from_sun, w.lamp_point);
 }
 
 fn pop_walk() -> AmbientWalk {
@@ -96,15 +99,17 @@ fn pop_walk() -> AmbientWalk {
     let b = scratch[stack_row(pending, 1u)];
     let c = scratch[stack_row(pending, 2u)];
     let d = scratch[stack_row(pending, 3u)];
+    let e = scratch[stack_row(pending, 4u)];
     let packed = u32(d.w);
     return AmbientWalk(
         a.xyz,
         b.xyz,
-        scratch[stack_row(pending, 4u)].xyz,
+        e.xyz,
         u32(a.w) | (u32(b.w) << 16u),
         (packed >> 2u) & 0x3fu,
         u32(c.w),
         ChannelSampling(c.xyz, d.xyz, packed & 3u, packed >> 8u),
+        e.w,
     );
 }
 
@@ -207,18 +212,31 @@ fn copies_of(w: AmbientWalk, weight: Spectrum, light: Spectrum) -> Copies {
 
 /// Light that has still to be found in the water along a segment, apart from a surface at its end.
 fn light_ahead(w: AmbientWalk, end: End, line: Spectrum) -> Spectrum {
-    if !HAS_DAYLIGHT_FIELD {
+    if !HAS_DAYLIGHT_FIELD && !HAS_AIR_LAMPS {
         return scene.ambient_scale;
     }
-    var light = field_scattered(w.origin, w.direction, line) + EMISSION_AHEAD * scene.largest_emission;
+    var light = scene.ambient_scale;
+    if HAS_DAYLIGHT_FIELD {
+        light = field_scattered(w.origin, w.direction, line) + EMISSION_AHEAD * scene.largest_emission;
+    }
+    if HAS_AIR_LAMPS {
+        light += air_lamps_scattered_about(w.origin, w.direction);
+    }
     if end.kind == SURFACE && HAS_MEDIUM {
         light *= one_minus_exp(way_along(w.origin, w.direction, end.t, BY_ATTENUATION).depth);
     }
     return light;
 }
 
-/// Irradiance on a surface by everything but the sun's own beam.
-fn diffuse_irradiance(in_air: bool, depth_m: f32, point: SurfacePoint) -> Spectrum {
+/// Irradiance on a surface at `place` by everything but the sun's own beam.
+fn diffuse_irradiance(in_air: bool, place: vec3f, point: SurfacePoint) -> Spectrum {
+    if HAS_AIR_LAMPS {
+        return daylight_irradiance(in_air, depth_of(place), point) + air_lamps_about(place, in_air);
+    }
+    return daylight_irradiance(in_air, depth_of(place), point);
+}
+
+fn daylight_irradiance(in_air: bool, depth_m: f32, point: SurfacePoint) -> Spectrum {
     if !HAS_DAYLIGHT_FIELD || in_air {
         return PI * scene.ambient_scale;
     }
@@ -229,7 +247,7 @@ fn diffuse_irradiance(in_air: bool, depth_m: f32, point: SurfacePoint) -> Spectr
 fn light_on_surface(w: AmbientWalk, end: End, point: SurfacePoint) -> Spectrum {
     let place = w.origin + end.t * w.direction;
     let depth = depth_of(place);
-    var irradiance = diffuse_irradiance(false, depth, point);
+    var irradiance = diffuse_irradiance(false, place, point);
     if HAS_SUN {
         let cosine = max(dot(point.shading_normal, scene.sun_towards), 0.0);
         irradiance += sun_irradiance() * cosine * transmittance_along(place, scene.sun_towards, depth / scene.sun_towards.z);

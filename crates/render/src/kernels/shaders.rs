@@ -52,6 +52,7 @@ sources![
     "common/daylight",
     "common/ambient_queue",
     "common/air_lamps",
+    "common/air_way",
     "common/ambient_flight",
     "common/ambient_walk",
     "common/ambient_path",

@@ -32,6 +32,9 @@ pub use spectrum::{AtWavelengths, WavelengthSets};
 
 use crate::scene::{Camera, Scene, Snow};
 
+/// Radiance all around over the intensity of lamps in the air, 1/m², where there is hardly any.
+const DIM: f64 = 1e-6;
+
 /// Everything an integrator reads.
 #[derive(Clone, Debug)]
 pub struct Prepared {
@@ -125,8 +128,9 @@ impl Prepared {
         let largest_emission = geometry.largest_emission();
         let ambient_scale = std::array::from_fn(|k| {
             let sun = sun.as_ref().map_or(0.0, |s| s.irradiance_in_air[k]);
+            // Of lamps as little as keeps walks alive where nothing else shines: kernels know better what they bring.
             let in_air = lamps.iter().filter(|lamp| lamp.in_air);
-            let lamps: f64 = in_air.map(|lamp| lamp.intensity[k]).sum();
+            let lamps: f64 = in_air.map(|lamp| DIM * lamp.intensity[k]).sum();
             (sun + lamps) / std::f64::consts::PI + scene.sky_radiance[k] + largest_emission[k]
         });
         let scattered = scene
