@@ -1,7 +1,7 @@
 // The way from a point to a lamp in the air, and what such lamps bring about there, which steers walks.
 // Host: crates/render/src/prepare/air_way.rs. Checked by: tests/system/air_lamps.rs, tests/system/validator.rs.
 import package::common::interface::{depth_of, external_reflectance};
-import package::common::layout::{Spectrum, scene};
+import package::common::layout::{HAS_REFRACTION, Spectrum, scene};
 import package::common::light::{lamp_relative_intensity, lamp_sample_point};
 import package::common::math::sin2_half;
 import package::common::phase::phase_value;
@@ -45,7 +45,7 @@ fn way_through_surface(point: vec3f, lamp: vec3f) -> AirWay {
     let square = index * index;
     let grow = (index - 1.0) * (index + 1.0);
     var tangent = reach / (height + depth / index);
-    if grow > 0.0 {
+    if HAS_REFRACTION {
         tangent = max(tangent, (reach - depth / sqrt(grow)) / height);
     }
     for (var i = 0u; i < REFRACTION_STEPS; i++) {

@@ -3,7 +3,7 @@
 use std::{
     cell::LazyCell,
     panic::{AssertUnwindSafe, catch_unwind},
-    sync::atomic::AtomicBool,
+    sync::{Mutex, PoisonError, atomic::AtomicBool},
 };
 
 use uw_render::{
@@ -16,12 +16,42 @@ use uw_render::{
     scene::Scene,
 };
 
+/// Tests that one opened adapter serves: it keeps what it has compiled, which half of the time of many tests goes into, but also the
+/// memory for that, until it is closed.
+const MOST_TESTS: u32 = 16;
+/// Opened adapters that wait for a test.
+static IDLE: Mutex<Vec<Lent>> = Mutex::new(Vec::new());
+
 thread_local! {
-    /// The adapter of a test, which runs on a thread of its own: a driver on the processor keeps what it compiles until its device
-    /// goes.
-    static OWN: LazyCell<Result<Gpu, GpuError>> = LazyCell::new(|| {
-        Gpu::open(AdapterChoice::Best).inspect_err(skip_test)
+    /// The adapter of a test, which runs on a thread of its own.
+    static OWN: LazyCell<Result<Lent, GpuError>> = LazyCell::new(|| {
+        let idle = IDLE.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        match idle {
+            Some(lent) => Ok(lent),
+            None => Ok(Lent {
+                gpu: Gpu::open(AdapterChoice::Best).inspect_err(skip_test)?,
+                tests: 0,
+            }),
+        }
     });
+}
+
+/// An opened adapter that is lent to test after test.
+struct Lent {
+    gpu: Gpu,
+    tests: u32,
+}
+
+impl Drop for Lent {
+    fn drop(&mut self) {
+        if self.tests + 1 < MOST_TESTS {
+            let mut idle = IDLE.lock().unwrap_or_else(PoisonError::into_inner);
+            idle.push(Self {
+                gpu: self.gpu.clone(),
+                tests: self.tests + 1,
+            });
+        }
+    }
 }
 
 /// The adapter of the test that asks, or `None` where there is none; then it is counted as skipped, once.
@@ -29,7 +59,7 @@ thread_local! {
 /// # Panics
 /// When `UW_REQUIRE_GPU` is 1 and there is no adapter.
 pub fn device() -> Option<Gpu> {
-    OWN.with(|own| own.as_ref().ok().cloned())
+    OWN.with(|own| own.as_ref().ok().map(|lent| lent.gpu.clone()))
 }
 
 /// Relative standard error that single precision leaves in a radiance. Numbers carry 6e-8; a term of light comes out within

@@ -4,6 +4,7 @@
 use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
+use uw_media::phase::Phase;
 use uw_render::{
     film::FilmLayer,
     scene::{Gloss, Material, Mesh, NormalMap, Scene, Texture, TextureFilter},
@@ -36,6 +37,64 @@ fn plate(view_deg: f64, reflectance: [f64; 3]) -> Scene {
     let mut scene = empty(camera(towards, -towards, PIXELS));
     add_plate(&mut scene, DVec3::ZERO, DVec3::Z, 1e3, reflectance);
     scene
+}
+
+/// Below the least roughness a metal is a mirror but for a blur of some tenths of a degree: it shows bright squares as a camera in its mirror
+/// image sees them, in water that absorbs. Pixels within 2 % of the squares' light, but for those that an edge goes through.
+#[test]
+fn a_polished_metal_is_a_mirror() {
+    const SIZE: u32 = 32;
+    let (middle, normal) = (DVec3::X, DVec3::new(-1.0, 1.0, 0.0).normalize());
+    let mut squares = empty(camera(DVec3::ZERO, DVec3::X, SIZE));
+    squares.camera.height = SIZE;
+    squares.camera.focal_px = DVec2::splat(48.0);
+    squares.camera.centre_px = DVec2::splat(16.0);
+    squares.water = Some(water([0.3, 0.1, 0.2], [0.0; 3], Phase::Isotropic));
+    for (x, z, half_m) in [(1.1, 0.1, 0.15), (0.7, -0.3, 0.2), (1.4, -0.2, 0.1)] {
+        let centre = DVec3::new(x, 1.2, z);
+        add_plate(&mut squares, centre, DVec3::NEG_Y, half_m, [0.0; 3]);
+        squares.materials.last_mut().expect("a plate").emission = [3.0, 2.0, 1.0];
+    }
+    let mut mirrored = squares.clone();
+    add_plate(&mut mirrored, middle, normal, 2.0, [1.0; 3]);
+    glossy(&mut mirrored, 0.0, 1.0, 1.5);
+    let turned = |v: DVec3| v - 2.0 * v.dot(normal) * normal;
+    let eye = &mut squares.camera;
+    eye.position_m = middle + turned(eye.position_m - middle);
+    (eye.forward, eye.right, eye.down) = (turned(eye.forward), turned(eye.right), turned(eye.down));
+    everywhere(|backend| {
+        let light = |scene: &Scene| {
+            backend
+                .render(scene, &plan(256, 4))
+                .0
+                .layer(FilmLayer::Total)
+        };
+        let (direct, seen) = (light(&squares), light(&mirrored));
+        let at = |x: usize, y: usize| direct[y * SIZE as usize + x][0];
+        let (mut even, mut bright) = (0, 0);
+        for (y, x) in
+            (1..SIZE as usize - 1).flat_map(|y| (1..SIZE as usize - 1).map(move |x| (y, x)))
+        {
+            let around = [
+                at(x - 1, y),
+                at(x + 1, y),
+                at(x, y - 1),
+                at(x, y + 1),
+                at(x, y),
+            ];
+            let (least, most) = around
+                .iter()
+                .fold((f64::MAX, 0.0_f64), |(l, m), &v| (l.min(v), m.max(v)));
+            if most - least < 0.05 {
+                let off = (seen[y * SIZE as usize + x][0] - at(x, y)).abs();
+                assert!(off < 0.05, "({x}, {y}): {off} off {}", at(x, y));
+                even += 1;
+                bright += usize::from(at(x, y) > 1.0);
+            }
+        }
+        println!("{even} even pixels, {bright} of them bright");
+        assert!(even > 500 && bright > 30, "{even} {bright}");
+    });
 }
 
 /// White metals and white varnish under an even sky are as bright as that, from a polished surface to the roughest.
@@ -117,7 +176,7 @@ fn varnish_is_nearly_gone_in_water() {
         for (peak, wet) in peaks.iter_mut().zip([false, true]) {
             let mut scene = plate(20.0, [0.0; 3]);
             glossy(&mut scene, 0.3, 0.0, 1.5);
-            scene.water = wet.then(|| water([0.0; 3], [0.0; 3], uw_media::phase::Phase::Isotropic));
+            scene.water = wet.then(|| water([0.0; 3], [0.0; 3], Phase::Isotropic));
             let (sin, cos) = f64::to_radians(-20.0).sin_cos();
             scene
                 .lamps
