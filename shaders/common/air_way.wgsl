@@ -56,7 +56,8 @@ fn way_through_surface(point: vec3f, lamp: vec3f) -> AirWay {
     let cosine = 1.0 / sqrt(1.0 + tangent * tangent);
     let sine = tangent * cosine;
     let wet_sine = sine / index;
-    let wet_cosine = sqrt(max(1.0 - wet_sine * wet_sine, 0.0));
+    // The root of 1 less the square of the sine, without cancellation.
+    let wet_cosine = sqrt(square + grow * tangent * tangent) * cosine / index;
     let wet = depth / wet_cosine;
     let dry = height / cosine;
     let aside = across / max(reach, 1e-30);

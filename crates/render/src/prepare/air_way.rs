@@ -44,7 +44,10 @@ impl AirWay {
         let cosine = 1.0 / tangent.hypot(1.0);
         let sine = tangent * cosine;
         let wet_sine = sine / boundary.index;
-        let wet_cosine = (1.0 - wet_sine * wet_sine).sqrt();
+        // The root of 1 less the square of the sine, without cancellation.
+        let grow = (boundary.index - 1.0) * (boundary.index + 1.0);
+        let root = (boundary.index * boundary.index + grow * tangent * tangent).sqrt();
+        let wet_cosine = root * cosine / boundary.index;
         let (wet, dry) = (depth / wet_cosine, height / cosine);
         let aside = offset.truncate() / reach.max(f64::MIN_POSITIVE);
         let ring = (dry + wet / boundary.index)
