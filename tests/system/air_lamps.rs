@@ -1,4 +1,5 @@
-//! Lamps above the water: on a bottom against closed forms, in scattering water against sums of beams, and their disks in view.
+//! Lamps above the water: on a bottom against a closed form, beside lamps in the water, and their disks in view. In scattering water they are
+//! in the validator's corpus.
 
 use glam::DVec3;
 use uw_render::{

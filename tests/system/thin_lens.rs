@@ -83,7 +83,7 @@ fn blurred_columns(film: &Film) -> usize {
 }
 
 /// Behind a port the lens is focused on what appears nearer than it is: an edge at `focus_m` is sharp, at half and twice the distance it is
-/// not. A lens focused at the true distance would spread it over 16 columns (flat port) and 100 (dome).
+/// not.
 #[test]
 fn what_is_in_focus_behind_a_port_is_sharp() {
     for port in [
