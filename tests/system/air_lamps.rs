@@ -1,10 +1,11 @@
 //! Lamps above the water: on a bottom against a closed form, beside lamps in the water, and their disks in view. In scattering water they are
 //! in the validator's corpus.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use uw_render::{
     film::{Film, FilmLayer},
     integrator::Plan,
+    irradiance::IrradiancePlan,
     scene::{Camera, Scene},
 };
 use uw_tests::{file, gpu::everywhere, plan};
@@ -35,8 +36,8 @@ fn transmitted(cosine: f64) -> f64 {
 }
 
 /// Irradiance across it of a beam from a lamp of 1 W/sr `height_m` above water of index 1.34, on a level plane `depth_m` deep at a distance
-/// `reach_m` beside the lamp, times the cosine there, with attenuation `c`: by the ring that a step of the angle in the air covers.
-fn level_irradiance(height_m: f64, depth_m: f64, reach_m: f64, c: f64) -> f64 {
+/// `reach_m` beside the lamp, times the cosine there, with attenuation `c`: by the ring that a step of the angle in the air covers; and that angle's cosine.
+fn level_irradiance(height_m: f64, depth_m: f64, reach_m: f64, c: f64) -> (f64, f64) {
     const STEP: f64 = 1e-6;
     let wet = |angle: f64| (angle.sin() / 1.34).asin();
     let reach = |angle: f64| height_m * angle.tan() + depth_m * wet(angle).tan();
@@ -53,7 +54,8 @@ fn level_irradiance(height_m: f64, depth_m: f64, reach_m: f64, c: f64) -> f64 {
     let solid_angle = inner.cos() - outer.cos();
     let ring = 0.5 * (reach(outer).powi(2) - reach(inner).powi(2));
     let range = depth_m / wet(low).cos();
-    transmitted(low.cos()) * solid_angle / ring * (-c * range).exp()
+    let irradiance = transmitted(low.cos()) * solid_angle / ring * (-c * range).exp();
+    (irradiance, low.cos())
 }
 
 /// Without scattering a point lamp lights the bottom by refraction, Fresnel's transmittance and absorption, straight below it and far
@@ -72,7 +74,7 @@ fn a_bottom_is_lit_through_the_surface() {
         for (x, y) in (0..parts).flat_map(|i| (0..parts).map(move |j| (at(i), at(j)))) {
             let reach_m = (0.5 * x - aside_m).hypot(0.5 * y);
             let seen = (-A * 0.5 * (1.0 + x * x + y * y).sqrt()).exp();
-            let light = level_irradiance(height_m, 1.5, reach_m, A);
+            let (light, _) = level_irradiance(height_m, 1.5, reach_m, A);
             expected += seen * light * 0.5 / std::f64::consts::PI / f64::from(parts * parts);
         }
         everywhere(|backend| {
@@ -93,6 +95,47 @@ fn a_bottom_is_lit_through_the_surface() {
                 );
                 assert_eq!(mean(&film, FilmLayer::Ambient)[k], 0.0);
             }
+        });
+    }
+}
+
+/// Sensors in absorbing water measure a point lamp to 1e-5, as it comes from one direction, and a disk, met by drawn directions, within four
+/// standard errors of at most 2 %: the sum of its points with their own cosine.
+#[test]
+fn sensors_measure_lamps_through_the_surface() {
+    const A: f64 = 0.3;
+    let water = "a = [0.3, 0.3, 0.3], b = [0, 0, 0]";
+    for radius_m in [0.0, 0.5] {
+        let lamp = format!("position_m = [0.8, 0, 0.7]\nradius_m = {radius_m:?}");
+        let mut scene = over_bottom(water, "", &lamp, "");
+        scene.quads.clear();
+        let parts: u32 = if radius_m > 0.0 { 4000 } else { 1 };
+        let expected = (0..parts).map(|i| {
+            let range_m = radius_m * ((f64::from(i) + 0.5) / f64::from(parts)).sqrt();
+            let aside = range_m * DVec2::from_angle(2.399_963_229_728_653 * f64::from(i));
+            let reach_m = (DVec2::new(0.8, 0.0) + aside).length();
+            let (light, cosine) = level_irradiance(0.7, 1.2, reach_m, A);
+            let own = if radius_m > 0.0 { cosine } else { 1.0 };
+            9.0 * light * own / f64::from(parts)
+        });
+        let expected: f64 = expected.sum();
+        everywhere(|backend| {
+            let plan = IrradiancePlan {
+                depths_m: vec![1.2],
+                samples: 1 << 16,
+                seed: 3,
+                threads: None,
+                max_bounces: 0,
+            };
+            let found = backend.irradiances(&scene, &plan).expect("valid")[0].e_d;
+            let (value, error) = (found.value[0], found.standard_error[0]);
+            println!("radius {radius_m} m: {value} ± {error}, {expected}");
+            assert!(error < 0.02 * expected, "{error} of {expected}");
+            let off = (value - expected).abs();
+            assert!(
+                off < 4.0 * error + 1e-5 * expected,
+                "{value} instead of {expected}"
+            );
         });
     }
 }
