@@ -67,6 +67,8 @@ const CASES: &[(&str, &str)] = &[
     ("no_format.toml", r#":1: the scene file lacks the required field `format` ("uw-scene/1")"#),
     ("object_of_nothing.toml", r#":3: object 1 lacks the required field `plane` (or gltf = "file.glb")"#),
     ("object_table.toml", r#":3: object must be an array of tables, got [object]"#),
+    ("opening_focus_in_port.toml", r#":11: camera.focus_m must be more than 0.065 m, where the outer side of camera.port is, got 0.06"#),
+    ("opening_too_wide.toml", r#":10: camera.aperture_mm must be at most 80 mm: the lens is behind the port and on one side of the water surface, got 90"#),
     ("parallel_up.toml", r#":8: camera.up must be a direction not parallel to camera.forward, got [-2.0, 0.0, 0.0]"#),
     ("phase_backscatter.toml", r#":6: water.phase.backscatter_fraction must be in (0, 0.5), got 0.6"#),
     ("phase_foreign_field.toml", r#":6: water.phase.mu must be left out for the model "henyey-greenstein", got 3.5"#),
