@@ -40,6 +40,8 @@ struct Bridge {
 }
 
 var<private> bridge: Bridge;
+/// Place at which bridges are drawn: behind one that is to be joined.
+var<private> bridge_base: u32;
 
 fn bridge_place(i: u32) -> u32 {
     return i * dispatch.lanes + lane;
@@ -97,10 +99,11 @@ fn bridge_draw(start: vec3f, end: vec3f, order: u32) -> bool {
         }
         total += step;
         position += step * direction;
+        // The last is where the bridge ends, for one that is drawn behind it.
+        scratch[bridge_place(bridge_base + i)] = vec4f(position, step);
         if i < order {
-            scratch[bridge_place(i)] = vec4f(position, step);
             let x = phase_sample_x(next_bits());
-            scratch[extra_row(i)].x = x;
+            scratch[extra_row(bridge_base + i)].x = x;
             // The first azimuth is given by the roll about the axis when the walk is fitted.
             var azimuth = 0.0;
             if i > 0u {
@@ -189,6 +192,39 @@ fn bridge_fit(axis: vec3f, reach: vec3f, last: vec3f, scale: f32) {
 fn bridge_vertex(i: u32) -> vec4f {
     let drawn = scratch[bridge_place(i)];
     return vec4f(bridge.start + bridge.map * drawn.xyz, bridge.scale * drawn.w);
+}
+
+/// Writes the places of the bridge as they lie about `origin`, its end last.
+fn bridge_settle(origin: vec3f) {
+    let base = bridge_base;
+    if bridge.order == 0u {
+        scratch[bridge_place(base)] = vec4f(bridge.start + bridge.distance * bridge.first - origin, bridge.distance);
+        return;
+    }
+    let start = bridge.start - origin;
+    var i = 0u;
+    loop {
+        let drawn = scratch[bridge_place(base + i)];
+        scratch[bridge_place(base + i)] = vec4f(start + bridge.map * drawn.xyz, bridge.scale * drawn.w);
+        i += 1u;
+        if i > bridge.order {
+            break;
+        }
+    }
+}
+
+/// Joins the bridge to `end`, drawn behind `head` from its end, to that: one whose vertex there turns as x = sin²(θ/2) says. Both are to be settled.
+fn bridge_join(head: Bridge, x: f32, end: vec3f) {
+    scratch[extra_row(head.order)].x = x;
+    bridge.order += head.order + 1u;
+    bridge.start = head.start;
+    bridge.first = head.first;
+    bridge.distance = distance(head.start, end);
+    bridge.drawn = bridge.distance;
+    bridge.length = max(head.length + bridge.length, bridge.distance);
+    bridge.map = mat3x3f(vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), vec3f(0.0, 0.0, 1.0));
+    bridge.scale = 1.0;
+    bridge_base = 0u;
 }
 
 /// Turns the bridge about the straight way by that of four quarter turns which `u` picks in proportion to `worths`.

@@ -1,17 +1,20 @@
 // Light of the lamps: a camera walk whose vertices are joined to the lamps by bridges.
 // Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
-import package::common::surface::SurfacePoint;
+import package::common::surface::{SurfacePoint, facing};
 import package::common::camera::{BOUNDARY, SCATTER, SURFACE, CameraRay, End, end_point};
 import package::common::gloss::{surface_albedo, surface_direction, surface_factor, surface_pdf};
+import package::common::bvh::primitive_normal;
+import package::common::lamp_beam::{LedStart, led, no_led_start};
 import package::common::lamp_connect::{connect_lamps, meet_lamps, vertex_count};
 import package::common::lamp_flight::{first_end, go_to_scattering, next_end, reflect_at_boundary};
 import package::common::lamp_resampling::{Landing, resample_landing};
+import package::common::lamp_spot::{is_led_start, no_spot_start, set_spot_start, share_arrival, spot_start};
 import package::common::lamp_survival::{land, lit_length2, lit_length2_of, survives};
 import package::common::lamp_targets::{NO_NUMBER, choose_targets, target_centre, target_count, targets};
 import package::common::lamp_walk::{unfolded, walk, walk_drawn, walk_start};
 import package::common::layer_tables::BY_SCATTERING;
 import package::common::layers::{water_at, way_along};
-import package::common::layout::{HAS_GLOSS, HAS_LAYERS, HAS_SCATTERING, HAS_SURFACE, Spectrum, counters, dispatch, scene};
+import package::common::layout::{HAS_BEAMS, HAS_GLOSS, HAS_LAYERS, HAS_SCATTERING, HAS_SURFACE, Spectrum, counters, dispatch, scene};
 import package::common::math::turn;
 import package::common::medium::{channels_scatter, channels_start, rest_of_start};
 import package::common::mis::{subpath, subpath_has_room, subpath_leave, subpath_push, subpath_root, subpath_start};
@@ -43,6 +46,9 @@ var<private> numbers: First;
 /// The end of the segment on which the walk landed, and the surface there.
 var<private> landed_at: End;
 var<private> ground: SurfacePoint;
+/// Where the camera ray meets a surface if nothing scatters, and its normal there; none: no normal.
+var<private> seen_at: vec3f;
+var<private> seen_normal: vec3f;
 
 /// Traces one walk from `ray` whose first segment ends as `first` says.
 ///
@@ -57,6 +63,9 @@ fn lamp_walk(ray: CameraRay, first: u32) {
     walk.channels.value *= ray.entry_factor;
     numbers = First(leading(5u), leading_bits(3u), leading(4u));
     subpath_start();
+    no_spot_start();
+    no_led_start();
+    see_surface(ray);
     choose_targets(ray, aim_number);
     var state = arrive(first_end(ray, first));
     var choosing = true;
@@ -86,6 +95,30 @@ fn lamp_walk(ray: CameraRay, first: u32) {
         }
         land();
     }
+}
+
+fn see_surface(ray: CameraRay) {
+    seen_normal = vec3f(0.0);
+    if HAS_BEAMS && ray.end.kind == SURFACE {
+        seen_at = ray.origin + ray.length * ray.direction;
+        seen_normal = facing(primitive_normal(ray.end.primitive), ray.direction);
+    }
+}
+
+/// Whether bridges are led to beams from where the walk stands; if so, says where that is.
+fn start_of_led(on_surface: bool) -> bool {
+    if on_surface {
+        no_led_start();
+    }
+    if !is_led_start(on_surface) {
+        return false;
+    }
+    if on_surface {
+        led = LedStart(true, walk.origin, true, walk.origin, ground.shading_normal);
+    } else {
+        led = LedStart(true, walk.origin, false, seen_at, seen_normal);
+    }
+    return true;
 }
 
 /// Flies from scattering to scattering until the walk is joined to the lamps or ends.
@@ -150,7 +183,8 @@ fn connect_and_turn(on_surface: bool) -> u32 {
         }
         subpath_push(unfolded(walk.origin), walk.length, walk_drawn(), walk.ln_relative, walk.reflected);
     }
-    connect_lamps(on_surface, ground, max_events(), select(NO_NUMBER, numbers.order, is_leading));
+    let is_start = start_of_led(on_surface);
+    connect_lamps(on_surface, is_start, ground, max_events(), select(NO_NUMBER, numbers.order, is_leading));
     var bits = numbers.bits;
     var v = numbers.v;
     if !is_leading {
@@ -174,6 +208,11 @@ fn connect_and_turn(on_surface: bool) -> u32 {
     }
     subpath_leave(scattering_pdf);
     meet_lamps(scattering_pdf);
+    if is_start {
+        set_spot_start(on_surface, scattering_pdf);
+    } else if on_surface {
+        spot_start.is_set = false;
+    }
     walk.unscattered = false;
     return ON_ITS_WAY;
 }
@@ -189,6 +228,7 @@ fn root_on_surface() -> bool {
     }
     let position = unfolded(walk.origin);
     subpath_root(position, walk.length, walk_drawn(), walk.reflected, is_close_to_lamp(position), walk.unscattered);
+    share_arrival(ground);
     return true;
 }
 

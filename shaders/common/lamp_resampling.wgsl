@@ -6,6 +6,7 @@ import package::common::camera::{BOUNDARY, NOTHING, SCATTER, SURFACE, CameraRay,
 import package::common::gloss::surface_albedo;
 import package::common::lamp_connect::vertex_count;
 import package::common::lamp_flight::{SCATTERED, THROUGH, add_length, add_ln_density, free_end, go_to_scattering, reflect_at_boundary};
+import package::common::lamp_spot::{is_led_start, no_spot_start, set_spot_start, spot_start};
 import package::common::lamp_survival::{SURE_VERTICES, survival_in_water};
 import package::common::lamp_targets::{target_centre, target_count, targets};
 import package::common::lamp_walk::{unfolded, walk, walk_drawn, walk_start};
@@ -16,7 +17,7 @@ import package::common::layout::{HAS_LAYERS, HAS_SCATTERING, HAS_SURFACE, HAS_VA
 import package::common::light::lamp_relative_intensity;
 import package::common::math::{expm1, ln_1p, minus_ln, turn};
 import package::common::medium::{channels_after, channels_start, channels_weight, one_minus_exp};
-import package::common::phase::phase_sample_x;
+import package::common::phase::{phase_sample_x, phase_value};
 import package::common::rng::{leading, leading_bits, next_bits, point_index, scramble, scramble_of, uniform_number};
 import package::common::settings::{lamp_strategies, max_events};
 import package::common::spectrum::{lamp_sigma, water_c, water_ln_b};
@@ -60,6 +61,7 @@ fn resample_landing(ray: CameraRay, first: u32, landing: Landing) -> Landing {
     }
     var chosen = landing;
     var chosen_walk = walk;
+    var chosen_start = spot_start;
     var target_value = 0.0;
     if landing.found {
         target_value = target_function(landing.point);
@@ -79,6 +81,7 @@ fn resample_landing(ray: CameraRay, first: u32, landing: Landing) -> Landing {
                 if uniform_number() * sum < its_target {
                     chosen = found;
                     chosen_walk = walk;
+                    chosen_start = spot_start;
                     target_value = its_target;
                 }
             }
@@ -91,6 +94,7 @@ fn resample_landing(ray: CameraRay, first: u32, landing: Landing) -> Landing {
     scramble = own_scramble;
     point_index = own_index;
     walk = chosen_walk;
+    spot_start = chosen_start;
     if !(target_value > 0.0) {
         chosen.found = false;
         return chosen;
@@ -102,6 +106,7 @@ fn resample_landing(ray: CameraRay, first: u32, landing: Landing) -> Landing {
 /// A walk to the first surface; its weights are found at the end, from its length and its scatterings.
 fn trace_candidate(ray: CameraRay, first: u32) -> Landing {
     walk_start(ray);
+    no_spot_start();
     candidate_depth = Spectrum(0.0);
     candidate_ln_b = Spectrum(0.0);
     walk.channels = channels_start(lamp_strategies(), uniform_number());
@@ -159,7 +164,11 @@ fn candidate_turn(end: End, factor: f32, bits: u32, v: f32) -> f32 {
     if survival == 0.0 {
         return 0.0;
     }
-    walk.direction = turn(walk.direction, phase_sample_x(bits), v);
+    let x = phase_sample_x(bits);
+    walk.direction = turn(walk.direction, x, v);
+    if is_led_start(false) {
+        set_spot_start(false, phase_value(x));
+    }
     return 1.0 / survival;
 }
 

@@ -43,6 +43,8 @@ override HAS_DOME: bool = true;
 override HAS_OPENING: bool = true;
 override HAS_DISKS: bool = true;
 override HAS_FALLOFFS: bool = true;
+/// Whether lamps have narrow beams, in water that is the same everywhere.
+override HAS_BEAMS: bool = true;
 /// A single lamp, a single parallelogram: loads with a known index are the cheaper ones.
 override ONE_LAMP: bool = false;
 override ONE_QUAD: bool = false;

@@ -2,9 +2,10 @@
 // heuristic (Veach and Guibas 1995).
 // Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
 import package::common::bridge::{bridge, bridge_vertex, drawn_row, extra_row, subpath_row};
+import package::common::lamp_beam::{Beam, beam_pdf, is_in_beam};
 import package::common::layer_tables::{BY_BRIDGE, BY_SCATTERING};
 import package::common::layers::{drawn_between, relative_at};
-import package::common::layout::{HAS_LAYERS, HAS_SCATTERING, Spectrum, scratch};
+import package::common::layout::{HAS_BEAMS, HAS_LAYERS, HAS_SCATTERING, NONE, Spectrum, scratch};
 import package::common::math::ln_1p;
 import package::common::medium::{LN_ZERO, ChannelSampling, channels_weight, largest, transmittance, used};
 import package::common::order::{LN_POISSON_SHARE, order_ln_tail, scattered_share};
@@ -31,6 +32,30 @@ var<private> subpath: CameraSubpath;
 struct Connection {
     scattering_pdf: f32,
     lamp: vec3f,
+    /// Area of the lamp as it is seen from the way to it, if the walk can meet it by chance, m².
+    facing: f32,
+    /// The lamp's beam, as bridges are led through it from the start of the subpath.
+    beam: Beam,
+    /// The bridge's vertex by way of which it was led; NONE: by none.
+    middle: u32,
+}
+
+/// A way of `order` scatterings.
+struct Stretch {
+    order: u32,
+    length: f32,
+    distance2: f32,
+}
+
+/// A way from a scattering or a surface to a surface that a beam lights.
+struct WayToSpot {
+    from_surface: bool,
+    stretch: Stretch,
+    /// Density of its first direction.
+    scattering_pdf: f32,
+    /// Product of the reflectances of the water surface on it.
+    reflected: f32,
+    /// Reciprocal of the density of points in the spot, as the way sees that, m².
     facing: f32,
 }
 
@@ -250,6 +275,108 @@ fn techniques_after(connection: Connection) -> f32 {
     return density + reflected * hit_density(drawn, connection.facing);
 }
 
+/// ln of the density of a bridge over that of its angles, without 1/D².
+fn ln_bridge(way: Stretch) -> Spectrum {
+    let distance = sqrt(way.distance2);
+    let length = max(way.length, distance);
+    let ln_ratio = ln_1p((distance - length) / length);
+    let order = f32(way.order);
+    let poisson = Spectrum(LN_POISSON_SHARE + (order + 1.0) * ln_ratio) - lamp_sigma() * distance + ln_power(way.order, lamp_ln_sigma());
+    let tail = Spectrum(order_ln_tail(way.order) + ln_ratio - order * log(length));
+    let most = max(poisson, tail);
+    return most + log(exp(max(poisson - most, Spectrum(-80.0))) + exp(max(tail - most, Spectrum(-80.0))));
+}
+
+/// ln of a power, of 0 too.
+fn ln_power(exponent: u32, ln: Spectrum) -> Spectrum {
+    return select(f32(exponent) * ln, Spectrum(0.0), exponent == 0u);
+}
+
+/// Which of the path's vertices after the subpath's first is the first in the beam; NONE: none of them.
+fn first_in_beam(beam: Beam) -> u32 {
+    let walked = subpath.count - 1u;
+    var i = 0u;
+    loop {
+        if i >= walked + bridge.order {
+            break;
+        }
+        var position: vec3f;
+        if i < walked {
+            position = scratch[subpath_row(i + 1u)].xyz;
+        } else {
+            position = bridge_vertex(i - walked).xyz;
+        }
+        if is_in_beam(beam, position) {
+            return i;
+        }
+        i += 1u;
+    }
+    return NONE;
+}
+
+/// Density of leading bridges from the subpath's first vertex by way of the path's vertex `middle` after that, which lies in the beam.
+fn density_through_beam(connection: Connection, middle: u32, last_reflected: f32) -> f32 {
+    let walked = subpath.count - 1u;
+    let order = walked + bridge.order;
+    if middle == NONE || order > largest_order() {
+        return 0.0;
+    }
+    let first = scratch[subpath_row(0u)];
+    let extra = scratch[extra_row(0u)];
+    let total = path.last_length + bridge.length - first.w;
+    var position: vec3f;
+    var length_to = path.last_length - first.w;
+    var onwards = connection.scattering_pdf;
+    if middle < walked {
+        let vertex = scratch[subpath_row(middle + 1u)];
+        position = vertex.xyz;
+        length_to = vertex.w - first.w;
+        if middle + 1u < walked {
+            onwards = scratch[extra_row(middle + 1u)].z;
+        }
+    } else {
+        var i = 0u;
+        loop {
+            let vertex = bridge_vertex(i);
+            length_to += vertex.w;
+            position = vertex.xyz;
+            if i >= middle - walked {
+                break;
+            }
+            i += 1u;
+        }
+        onwards = phase_value(scratch[extra_row(middle - walked)].x);
+    }
+    let from_lamp = position - connection.lamp;
+    let from_first = position - first.xyz;
+    let to_lamp2 = dot(from_lamp, from_lamp);
+    if to_lamp2 == 0.0 {
+        return 0.0;
+    }
+    let to_lamp = sqrt(to_lamp2);
+    let pdf = beam_pdf(connection.beam, from_lamp / to_lamp, to_lamp);
+    let distance2 = dot(from_first, from_first);
+    let both = ln_bridge(Stretch(middle, length_to, distance2)) + ln_bridge(Stretch(order - 1u - middle, total - length_to, to_lamp2));
+    let ln_first = path.ln_walk_density - lamp_sigma() * (first.w - path.last_drawn) - ln_power(walked, lamp_ln_sigma());
+    let leaving = select(extra.z, connection.scattering_pdf, walked == 0u);
+    let density = sum_exp(ln_first + both - Spectrum(path.shift)) * distance2 / max(leaving, 1e-35);
+    return min(density * pdf / max(onwards, 1e-35) * extra.w / last_reflected, 1e36);
+}
+
+/// Radiance per channel, for unit intensity, of the way that two bridges make by a point of a spot: from the walk's last vertex, where the
+/// first starts with density `scattering_pdf`, and from the spot to the lamp. The first scatters surely `from_surface`.
+fn contribution_by_spot(channels: ChannelSampling, scattering_pdf: f32, from_surface: bool, to_spot: Stretch, to_lamp: Stretch) -> Spectrum {
+    var ln = max(channels.ln_density, Spectrum(LN_ZERO)) + ln_bridge(to_spot) + ln_bridge(to_lamp);
+    if from_surface {
+        ln -= ln_scattered(sqrt(to_spot.distance2));
+    }
+    let shift = largest(used(ln, max(lamp_strategies(), 1u)));
+    let density = sum_exp(ln - Spectrum(shift)) * to_spot.distance2 / max(scattering_pdf, 1e-35) * to_lamp.distance2;
+    let ln_scale = log(bridge.crossing * f32(channels.count)) - log(density) - shift;
+    let ln_light = ln_power(to_spot.order + to_lamp.order, water_ln_b()) - water_c() * (to_spot.length + to_lamp.length) + Spectrum(ln_scale);
+    return channels.value * exp(clamp(ln_light, Spectrum(-200.0), Spectrum(85.0)));
+}
+
 /// Drawn length of segment `i` of the bridge, which is `length` long.
 fn drawn_segment(i: u32, length: f32) -> f32 {
     if HAS_LAYERS {
@@ -263,9 +390,29 @@ fn root_density(ln_walk_density: Spectrum, lamp: vec3f) -> Spectrum {
     if !subpath.scattered {
         return ln_walk_density;
     }
-    let depth = lamp_sigma() * drawn_between(scratch[subpath_row(0u)].xyz, lamp, BY_SCATTERING);
-    return ln_walk_density - log(Spectrum(scattered_share(depth.x), scattered_share(depth.y), scattered_share(depth.z)));
+    return ln_walk_density - ln_scattered(drawn_between(scratch[subpath_row(0u)].xyz, lamp, BY_SCATTERING));
 }
+
+/// ln of the probability that a bridge of a drawn length scatters.
+fn ln_scattered(drawn: f32) -> Spectrum {
+    let depth = lamp_sigma() * drawn;
+    return log(Spectrum(scattered_share(depth.x), scattered_share(depth.y), scattered_share(depth.z)));
+}
+
+/// Share of the walk in making a way to a surface that a beam lights; the rest are bridges to the spot. A function of the way alone,
+/// however the walk came to where it starts.
+fn share_of_walk(way: WayToSpot) -> f32 {
+    let walked = ln_power(way.stretch.order, lamp_ln_sigma()) - lamp_sigma() * way.stretch.length;
+    var bridged = ln_bridge(way.stretch);
+    if way.from_surface {
+        bridged -= ln_scattered(sqrt(way.stretch.distance2));
+    }
+    let shift = Spectrum(largest(used(bridged, max(lamp_strategies(), 1u))));
+    let by_walk = min(sum_exp(walked - shift) * way.reflected * way.facing, 1e36);
+    let by_bridge = min(sum_exp(bridged - shift) * way.stretch.distance2 / max(way.scattering_pdf, 1e-35), 1e36);
+    return by_walk / max(by_walk + by_bridge, 1e-35);
+}
+
 
 /// Radiance per channel, for unit intensity, of the path made by the walk and by the bridge.
 fn mis_contribution(channels: ChannelSampling, connection: Connection) -> Spectrum {
@@ -305,6 +452,13 @@ fn mis_of_scattered(channels: ChannelSampling, connection: Connection) -> Spectr
     let own = ln_densities(start, order, root);
     path.shift = largest(used(max(own.poisson, own.tail), max(lamp_strategies(), 1u)));
     var density = technique_density(start, order, root, connection.scattering_pdf);
+    if HAS_BEAMS && connection.beam.is_led {
+        let middle = first_in_beam(connection.beam);
+        if connection.middle != NONE && connection.middle != middle {
+            return Spectrum(0.0);
+        }
+        density += density_through_beam(connection, middle, last_reflected);
+    }
     if subpath.companions {
         let scatterings = subpath.count - select(0u, 1u, subpath.rooted);
         density += techniques_before(scatterings + order, connection.lamp) / last_reflected + techniques_after(connection);

@@ -78,6 +78,11 @@ fn lamp_mirror_share(i: u32) -> f32 {
     return bitcast<vec4f>(lamp_row(i, 5u)).x;
 }
 
+/// Cosine of the beam's half angle; 2 where it is too wide to be called one.
+fn lamp_beam_cosine(i: u32) -> f32 {
+    return bitcast<vec4f>(lamp_row(i, 5u)).y;
+}
+
 fn quad_at(i: u32) -> Quad {
     let first = scene.quad_rows + select(4u * i, 0u, ONE_QUAD);
     let corner = table_row(first);

@@ -7,6 +7,7 @@
 
 mod agreement;
 mod air_lamps;
+mod beams;
 mod camera_models;
 mod closed_form;
 mod cloud_daylight;

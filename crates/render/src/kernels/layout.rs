@@ -170,9 +170,9 @@ exact_records! {
         tangent_v: [f32; 3],
         film_layer: u32,
         mirror_share: f32,
+        beam_cosine: f32,
         padding_1: u32,
         padding_2: u32,
-        padding_3: u32,
     }
     /// A parallelogram.
     Quad {

@@ -286,9 +286,9 @@ fn lamp(scene: &Prepared, index: usize, origin: DVec3, rows: &mut Rows) -> Lamp 
         tangent_v: lamp.tangent.1.to_array(),
         film_layer: (FIXED_LAYERS + index) as u32,
         mirror_share: lamp.mirror_share,
+        beam_cosine: lamp.beam_cosine,
         padding_1: 0,
         padding_2: 0,
-        padding_3: 0,
     }
 }
 

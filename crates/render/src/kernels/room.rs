@@ -112,6 +112,7 @@ pub(crate) fn switches(scene: &Prepared, record: &Scene) -> Vec<(&'static str, f
         ("HAS_OPENING", opening.is_some()),
         ("HAS_DISKS", features.disks),
         ("HAS_FALLOFFS", features.falloffs),
+        ("HAS_BEAMS", features.beams),
         (
             "ONE_LAMP",
             (record.lamp_count, record.air_lamp_count) == (1, 0),

@@ -45,6 +45,8 @@ sources![
     "common/lamp_targets",
     "common/lamp_flight",
     "common/lamp_survival",
+    "common/lamp_beam",
+    "common/lamp_spot",
     "common/lamp_connect",
     "common/lamp_resampling",
     "common/lamp_path",

@@ -42,6 +42,8 @@ pub struct Features {
     pub disks: bool,
     /// Some of them are of different brightness inside their beam.
     pub falloffs: bool,
+    /// Some have narrow beams, in scattering water that is the same everywhere.
+    pub beams: bool,
     /// The sun shines.
     pub sun: bool,
     /// The sky shines.
@@ -65,10 +67,12 @@ impl Features {
                 .bounds()
                 .is_some_and(|(_, upper)| upper.z > b.height)
         };
+        let scattering = medium.is_some_and(Medium::scatters);
+        let layers = (scene.water.as_ref()).is_some_and(|water| !water.variation.is_none());
         Self {
             medium: medium.is_some(),
-            scattering: medium.is_some_and(Medium::scatters),
-            layers: (scene.water.as_ref()).is_some_and(|water| !water.variation.is_none()),
+            scattering,
+            layers,
             chromatic: medium
                 .is_some_and(|m| m.by_scattering.count > 1 || m.by_attenuation.count > 1),
             spectrum: scene.spectral.is_some(),
@@ -84,6 +88,7 @@ impl Features {
             lamps_in_air: lamps.iter().any(|l| l.in_air),
             disks: lamps.iter().any(|l| l.radius > 0.0),
             falloffs: lamps.iter().any(|l| l.falloff.is_some()),
+            beams: scattering && !layers && lamps.iter().any(PreparedLamp::has_beam),
             sun: sun.is_some(),
             sky: scene.sky_radiance.iter().any(|&l| l > 0.0),
             emission: geometry.largest_emission() != [0.0; 3],
@@ -115,6 +120,7 @@ impl Features {
             (self.lamps_in_air, "lamps in air"),
             (self.disks, "disks"),
             (self.falloffs, "falloffs"),
+            (self.beams, "beams"),
             (self.sun, "sun"),
             (self.sky, "sky"),
             (self.emission, "emission"),

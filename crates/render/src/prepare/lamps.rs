@@ -14,6 +14,14 @@ const MIRROR_SHARE: f64 = 0.5;
 const FAR_MIRROR_SHARE: f64 = 0.1;
 /// Least share: weights stay finite.
 const LEAST_MIRROR_SHARE: f64 = 1e-9;
+/// Share of a lamp's light that its beam holds.
+const BEAM_SHARE: f64 = 0.95;
+/// Half angle of the widest beam that paths are led through, degrees. Beside wider ones too little is dark.
+const WIDEST_BEAM_DEG: f64 = 25.0;
+/// The cosine of a lamp without such a beam: no direction is within.
+const NO_BEAM: f64 = 2.0;
+/// Rings of equal solid angle by which it is found: a beam of 1° half angle has 8.
+const BEAM_RINGS: usize = 1 << 17;
 
 /// A lamp at 100 %.
 #[derive(Clone, Debug)]
@@ -33,6 +41,8 @@ pub struct PreparedLamp {
     /// Probability of aiming at the lamp's mirror image in the water surface; 0 where there is none.
     pub(crate) mirror_share: f64,
     pub(crate) cos_half_angle: f64,
+    /// Cosine of the half angle of the cone that holds most of the light; `NO_BEAM` where that is wide.
+    pub(crate) beam_cosine: f64,
     pub(crate) tangent: (DVec3, DVec3),
     pub(crate) falloff: Option<Vec<f64>>,
 }
@@ -44,7 +54,7 @@ impl PreparedLamp {
             Falloff::Uniform => None,
             other => Some(tabulate(|angle| other.relative(angle.to_degrees()))),
         };
-        Self {
+        let mut prepared = Self {
             position: lamp.position_m,
             forward: lamp.forward,
             intensity: lamp.intensity,
@@ -57,9 +67,48 @@ impl PreparedLamp {
             } else {
                 lamp.half_angle_deg.to_radians().cos()
             },
+            beam_cosine: NO_BEAM,
             tangent: lamp.forward.any_orthonormal_pair(),
             falloff,
+        };
+        prepared.beam_cosine = prepared.cosine_of_beam();
+        prepared
+    }
+
+    /// Whether it is in the water and its light in a narrow beam.
+    pub(crate) fn has_beam(&self) -> bool {
+        !self.in_air && self.beam_cosine <= 1.0
+    }
+
+    /// Cosine of the half angle of the cone about the axis that holds `BEAM_SHARE` of the light; of a lamp that is of one brightness
+    /// up to an edge, the edge's.
+    fn cosine_of_beam(&self) -> f64 {
+        let cosine = if self.falloff.is_none() {
+            self.cos_half_angle
+        } else {
+            self.cosine_that_holds(BEAM_SHARE)
+        };
+        if cosine < WIDEST_BEAM_DEG.to_radians().cos() {
+            return NO_BEAM;
         }
+        cosine
+    }
+
+    fn cosine_that_holds(&self, share: f64) -> f64 {
+        // Rings of equal solid angle lie between equal steps of sin² of half the angle.
+        let tangent = self.tangent.0;
+        let ring = |i: usize| {
+            let cosine = 1.0 - 2.0 * (i as f64 + 0.5) / BEAM_RINGS as f64;
+            let emission = cosine * self.forward + (1.0 - cosine * cosine).sqrt() * tangent;
+            self.relative_intensity(emission)
+        };
+        let all: f64 = (0..BEAM_RINGS).map(ring).sum();
+        let mut held = 0.0;
+        let rings = (0..BEAM_RINGS).find(|&i| {
+            held += ring(i);
+            held >= share * all
+        });
+        1.0 - 2.0 * rings.map_or(BEAM_RINGS, |i| i + 1) as f64 / BEAM_RINGS as f64
     }
 
     /// The lamp in water under a surface, or above it, seen from `camera`.
@@ -164,6 +213,25 @@ mod tests {
             0.0,
         );
         assert!((at(&beam, 15.0) - 0.7).abs() < 1e-3 && at(&beam, 61.0) == 0.0);
+    }
+
+    /// The edge of a beam of one brightness, of one that falls off the cone with nineteen twentieths of its light; none of a wide one. Where it falls
+    /// as 1 − θ/θ0, the share of the light within θ is 3 (θ/θ0)² − 2 (θ/θ0)³ for small angles: 0.95 at 0.8646.
+    #[test]
+    fn a_narrow_beam_is_the_cone_that_holds_its_light() {
+        let degrees = |l: PreparedLamp| l.beam_cosine.acos().to_degrees();
+        let cone = lamp(Falloff::Uniform, 10.0, 0.0);
+        assert!(cone.has_beam() && (degrees(cone) - 10.0).abs() < 1e-9);
+        let tent = Falloff::Profile(vec![(0.0, 1.0), (10.0, 0.0)]);
+        let found = degrees(lamp(tent, 180.0, 0.0));
+        assert!((found - 8.646).abs() < 0.05, "{found}");
+        for wide in [
+            lamp(Falloff::Uniform, 26.0, 0.0),
+            lamp(Falloff::Uniform, 180.0, 0.1),
+            lamp(Falloff::Cosine, 50.0, 0.0),
+        ] {
+            assert!(!wide.has_beam());
+        }
     }
 
     /// At the surface half of the paths go to the image, deep in absorbing water next to none; a camera at the surface sees
