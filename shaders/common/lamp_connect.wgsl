@@ -171,6 +171,10 @@ fn connect_lamps(on_surface: bool, is_start: bool, point: SurfacePoint, max_even
 /// A way from the walk's last vertex, at `position`, to one target, by one bridge or by two.
 fn connect_lamp(index: u32, kind: u32, on_surface: bool, point: SurfacePoint, position: vec3f, least: u32, most: u32, number: f32) {
     let aimed = targets[index];
+    var u = number;
+    if u == NO_NUMBER {
+        u = uniform_number();
+    }
     let end = lamp_point(aimed);
     let lead = Lead(kind, index, end, beam_for(aimed, kind, position, end));
     var to = end;
@@ -188,13 +192,9 @@ fn connect_lamp(index: u32, kind: u32, on_surface: bool, point: SurfacePoint, po
     }
     var factor = 1.0;
     var start = position;
-    var u = number;
     var head = bridge;
     bridge_base = 0u;
     loop {
-        if u == NO_NUMBER {
-            u = uniform_number();
-        }
         if !draw_bridge(start, to, fewest, more, u) {
             return;
         }
@@ -213,7 +213,7 @@ fn connect_lamp(index: u32, kind: u32, on_surface: bool, point: SurfacePoint, po
         fewest = 0u;
         start = to;
         to = end;
-        u = NO_NUMBER;
+        u = uniform_number();
     }
     var sent = Spectrum(factor);
     var middle = NONE;
