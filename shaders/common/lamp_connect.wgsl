@@ -88,14 +88,19 @@ fn cross_bridge(start: vec3f, end: vec3f, spot: u32) -> bool {
         if i < bridge.order {
             next = bridge_vertex(i).xyz;
         }
-        let factor = segment_factor(previous, next, start_primitive);
+        // The way to a surface is looked along from there, so that rounding does not let the surface itself block it.
+        let lands = HAS_BEAMS && i == spot;
+        if lands {
+            start_primitive = lit_spot.end.primitive;
+        }
+        let factor = segment_factor(select(previous, next, lands), select(next, previous, lands), start_primitive);
         if HAS_LAYERS {
             add_segment(i, previous, next);
         }
         scratch[extra_row(i)].y = factor;
         bridge.crossing *= factor;
         previous = next;
-        start_primitive = select(NONE, lit_spot.end.primitive, HAS_BEAMS && i == spot);
+        start_primitive = select(NONE, start_primitive, lands);
         i += 1u;
         if i > bridge.order || factor == 0.0 {
             break;

@@ -1,8 +1,11 @@
-//! What lies beside narrow beams, against water that is told as a profile with one entry: the same water, in which no way is led by the beams.
+//! What lies beside narrow beams, against water with a cloud that is far away: the same water, in which no way is led by the beams.
 
 use glam::DVec3;
-use uw_media::phase::{FournierForand, HenyeyGreenstein, Phase};
-use uw_render::scene::{Falloff, Gloss, Lamp, Scene, Texture, TextureFilter};
+use uw_media::{
+    Iops,
+    phase::{FournierForand, HenyeyGreenstein, Phase},
+};
+use uw_render::scene::{Falloff, Gloss, Lamp, Plume, Scene, Texture, TextureFilter};
 use uw_tests::{
     divided,
     gpu::{Backend, everywhere},
@@ -17,10 +20,10 @@ const B: [f64; 3] = [0.5, 0.6, 0.45];
 const PARTS: u32 = 8;
 const SAMPLES: u32 = 4096;
 /// Samples of the water in which nothing is led, on the vector units.
-const PLAIN_SAMPLES: u32 = 8192;
-/// Largest standard error of a comparison on the vector units, relative to the value; most are a tenth of that. Below a surface few
-/// samples are bright, with and without being led.
-const SHARPNESS: f64 = 0.03;
+const PLAIN_SAMPLES: u32 = 16_384;
+/// Largest standard error of a comparison on the vector units, relative to the value; most are a fifth of that. Without being led few samples
+/// are bright.
+const SHARPNESS: f64 = 0.04;
 
 fn v(x: f64, y: f64, z: f64) -> DVec3 {
     DVec3::new(x, y, z)
@@ -165,10 +168,15 @@ fn occluded() -> Scene {
     scene
 }
 
-/// The same in water that is told as a profile.
+/// The same in water with a cloud far away.
 fn plain(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
-    vary(&mut scene, vec![layer(0.0, A, B)], Vec::new());
+    let cloud = Plume {
+        centre_m: v(0.0, 5000.0, -100.0),
+        sigma_m: 0.01,
+        iops: Iops { a: A, b: B },
+    };
+    vary(&mut scene, vec![layer(0.0, A, B)], vec![cloud]);
     scene
 }
 
