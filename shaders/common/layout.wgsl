@@ -179,9 +179,9 @@ struct Lamp {
     tangent_v: vec3f,
     film_layer: u32,
     mirror_share: f32,
+    beam_cosine: f32,
     padding_1: u32,
     padding_2: u32,
-    padding_3: u32,
 }
 
 struct Quad {
