@@ -1,5 +1,5 @@
 // Light that a narrow beam loses on its way: bridges from beside the beam by way of a scattering in it.
-// Checked by: tests/system/ (beams, validator; gpu: both precisions).
+// Checked by: tests/system/beams.rs.
 //
 // A bridge to the lamp hardly ever leaves it within a narrow beam when it comes from beside it. From the first scattering of a camera walk and
 // from surfaces two more bridges are therefore made, one to a point of the beam, drawn first, and one from there to the lamp. The point is the

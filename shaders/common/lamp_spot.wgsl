@@ -1,6 +1,6 @@
 // Light of the spot that a narrow beam makes, scattered to where a camera ray scatters or meets a surface beside the beam: bridges from there to
 // a point of the spot.
-// Checked by: tests/system/ (beams, validator; gpu: both precisions).
+// Checked by: tests/system/beams.rs.
 //
 // A walk hardly ever comes to the spot by itself from beside the beam. From its first scattering and from surfaces a bridge is therefore led to
 // where a ray of the beam meets a surface, and one from there to the lamp. The walk that lands in the spot by itself does the same from there;
@@ -36,8 +36,6 @@ struct Spot {
     end: End,
     position: vec3f,
     normal: vec3f,
-    /// Of the ray.
-    direction: vec3f,
     /// Reciprocal of the density of such points, m².
     area: f32,
 }
@@ -83,7 +81,7 @@ fn draw_spot(beam: Beam) -> bool {
     }
     let normal = facing(primitive_normal(hit.primitive), direction);
     let offset = hit.t * direction;
-    lit_spot = Spot(End(SURFACE, hit.t, hit.primitive, hit.local), beam.lamp + offset, normal, direction, spot_area(beam, offset, normal));
+    lit_spot = Spot(End(SURFACE, hit.t, hit.primitive, hit.local), beam.lamp + offset, normal, spot_area(beam, offset, normal));
     return lit_spot.area > 0.0;
 }
 

@@ -413,7 +413,6 @@ fn share_of_walk(way: WayToSpot) -> f32 {
     return by_walk / max(by_walk + by_bridge, 1e-35);
 }
 
-
 /// Radiance per channel, for unit intensity, of the path made by the walk and by the bridge.
 fn mis_contribution(channels: ChannelSampling, connection: Connection) -> Spectrum {
     if HAS_SCATTERING {
