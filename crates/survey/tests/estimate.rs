@@ -9,6 +9,7 @@ use uw_survey::assets::assets_dir;
 use uw_survey::environment::{MEAN, Target, View, WaterBody, scene_in, sensor};
 use uw_survey::estimate::pyramid::TexturePyramid;
 use uw_survey::estimate::response::CountResponse;
+use uw_survey::estimate::statistics::StandardErrors;
 use uw_survey::estimate::target_image::TargetImage;
 use uw_survey::measure::{Quality, RenderedView};
 use uw_survey::scenery::textures::Pattern;
@@ -40,13 +41,20 @@ impl Setup {
     }
 
     fn estimate(&self, seed: u64, paths_per_group: u32) -> ImageStats {
+        self.with_errors(seed, paths_per_group).0
+    }
+
+    fn with_errors(&self, seed: u64, paths_per_group: u32) -> (ImageStats, StandardErrors) {
         let never = AtomicBool::new(false);
         let image = TargetImage::render(&self.scene, &self.pyramid, seed, paths_per_group, &never)
             .expect("the target fills the view")
             .expect("not cancelled");
         let exposure = self.vehicle.exposure;
         let response = CountResponse::new(&sensor(&self.vehicle, exposure));
-        image.statistics(&response, exposure, LIGHT_PCT)
+        (
+            image.statistics(&response, exposure, LIGHT_PCT),
+            image.standard_errors(&response, exposure, LIGHT_PCT),
+        )
     }
 
     fn plain_render(&self, seed: u64, samples_per_half: u32) -> ImageStats {
@@ -89,6 +97,30 @@ fn over_seeds(setup: &Setup, seeds: u64, paths_per_group: u32) -> ([f64; 3], [f6
         (spread / (n * (n - 1.0))).sqrt()
     });
     (mean, error)
+}
+
+#[test]
+fn standard_errors_are_the_spread_over_seeds() {
+    let setup = Setup::new(160, 96);
+    let (seeds, paths) = (40, 128);
+    let all: Vec<_> = (0..seeds)
+        .map(|s| setup.with_errors(1 + 2 * s, paths))
+        .collect();
+    let n = seeds as f64;
+    for k in 0..3 {
+        let mean = all.iter().map(|(stats, _)| stats.contrast[k]).sum::<f64>() / n;
+        let squares = all
+            .iter()
+            .map(|(stats, _)| (stats.contrast[k] - mean).powi(2));
+        let spread = (squares.sum::<f64>() / (n - 1.0)).sqrt();
+        let told = all.iter().map(|(_, errors)| errors.contrast[k].powi(2));
+        let told = (told.sum::<f64>() / n).sqrt();
+        // A spread over 40 seeds is known to 11 %: four times that, and a fifth for the pixels that errors are told from.
+        assert!(
+            (told / spread - 1.0).abs() < 0.6,
+            "{k}: told {told}, spread {spread}"
+        );
+    }
 }
 
 #[test]

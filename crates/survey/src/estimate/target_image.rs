@@ -12,7 +12,7 @@ use super::fields::{FieldSampler, Fields};
 use super::pyramid::TexturePyramid;
 use super::radiance::{Estimates, RadianceImage, Reflection, Source};
 use super::response::CountResponse;
-use super::statistics::Shot;
+use super::statistics::{Shot, StandardErrors, standard_errors};
 use super::target_model::{TargetModel, daylight_alone, lamps_alone};
 use super::target_view::BeyondTarget;
 
@@ -34,6 +34,8 @@ pub struct TargetImage {
     pub daylight: RadianceImage,
     /// Lamps at 100 %.
     pub lamps: RadianceImage,
+    /// Both from the paths of single groups at a few pixels, for the standard errors.
+    groups: [RadianceImage; 2],
 }
 
 impl TargetImage {
@@ -64,7 +66,11 @@ impl TargetImage {
         };
         let image = |source: &Source, fields: &Fields| {
             let reflection = Reflection::new(source, model.lattice(1));
-            RadianceImage::new(source, fields, &reflection, Estimates::Halves)
+            let of_groups = Reflection::of_groups(source, model.error_lattice());
+            [
+                RadianceImage::new(source, fields, &reflection, Estimates::Halves),
+                RadianceImage::new(source, fields, &of_groups, Estimates::Groups),
+            ]
         };
         let (sun, lamp) = (model.daylight(), model.lamps());
         let (of_sun, of_lamps) = rayon::join(
@@ -76,9 +82,14 @@ impl TargetImage {
         );
         let (of_sun, of_lamps): (Result<_, RenderError>, Result<_, RenderError>) =
             (of_sun, of_lamps);
-        Ok(of_sun?
-            .zip(of_lamps?)
-            .map(|(daylight, lamps)| Self { daylight, lamps }))
+        let both = of_sun?.zip(of_lamps?);
+        Ok(
+            both.map(|([daylight, sun_groups], [lamps, lamp_groups])| Self {
+                daylight,
+                lamps,
+                groups: [sun_groups, lamp_groups],
+            }),
+        )
     }
 
     /// The image at a lamp level and an exposure (linear signal per radiance).
@@ -99,6 +110,23 @@ impl TargetImage {
         light_pct: f64,
     ) -> ImageStats {
         self.shot(exposure, light_pct).statistics(response)
+    }
+
+    /// Standard errors of [`Self::statistics`] that the paths of the render leave, 8-bit counts.
+    pub fn standard_errors(
+        &self,
+        response: &CountResponse,
+        exposure: f64,
+        light_pct: f64,
+    ) -> StandardErrors {
+        let [ambient, lamps] = &self.groups;
+        let shot = Shot {
+            ambient,
+            lamps,
+            light_pct,
+            exposure,
+        };
+        standard_errors(&shot, response)
     }
 
     /// Radiance, the mean of both estimates.

@@ -31,6 +31,8 @@ pub enum FilePurpose {
     OpenRecord,
     /// Read a network.
     OpenModel,
+    /// Give the object that the scene panel shows a texture.
+    OpenTexture,
 }
 
 type Loaded = Result<(OpenScene, Settings), OpenError>;
@@ -84,6 +86,9 @@ impl Viewer {
                 }
                 self.recent.add(path);
                 self.open = open;
+                self.opening += 1;
+                self.rebuilding = None;
+                self.selected_object = 0;
                 self.history = History::new(settings.clone());
                 self.filed = settings.clone();
                 self.settings = settings;
@@ -147,6 +152,7 @@ impl Viewer {
                 let opened = self.guidance.open_record(&path);
                 self.tell(opened.map(|steps| format!("{steps} steps in {}", path.display())));
             }
+            FilePurpose::OpenTexture => self.give_texture(&path),
             FilePurpose::OpenModel => {
                 let opened = self.guidance.open_model(&path);
                 self.tell(opened.map(|()| format!("Opened {}", path.display())));
@@ -173,6 +179,7 @@ impl Viewer {
                 self.recent.add(path);
                 self.open.path = Some(path.to_path_buf());
                 self.open.title = title(path);
+                self.gallery.forget();
                 self.filed = self.settings.clone();
                 self.toasts.info(format!("Saved {}", path.display()));
                 true

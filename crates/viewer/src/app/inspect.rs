@@ -42,7 +42,7 @@ impl Viewer {
         };
         let inspection = &mut self.inspection;
         inspection.keeps_next = false;
-        let (side, left) = inspection.snapshots.keep(shows, &self.open.geometry);
+        let (side, left) = inspection.snapshots.keep(shows, self.opening);
         let snapshots = &inspection.snapshots;
         inspection.comparison.follow(snapshots, side);
         if let Some(kept) = snapshots.of(side) {

@@ -5,6 +5,7 @@ mod files;
 mod inspect;
 mod lasting;
 mod motion;
+mod objects;
 mod render;
 
 use std::path::PathBuf;
@@ -24,10 +25,12 @@ use crate::model::{
     lasting::Lasting, recent::Recent, zoom::Place,
 };
 use crate::ui::{
-    self, depth_profile::ProfileView, files::FileDialog, picture::PictureView, toasts::Toasts,
+    self, depth_profile::ProfileView, files::FileDialog, gallery::Gallery, picture::PictureView,
+    toasts::Toasts,
 };
 use crate::worker::{Frame, Goal, PixelSpectrum, RenderDevice, View, Worker};
 use files::Loading;
+use objects::Rebuilding;
 
 /// How the viewer starts.
 pub struct Options {
@@ -83,8 +86,12 @@ pub struct Viewer {
     pub lamps_follow: bool,
     /// Whether the help is shown.
     pub help_open: bool,
+    /// Whether scenes are offered to choose from.
+    pub gallery_open: bool,
     /// What the data sheet says whose lamp is set next.
     pub data_sheet: DataSheet,
+    /// The object that the scene panel shows.
+    pub selected_object: usize,
     /// What the water panel keeps of a profile.
     pub profile_view: ProfileView,
     /// The cloud that goes where the picture is clicked next.
@@ -100,7 +107,9 @@ pub struct Viewer {
     pub(crate) files: Option<(FilePurpose, FileDialog)>,
     pub(crate) picture: PictureView,
     pub(crate) pixel: Option<PixelSpectrum>,
-    pub(crate) recent: Recent,
+    /// The files opened last.
+    pub recent: Recent,
+    pub(crate) gallery: Gallery,
     lasting: Lasting,
     pub(crate) assets: Option<PathBuf>,
     /// The settings as the file of the open scene has them.
@@ -116,6 +125,9 @@ pub struct Viewer {
     sent: (Goal, bool),
     seed: u64,
     loading: Option<Loading>,
+    /// How many scenes were opened.
+    pub(crate) opening: u64,
+    rebuilding: Option<Rebuilding>,
 }
 
 impl Viewer {
@@ -153,7 +165,9 @@ impl Viewer {
             motion: Motion::default(),
             lamps_follow: true,
             help_open: false,
+            gallery_open: false,
             data_sheet: DataSheet::default(),
+            selected_object: 0,
             profile_view: ProfileView::default(),
             placed_cloud: None,
             clouds_shown: true,
@@ -163,6 +177,7 @@ impl Viewer {
             picture: PictureView::new(options.canvas),
             pixel: None,
             recent: options.recent,
+            gallery: Gallery::default(),
             lasting: options.lasting,
             assets: options.assets,
             worker,
@@ -175,6 +190,8 @@ impl Viewer {
             sent: (options.goal, false),
             seed: options.seed,
             loading: None,
+            opening: 0,
+            rebuilding: None,
         };
         for warning in viewer.open.warnings.clone() {
             viewer.toasts.warn(warning);
@@ -191,6 +208,7 @@ impl Viewer {
     /// Whether the newest picture shows the settings as they are.
     pub fn is_current(&self) -> bool {
         self.submitted.is_some()
+            && self.settings.objects == self.open.objects
             && self
                 .frame
                 .as_ref()
@@ -213,6 +231,7 @@ impl Viewer {
         self.poll();
         self.poll_keeping();
         self.poll_loading();
+        self.poll_objects(&ctx);
         self.guidance.poll(&mut self.toasts);
         self.take_dropped(&ctx);
         ui::shortcuts::handle(self, &ctx);
@@ -229,6 +248,7 @@ impl Viewer {
             .show(ui, |ui| ui::picture::show(self, ui));
         ui::pixel::show(self, &ctx);
         ui::files::show(self, &ctx);
+        ui::gallery::show(self, &ctx);
         ui::help::show(self, &ctx);
         self.toasts.show(&ctx);
         self.submit(&ctx);

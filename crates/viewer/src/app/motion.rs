@@ -30,6 +30,11 @@ impl Viewer {
 
     /// Distance from the camera to what is in the middle of the picture, m; 2 where there is nothing.
     pub(crate) fn distance_ahead_m(&self) -> f64 {
+        self.hit_ahead_m().unwrap_or(2.0)
+    }
+
+    /// Distance from the camera to what is in the middle of the picture, m.
+    pub(crate) fn hit_ahead_m(&self) -> Option<f64> {
         let camera = &self.settings.camera;
         let hit = self.open.geometry.closest(
             camera.position_m,
@@ -37,7 +42,7 @@ impl Viewer {
             f64::INFINITY,
             uw_render::prepare::Primitive::None,
         );
-        hit.map_or(2.0, |hit| hit.t)
+        hit.map(|hit| hit.t)
     }
 
     /// Sets the camera so that what is ahead lies at `distance_m`, and all lamps to `light_pct`.

@@ -55,6 +55,8 @@ pub struct Answer {
     pub predicted: Option<[f64; 3]>,
     /// Predicted contrast of staying, 8-bit counts.
     pub predicted_here: Option<[f64; 3]>,
+    /// Standard errors of both predictions, 8-bit counts, where physics predicts; a network tells none.
+    pub errors: [Option<[f64; 3]>; 2],
     /// Candidates that were looked at.
     pub evaluations: usize,
     /// The candidates with their scores, where they are known.
@@ -139,6 +141,7 @@ impl Answer {
             score_here: advice.score_here,
             predicted: advice.predicted_contrast,
             predicted_here,
+            errors: [None; 2],
             evaluations: advice.evaluations,
             steps: trace(now, profile, model, objective).unwrap_or_default(),
             map,

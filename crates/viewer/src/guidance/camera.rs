@@ -1,9 +1,10 @@
 //! The vehicle's camera in the water that is set: images of the target, and the calibration routine.
 
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use rayon::prelude::*;
-use uw_calib::{ContrastMeasurement, ImageStats, Profile};
+use uw_calib::ContrastMeasurement;
 use uw_media::WaterType;
 use uw_render::scene::Scene;
 use uw_survey::environment::{Target, View, WaterBody, scene, sensor};
@@ -16,8 +17,8 @@ use uw_survey::routine::{
 };
 use uw_survey::vehicle::Vehicle;
 
-use super::look::{Look, Thumbnail, levels_pct};
-use super::task::{GuidanceJob, VehiclePosition};
+use super::look::{Look, Seen, Thumbnail, levels_pct};
+use super::task::{Calibrated, ContrastErrors, GuidanceJob, VehiclePosition};
 
 /// Who made a profile.
 const MADE_BY: &str = concat!("viewer ", env!("CARGO_PKG_VERSION"));
@@ -97,8 +98,12 @@ impl<'a> VehicleCamera<'a> {
     }
 
     /// Statistics of the stored image at a lamp level.
-    pub fn statistics(&self, image: &TargetImage, light_pct: f64) -> ImageStats {
-        image.statistics(&self.response, self.job.vehicle.exposure, light_pct)
+    pub fn statistics(&self, image: &TargetImage, light_pct: f64) -> Seen {
+        let exposure = self.job.vehicle.exposure;
+        Seen {
+            stats: image.statistics(&self.response, exposure, light_pct),
+            errors: image.standard_errors(&self.response, exposure, light_pct),
+        }
     }
 
     /// What is seen from `here` at every lamp level.
@@ -115,12 +120,12 @@ impl<'a> VehicleCamera<'a> {
         Ok(Look::new(here, at_levels, Thumbnail::new(&image, sensor)))
     }
 
-    /// The routine of [`uw_survey::routine`]; `tell` hears how many of its images are done, of how many, and what is
+    /// The routine of [`uw_survey::routine`] and the standard errors of its contrasts; `tell` hears how many of its images are done, of how many, and what is
     /// next.
     ///
     /// # Errors
     /// An image cannot be made, the images make no profile, or the task was ended.
-    pub fn calibrate(&self, tell: &dyn Fn(usize, usize, String)) -> Result<Profile, String> {
+    pub fn calibrate(&self, tell: &dyn Fn(usize, usize, String)) -> Result<Calibrated, String> {
         if self.set.sun.is_none() && self.set.sky_radiance == [0.0; 3] {
             return Err(
                 "the routine needs daylight: switch on the sun in the water panel".to_owned(),
@@ -148,7 +153,7 @@ impl<'a> VehicleCamera<'a> {
             of_view,
         )
         .map_err(|e| e.to_string())?;
-        let mut contrast = Vec::new();
+        let (mut contrast, mut errors) = (Vec::new(), ContrastErrors::default());
         for (i, distance_m) in DISTANCES_M.into_iter().enumerate() {
             tell(
                 UP_DEPTHS_M.len() + i,
@@ -160,17 +165,24 @@ impl<'a> VehicleCamera<'a> {
                 distance_m,
             };
             let image = self.image(position, 100 + i as u64)?;
-            contrast.extend(
-                [0.0, CONTRAST_LIGHT_PCT].map(|light_pct| ContrastMeasurement {
+            let of_levels = [(0.0, &mut errors.off), (CONTRAST_LIGHT_PCT, &mut errors.on)];
+            for (light_pct, errors) in of_levels {
+                let seen = self.statistics(&image, light_pct);
+                contrast.push(ContrastMeasurement {
                     distance_m,
                     light_pct,
-                    contrast: self.statistics(&image, light_pct).contrast,
-                }),
-            );
+                    contrast: seen.stats.contrast,
+                });
+                errors.push((distance_m, seen.errors.contrast));
+            }
         }
         let depth = routine::measure_depths(&up_sensor, &ups);
         let profile = routine::profile(&depth, &contrast, MADE_BY).map_err(|e| e.to_string())?;
         let vehicle = &self.job.vehicle;
-        Ok(profile.with_rig(vehicle.rig(Some(vehicle.exposure))))
+        let profile = profile.with_rig(vehicle.rig(Some(vehicle.exposure)));
+        Ok(Calibrated {
+            profile: Arc::new(profile),
+            errors: Arc::new(errors),
+        })
     }
 }

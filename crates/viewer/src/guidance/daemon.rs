@@ -206,20 +206,24 @@ fn ask(
         let reply = talk.ask(&map)?;
         let mut scores = numbers(&reply, "scores")?;
         scores.pop();
-        answer.predicted_here = reply
-            .get("contrast")
-            .and_then(|c| c.as_array()?.last().and_then(triple));
+        let last = |field: &str| reply.get(field)?.as_array()?.last().and_then(triple);
+        answer.predicted_here = last("contrast");
+        answer.errors[1] = last("contrast_error");
         answer.map = Some(ScoreMap {
             distance_m,
             light_pct: objective.light_pct,
             scores,
         });
     }
-    let model = info.get("model").map(summary).unwrap_or_default();
-    Ok((answer, format!("answered; model {model}")))
+    let by = |kind: &str| {
+        let named = info.get(kind).filter(|value| !value.is_null())?;
+        Some(format!("{kind} {}", summary(named)))
+    };
+    let by = by("model").or_else(|| by("water")).unwrap_or_default();
+    Ok((answer, format!("answered; {by}")))
 }
 
-/// The name in what `info` says about the model.
+/// The name in what `info` says about model or water.
 fn summary(model: &Value) -> String {
     let name = ["file", "path", "name", "digest", "sha256"]
         .iter()
@@ -257,6 +261,8 @@ pub(super) fn read_suggestion(
         score_here: number("score_here"),
         predicted: reply.get("predicted_contrast").and_then(triple),
         predicted_here: reply.get("predicted_here").and_then(triple),
+        errors: ["predicted_contrast_error", "predicted_here_error"]
+            .map(|field| reply.get(field).and_then(triple)),
         evaluations: whole("evaluations") as usize,
         steps: Vec::new(),
         map: None,

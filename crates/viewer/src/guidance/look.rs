@@ -3,6 +3,7 @@
 use uw_calib::ImageStats;
 use uw_render::image::Picture;
 use uw_render::scene::{Noise, Sensor};
+use uw_survey::estimate::statistics::StandardErrors;
 use uw_survey::estimate::target_image::TargetImage;
 
 use super::task::VehiclePosition;
@@ -27,16 +28,21 @@ pub struct Look {
     pub position: VehiclePosition,
     /// A small copy of the image.
     pub thumbnail: Thumbnail,
-    at_levels: Vec<ImageStats>,
+    at_levels: Vec<Seen>,
+}
+
+/// Statistics of an image at a lamp level, and their standard errors, 8-bit counts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Seen {
+    /// Mean and contrast.
+    pub stats: ImageStats,
+    /// What the paths of the render leave unknown.
+    pub errors: StandardErrors,
 }
 
 impl Look {
     /// A look whose statistics at [`levels_pct`] are known.
-    pub fn new(
-        position: VehiclePosition,
-        at_levels: Vec<ImageStats>,
-        thumbnail: Thumbnail,
-    ) -> Self {
+    pub fn new(position: VehiclePosition, at_levels: Vec<Seen>, thumbnail: Thumbnail) -> Self {
         Self {
             position,
             thumbnail,
@@ -45,7 +51,7 @@ impl Look {
     }
 
     /// Statistics of the image at a lamp level, from its neighbours among those that are known.
-    pub fn statistics(&self, light_pct: f64) -> Option<ImageStats> {
+    pub fn statistics(&self, light_pct: f64) -> Option<Seen> {
         let last = self.at_levels.len().checked_sub(1)?;
         let at = (0.01 * light_pct.clamp(0.0, 100.0)).sqrt() * last as f64;
         let below = (at as usize).min(last);
@@ -54,9 +60,15 @@ impl Look {
         let mix = |low: [f64; 3], high: [f64; 3]| {
             std::array::from_fn(|k| low[k] + share * (high[k] - low[k]))
         };
-        Some(ImageStats {
-            contrast: mix(low.contrast, high.contrast),
-            mean: mix(low.mean, high.mean),
+        Some(Seen {
+            stats: ImageStats {
+                contrast: mix(low.stats.contrast, high.stats.contrast),
+                mean: mix(low.stats.mean, high.stats.mean),
+            },
+            errors: StandardErrors {
+                contrast: mix(low.errors.contrast, high.errors.contrast),
+                mean: mix(low.errors.mean, high.errors.mean),
+            },
         })
     }
 }
@@ -138,9 +150,15 @@ mod tests {
         let contrast = |pct: f64| 40.0 * linear_to_srgb(1e-4 + 0.01 * pct);
         let at_levels = levels_pct()
             .into_iter()
-            .map(|pct| ImageStats {
-                contrast: [contrast(pct); 3],
-                mean: [2.0 * contrast(pct); 3],
+            .map(|pct| Seen {
+                stats: ImageStats {
+                    contrast: [contrast(pct); 3],
+                    mean: [2.0 * contrast(pct); 3],
+                },
+                errors: StandardErrors {
+                    contrast: [0.01 * contrast(pct); 3],
+                    mean: [0.0; 3],
+                },
             })
             .collect();
         let position = VehiclePosition {
@@ -157,10 +175,11 @@ mod tests {
         for pct in [0.0, 0.3, 1.7, 20.0, 33.0, 67.0, 99.0, 100.0, 140.0] {
             let found = look.statistics(pct).expect("levels");
             let expected = contrast(pct.min(100.0));
-            let error = (found.contrast[1] - expected).abs();
+            let error = (found.stats.contrast[1] - expected).abs();
             // A tenth of a count is far below what an image tells.
             assert!(error < 0.1, "{pct}: {found:?} {expected}");
-            assert!((found.mean[2] - 2.0 * found.contrast[2]).abs() < 1e-9);
+            assert!((found.stats.mean[2] - 2.0 * found.stats.contrast[2]).abs() < 1e-9);
+            assert!((found.errors.contrast[0] - 0.01 * found.stats.contrast[0]).abs() < 1e-9);
         }
     }
 

@@ -21,10 +21,10 @@ use crate::ui::toasts::Toasts;
 use answer::Answer;
 pub use camera::VARIES;
 use daemon::Link;
-pub use look::Look;
+pub use look::{Look, Seen};
 use operation::Operation;
 use origin::Origin;
-use task::{Done, Task, VehiclePosition};
+use task::{ContrastErrors, Done, Task, VehiclePosition};
 
 /// Who gives advice.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -43,6 +43,8 @@ pub struct Check {
     pub at: [f64; 2],
     /// Contrast of the render there, 8-bit counts.
     pub rendered: [f64; 3],
+    /// Its standard error, 8-bit counts.
+    pub error: [f64; 3],
 }
 
 /// All about advice.
@@ -51,6 +53,8 @@ pub struct Guidance {
     pub model: Result<(Arc<Model>, String), String>,
     /// The calibration.
     pub profile: Option<Arc<Profile>>,
+    /// How well its contrasts are known; `None` of one that was opened, which does not say it.
+    pub profile_errors: Option<Arc<ContrastErrors>>,
     /// With what it was made; `None` of one that was opened, which does not say it.
     pub origin: Option<Origin>,
     /// What is wanted.
@@ -93,6 +97,7 @@ impl Guidance {
         Self {
             model: load_model(),
             profile: None,
+            profile_errors: None,
             origin: None,
             objective: Objective::default(),
             pattern: Pattern::HullRed,
@@ -191,8 +196,9 @@ impl Guidance {
     pub fn poll(&mut self, toasts: &mut Toasts) {
         while let Some(done) = self.task.as_mut().and_then(Task::done) {
             match done {
-                Done::Calibrated(profile) => {
-                    self.profile = Some(profile);
+                Done::Calibrated(calibrated) => {
+                    self.profile = Some(calibrated.profile);
+                    self.profile_errors = Some(calibrated.errors);
                     self.origin = self.begun.take();
                     toasts.info("Calibrated");
                 }
@@ -216,13 +222,16 @@ impl Guidance {
         known.is_some_and(|known| known.water_and_sky() != settings.water_and_sky())
     }
 
+    /// What is seen from where the vehicle is; `None` before a look from there.
+    pub fn seen(&self) -> Option<Seen> {
+        let looks = self.look.iter();
+        let mut here = looks.filter(|look| look.position == self.position);
+        here.next()?.statistics(self.light_pct)
+    }
+
     /// What the vehicle knows now; `None` before a look from where it is.
     pub fn observation(&self) -> Option<Observation> {
-        let look = self
-            .look
-            .as_ref()
-            .filter(|look| look.position == self.position)?;
-        let stats = look.statistics(self.light_pct)?;
+        let stats = self.seen()?.stats;
         Some(Observation {
             depth_m: self.position.depth_m,
             distance_m: self.position.distance_m,
@@ -293,6 +302,7 @@ impl Guidance {
     pub fn open_profile(&mut self, path: &Path) -> Result<(), String> {
         let profile = Profile::read(path).map_err(|e| e.to_string())?;
         self.profile = Some(Arc::new(profile));
+        self.profile_errors = None;
         self.origin = None;
         self.water_known = None;
         Ok(())

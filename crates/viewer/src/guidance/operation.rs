@@ -276,6 +276,25 @@ mod tests {
     }
 
     #[test]
+    fn predictions_of_physics_come_with_their_errors() {
+        let line = r#"{"op":"suggest","depth_m":3,"distance_m":1,"light_pct":20,"mean":[1,2,3],"std":[4,5,6]}"#;
+        let physics = REPLY.replace(
+            "\"score\"",
+            r#""predicted_here":[2,3,4],"predicted_contrast_error":[0.1,0.2,0.3],"predicted_here_error":[0.4,0.5,0.6],"score""#,
+        );
+        let text = [
+            START.to_owned(),
+            request(line, REPLY),
+            request(line, &physics),
+        ]
+        .join("\n");
+        let steps = steps(text.as_bytes(), "r").expect("read");
+        assert_eq!(steps[0].answer.errors, [None; 2]);
+        let expected = [Some([0.1, 0.2, 0.3]), Some([0.4, 0.5, 0.6])];
+        assert_eq!(steps[1].answer.errors, expected);
+    }
+
+    #[test]
     fn what_is_no_recording_is_refused_with_its_line() {
         let other = START.replace("record/1", "record/9");
         let empty = format!("{START}\n{}", request(r#"{"op":"health"}"#, "{}"));

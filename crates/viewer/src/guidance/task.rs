@@ -59,11 +59,29 @@ pub struct GuidanceJob {
     pub assets: PathBuf,
 }
 
+/// A profile of the routine.
+#[derive(Clone, Debug)]
+pub struct Calibrated {
+    /// The profile.
+    pub profile: Arc<Profile>,
+    /// How well its contrasts are known.
+    pub errors: Arc<ContrastErrors>,
+}
+
+/// Standard errors of contrasts that the paths of their renders leave: distance, m, and 8-bit counts per channel.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ContrastErrors {
+    /// With the lamps on.
+    pub on: Vec<(f64, [f64; 3])>,
+    /// With the lamps off.
+    pub off: Vec<(f64, [f64; 3])>,
+}
+
 /// What a task brings.
 #[derive(Debug)]
 pub enum Done {
     /// A profile.
-    Calibrated(Arc<Profile>),
+    Calibrated(Calibrated),
     /// A look.
     Looked(Arc<Look>),
     /// What a suggestion gives.
@@ -183,18 +201,18 @@ impl Run {
         let here = match self.job.work {
             Work::Calibrate { here } => {
                 let tell = |done, of, what| self.progress(done, of, what);
-                let profile = camera.calibrate(&tell)?;
-                self.send(Message::Done(Done::Calibrated(Arc::new(profile))));
+                let calibrated = camera.calibrate(&tell)?;
+                self.send(Message::Done(Done::Calibrated(calibrated)));
                 here
             }
             Work::Look { here } => here,
             Work::Check { there, light_pct } => {
                 self.progress(0, 1, "rendering the suggestion".to_owned());
+                let seen = camera.statistics(&camera.image(there, 301)?, light_pct);
                 let check = Check {
                     at: [there.distance_m, light_pct],
-                    rendered: camera
-                        .statistics(&camera.image(there, 301)?, light_pct)
-                        .contrast,
+                    rendered: seen.stats.contrast,
+                    error: seen.errors.contrast,
                 };
                 self.send(Message::Done(Done::Checked(check)));
                 return Ok(());

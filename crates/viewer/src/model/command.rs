@@ -184,7 +184,7 @@ fn table_differences(
     }
 }
 
-/// Whether the file's scene with the changes is the one that is set; its objects are the same and left out.
+/// Whether the file's scene with the changes is the one that is set; objects that are the same are left out.
 fn says(
     file: &Table,
     changes: &[Change],
@@ -192,13 +192,11 @@ fn says(
     (open, settings): (&OpenScene, &Settings),
 ) -> Result<(), String> {
     let folder = path.parent().unwrap_or(Path::new(""));
-    let (mut file, mut bare) = (file.clone(), open.clone());
+    let (mut file, mut bare) = (file.clone(), settings.clone());
     // A camera of a glTF file, or lamps of one, are with the objects.
-    if open
-        .objects
-        .iter()
-        .all(|object| object.get("gltf").is_none())
-    {
+    let is_gltf = |object: &Value| object.get("gltf").is_some();
+    let is_changed = changes.iter().any(|change| change.path[0] == "object");
+    if !is_changed && !settings.objects.iter().any(is_gltf) {
         file.remove("object");
         bare.objects.clear();
     }
@@ -216,7 +214,7 @@ fn says(
         let text = scene_text(open, settings, folder);
         toml::from_str(&text).map_err(|error| error.to_string())
     };
-    let (wanted, got) = (table(&bare, settings)?, table(&amended, &read)?);
+    let (wanted, got) = (table(open, &bare)?, table(&amended, &read)?);
     match is_same(&Value::Table(wanted), &Value::Table(got)) {
         true => Ok(()),
         false => Err("options cannot say what was set".to_owned()),

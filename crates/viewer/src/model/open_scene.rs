@@ -53,7 +53,7 @@ pub struct OpenScene {
     pub title: String,
     /// Folder from which the paths of `objects` start.
     pub base_dir: PathBuf,
-    /// The `[[object]]` tables of the file.
+    /// The `[[object]]` tables that the surfaces are those of.
     pub objects: Vec<toml::Value>,
     /// The surfaces.
     pub geometry: Arc<Geometry>,
@@ -121,7 +121,7 @@ impl OpenScene {
         let scene = Scene::parse(text, &base_dir, &path.display().to_string())?;
         // What the scene's reader has taken, this reads as well.
         let raw: toml::Table = toml::from_str(text).unwrap_or_default();
-        let settings = settings(&scene, &raw, &base_dir);
+        let mut settings = settings(&scene, &raw, &base_dir);
         let layers = |water: &uw_render::scene::Water| water.variation.layers.len();
         let kept = |water: &Water| match &water.coefficients {
             Coefficients::Profile(profile) => profile.entries().len(),
@@ -132,15 +132,14 @@ impl OpenScene {
                 path: path.to_path_buf(),
             });
         }
-        let objects = match raw.get("object") {
-            Some(toml::Value::Array(objects)) => objects.clone(),
-            _ => Vec::new(),
-        };
+        if let Some(toml::Value::Array(objects)) = raw.get("object") {
+            settings.objects = objects.clone();
+        }
         let open = Self {
             path: Some(path.to_path_buf()),
             title: title(path),
             base_dir,
-            objects,
+            objects: settings.objects.clone(),
             geometry: Arc::new(Geometry::build(&scene)),
             warnings: scene.warnings,
         };
@@ -256,6 +255,7 @@ fn settings(scene: &Scene, raw: &toml::Table, folder: &Path) -> Settings {
         spectral_surfaces: scene.materials.iter().any(|m| m.spectrum.is_some()),
         camera: CameraSettings::from(&scene.camera),
         lamps: scene.lamps.iter().enumerate().map(lamp).collect(),
+        objects: Vec::new(),
         sensor: SensorSettings::read(
             &scene.sensor.unwrap_or_default(),
             text("sensor", "white_balance"),

@@ -73,11 +73,8 @@ pub fn scene_text(open: &OpenScene, settings: &Settings, folder: &Path) -> Strin
     for lamp in settings.lamps.iter().filter(|lamp| !lamp.of_gltf) {
         write_lamp(&mut text, lamp, &moved);
     }
-    for object in &open.objects {
-        text.push_str("\n[[object]]\n");
-        for (field, value) in moved(object).as_table().into_iter().flatten() {
-            let _ = writeln!(text, "{field} = {}", inline(value));
-        }
+    for object in &settings.objects {
+        text += &object_text(&moved(object));
     }
     write_sensor(&mut text, &settings.sensor);
     let _ = write!(
@@ -86,6 +83,13 @@ pub fn scene_text(open: &OpenScene, settings: &Settings, folder: &Path) -> Strin
         settings.samples_per_pixel, settings.max_bounces
     );
     text
+}
+
+/// An object as the table of a scene file.
+pub(super) fn object_text(object: &Value) -> String {
+    let fields = object.as_table().into_iter().flatten();
+    let lines = fields.map(|(field, value)| format!("{field} = {}\n", inline(value)));
+    format!("\n[[object]]\n{}", lines.collect::<String>())
 }
 
 fn write_water(text: &mut String, water: &Water, moved: &dyn Fn(&Value) -> Value) {

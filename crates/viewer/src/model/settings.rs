@@ -11,7 +11,7 @@ use uw_render::scene::{
 use super::scene_text::inline;
 use super::{CameraSettings, LightSpectrum, ResponseSettings, Water};
 
-/// The settings: what a scene file says, without the objects.
+/// The settings: what a scene file says.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// The water; `None` is air.
@@ -36,6 +36,8 @@ pub struct Settings {
     pub spectral_surfaces: bool,
     /// The lamps.
     pub lamps: Vec<LampSettings>,
+    /// The `[[object]]` tables of the scene file.
+    pub objects: Vec<toml::Value>,
     /// The sensor.
     pub sensor: SensorSettings,
     /// Samples per pixel after which a render is done, unless a target error is set.
@@ -383,12 +385,13 @@ impl Settings {
             .unwrap_or_default()
     }
 
-    /// Whether a render of these settings gives the same radiance as one of `other`: the sensor and the end of the
-    /// render do not count.
+    /// Whether a render of these settings gives the same radiance as one of `other` before the same surfaces: the sensor
+    /// and the end of the render do not count.
     pub fn same_light(&self, other: &Self) -> bool {
         let bare = |s: &Self| Self {
             sensor: self.sensor,
             samples_per_pixel: 0,
+            objects: Vec::new(),
             ..s.clone()
         };
         bare(self) == bare(other)

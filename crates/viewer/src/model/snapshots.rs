@@ -1,11 +1,10 @@
 //! Pictures that were kept, and which two of them are compared.
 
 use std::collections::VecDeque;
-use std::sync::{Arc, Weak};
+use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use egui::ColorImage;
-use uw_render::prepare::Geometry;
 
 use super::Settings;
 
@@ -23,16 +22,16 @@ pub struct Snapshot {
     pub image: Arc<ColorImage>,
     /// The settings that it shows.
     pub settings: Settings,
-    /// The surfaces that it shows, which leave with their scene.
-    geometry: Weak<Geometry>,
+    /// Which of the scenes that were opened it shows.
+    opening: u64,
     /// Whether its colours are counts, not false ones.
     pub has_counts: bool,
 }
 
 impl Snapshot {
-    /// Whether it shows these surfaces.
-    pub fn is_of(&self, geometry: &Arc<Geometry>) -> bool {
-        Weak::as_ptr(&self.geometry) == Arc::as_ptr(geometry)
+    /// Whether it shows the scene that was opened as that one.
+    pub fn is_of(&self, opening: u64) -> bool {
+        self.opening == opening
     }
 }
 
@@ -98,8 +97,8 @@ impl Snapshots {
         self.kept.iter().find(|kept| side == Side::Kept(kept.id))
     }
 
-    /// Keeps a picture of `geometry`; returns its side and the name of the oldest, where that had to leave.
-    pub fn keep(&mut self, shows: Shows, geometry: &Arc<Geometry>) -> (Side, Option<String>) {
+    /// Keeps a picture of the scene that was opened as that one; returns its side and the name of the oldest, where that had to leave.
+    pub fn keep(&mut self, shows: Shows, opening: u64) -> (Side, Option<String>) {
         let left = match self.kept.len() < MOST_KEPT {
             true => None,
             false => self.kept.pop_front().map(|oldest| oldest.name),
@@ -110,7 +109,7 @@ impl Snapshots {
             name: format!("{}  {}", self.made, shows.name),
             image: shows.image,
             settings: shows.settings,
-            geometry: Arc::downgrade(geometry),
+            opening,
             has_counts: shows.has_counts,
         });
         (Side::Kept(self.made), left)
@@ -152,7 +151,7 @@ mod tests {
 
     #[test]
     fn the_oldest_leaves_and_a_side_without_a_picture_is_live() {
-        let (open, settings) = OpenScene::fallback().expect("valid");
+        let (_, settings) = OpenScene::fallback().expect("valid");
         let mut snapshots = Snapshots::default();
         let mut comparison = Comparison::default();
         let image = Arc::new(ColorImage::default());
@@ -163,17 +162,14 @@ mod tests {
                 has_counts: true,
                 settings: settings.clone(),
             };
-            let (side, left) = snapshots.keep(shows, &open.geometry);
+            let (side, left) = snapshots.keep(shows, 1);
             comparison.follow(&snapshots, side);
             assert_eq!(side, Side::Kept(i));
             assert_eq!(left.is_some(), i > MOST_KEPT as u64, "{left:?}");
         }
         assert_eq!(snapshots.all().len(), MOST_KEPT);
-        // No scene stays for the sake of its pictures.
-        assert_eq!(Arc::strong_count(&open.geometry), 1);
-        assert!(snapshots.all().all(|kept| kept.is_of(&open.geometry)));
-        let (other, _) = OpenScene::fallback().expect("valid");
-        assert!(!snapshots.all().any(|kept| kept.is_of(&other.geometry)));
+        assert!(snapshots.all().all(|kept| kept.is_of(1)));
+        assert!(!snapshots.all().any(|kept| kept.is_of(2)));
         // The first was on the left and has gone; the newest is there now.
         let newest = Side::Kept(MOST_KEPT as u64 + 1);
         assert_eq!(comparison.sides, [newest, Side::Live]);

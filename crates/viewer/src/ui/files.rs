@@ -54,6 +54,7 @@ impl FilePurpose {
             Self::OpenProfile => "Open a calibration profile",
             Self::OpenRecord => "Open a recorded operation",
             Self::OpenModel => "Open a network",
+            Self::OpenTexture => "Open a texture",
         }
     }
 
@@ -65,13 +66,18 @@ impl FilePurpose {
             Self::ExportExr => &["exr"],
             Self::ExportPlots => &["svg", "png"],
             Self::SaveProfile | Self::OpenProfile | Self::OpenModel => &["json"],
+            Self::OpenTexture => &["png", "jpg", "jpeg", "tif", "tiff"],
             Self::OpenRecord => &["jsonl", "ndjson", "mcap", "json", "log"],
         }
     }
 
     fn first_name(self) -> &'static str {
         match self {
-            Self::OpenScene | Self::OpenProfile | Self::OpenRecord | Self::OpenModel => "",
+            Self::OpenScene
+            | Self::OpenProfile
+            | Self::OpenRecord
+            | Self::OpenModel
+            | Self::OpenTexture => "",
             Self::SaveScene | Self::SaveForCommand => "scene.toml",
             Self::ExportPicture => "picture.png",
             Self::ExportExr => "picture.exr",

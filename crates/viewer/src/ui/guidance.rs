@@ -128,7 +128,7 @@ fn routine(app: &mut Viewer, ui: &mut Ui) {
     match app.guidance.profile.clone() {
         Some(profile) => {
             origin(app, ui);
-            plots::profile(ui, &profile);
+            plots::profile(ui, &profile, app.guidance.profile_errors.as_deref());
         }
         None => {
             ui.weak("K_z: how light falls with depth. K_c: how contrast falls with distance.");
@@ -348,7 +348,18 @@ fn contrasts(app: &Viewer, ui: &mut Ui, answer: &Answer) {
         let [distance_m, light_pct] = check.at;
         (distance_m - answer.distance_m).abs() < 0.005 && (light_pct - answer.light_pct).abs() < 0.5
     });
-    let cell = |values: Option<[f64; 3]>| values.map_or("not known".to_owned(), triple);
+    let cell = |ui: &mut Ui, values: Option<[f64; 3]>, error: Option<[f64; 3]>| {
+        let known = values.map_or("not known".to_owned(), triple);
+        match error.filter(|_| values.is_some()) {
+            Some(error) => ui
+                .label(format!("{known}\n± {}", triple(error)))
+                .on_hover_text("± standard error, counts"),
+            None => ui.label(known),
+        };
+    };
+    let is_own = app.guidance.operation.is_none();
+    let seen = app.guidance.seen().filter(|_| is_own);
+    let [of_suggestion, of_here] = answer.errors;
     egui::Grid::new("contrasts")
         .num_columns(3)
         .striped(true)
@@ -358,8 +369,9 @@ fn contrasts(app: &Viewer, ui: &mut Ui, answer: &Answer) {
             ui.weak("rendered");
             ui.end_row();
             ui.label("here");
-            ui.label(cell(answer.predicted_here));
-            ui.label(cell(Some(answer.observation.std)));
+            cell(ui, answer.predicted_here, of_here);
+            let error = seen.map(|seen| seen.errors.contrast);
+            cell(ui, Some(answer.observation.std), error);
             ui.end_row();
             if let Some(misfit) = answer.misfit {
                 ui.label("misfit here");
@@ -369,8 +381,8 @@ fn contrasts(app: &Viewer, ui: &mut Ui, answer: &Answer) {
                 ui.end_row();
             }
             ui.label("suggestion");
-            ui.label(cell(answer.predicted));
-            ui.label(cell(check.map(|c| c.rendered)));
+            cell(ui, answer.predicted, of_suggestion);
+            cell(ui, check.map(|c| c.rendered), check.map(|c| c.error));
             ui.end_row();
         });
 }

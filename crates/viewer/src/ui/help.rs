@@ -1,10 +1,12 @@
 //! The help over everything.
 
 use crate::app::Viewer;
-use crate::ui::shortcuts::HELP;
+use crate::ui::{commands, shortcuts::HELP};
 
 /// Width of the list where the window has room, points.
 const WIDTH: f32 = 760.0;
+/// Height of a row: as many as there are, they are seen without scrolling where the window has 720 points.
+const ROW: f32 = 16.0;
 /// Room around it, points.
 const MARGIN: f32 = 50.0;
 
@@ -33,14 +35,19 @@ pub fn show(app: &mut Viewer, ctx: &egui::Context) {
 
 /// The keys in two columns.
 fn keys(ui: &mut egui::Ui) {
-    let (left, right) = HELP.split_at(HELP.len().div_ceil(2));
+    let own = HELP.iter().map(|(keys, what)| ((*keys).to_owned(), *what));
+    let of_menus = commands::all().map(|command| (command.keys_text(), command.name));
+    let all: Vec<_> = own.chain(of_menus).collect();
+    let (left, right) = all.split_at(all.len().div_ceil(2));
     egui::Grid::new("keys")
         .num_columns(4)
+        .spacing(egui::vec2(10.0, 1.0))
+        .min_row_height(ROW)
         .striped(true)
         .show(ui, |ui| {
             for (i, first) in left.iter().enumerate() {
                 for (keys, what) in [Some(first), right.get(i)].into_iter().flatten() {
-                    ui.monospace(*keys);
+                    ui.monospace(keys);
                     ui.label(*what);
                 }
                 ui.end_row();

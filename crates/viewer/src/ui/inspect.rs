@@ -52,7 +52,7 @@ fn kept(app: &mut Viewer, ui: &mut Ui) {
             {
                 removed = Some(kept.id);
             }
-            let same_scene = kept.is_of(&app.open.geometry);
+            let same_scene = kept.is_of(app.opening);
             let set = egui::Button::new("Set").small();
             if ui
                 .add_enabled(same_scene, set)

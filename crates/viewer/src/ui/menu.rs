@@ -1,24 +1,24 @@
 //! The bar at the top.
 
-use egui::{MenuBar, Panel, ThemePreference, Ui, ViewportCommand};
+use egui::{MenuBar, Panel, ThemePreference, Ui};
 
-use crate::app::{FilePurpose, Viewer};
+use crate::app::Viewer;
 use crate::model::{ShownLayer, lasting::CONTROLS};
+use crate::ui::commands::{self, Command};
 use crate::ui::knobs::list_height;
-use crate::ui::shortcuts::{self, text};
 
 /// Shows the bar.
 pub fn show(app: &mut Viewer, ui: &mut Ui) {
     Panel::top("menu").show(ui, |ui| {
         MenuBar::new().ui(ui, |ui| {
-            ui.menu_button("File", |ui| file(app, ui));
-            ui.menu_button("Edit", |ui| edit(app, ui));
-            ui.menu_button("View", |ui| view(app, ui));
-            ui.menu_button("Help", |ui| {
-                if ui.button("Keys and mouse  F1").clicked() {
-                    app.help_open = true;
-                }
+            ui.menu_button("File", |ui| items(app, ui, &commands::FILE));
+            ui.menu_button("Edit", |ui| items(app, ui, &commands::EDIT));
+            ui.menu_button("View", |ui| {
+                items(app, ui, &commands::VIEW);
+                ui.separator();
+                look(ui);
             });
+            ui.menu_button("Help", |ui| items(app, ui, &commands::HELP));
             ui.separator();
             layers(app, ui);
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
@@ -32,73 +32,14 @@ pub fn show(app: &mut Viewer, ui: &mut Ui) {
     });
 }
 
-fn file(app: &mut Viewer, ui: &mut Ui) {
-    let item = |ui: &mut Ui, name: &str, keys: String| {
-        ui.add(egui::Button::new(name).shortcut_text(keys))
-            .clicked()
-    };
-    if item(ui, "Open scene or glTF...", text(&shortcuts::OPEN)) {
-        app.ask_file(FilePurpose::OpenScene);
-    }
-    ui.menu_button("Open recent", |ui| recent(app, ui));
-    if item(ui, "Save scene as...", text(&shortcuts::SAVE)) {
-        app.ask_file(FilePurpose::SaveScene);
-    }
-    ui.separator();
-    if item(
-        ui,
-        "Export picture (PNG, TIFF)...",
-        text(&shortcuts::EXPORT),
-    ) {
-        app.ask_file(FilePurpose::ExportPicture);
-    }
-    if item(ui, "Export EXR with all layers...", String::new()) {
-        app.ask_file(FilePurpose::ExportExr);
-    }
-    if item(ui, "Export plots (SVG, PNG)...", String::new()) {
-        app.ask_file(FilePurpose::ExportPlots);
-    }
-    ui.separator();
-    if item(ui, "Quit", text(&shortcuts::QUIT)) {
-        ui.ctx().send_viewport_cmd(ViewportCommand::Close);
+fn items(app: &mut Viewer, ui: &mut Ui, commands: &[Command]) {
+    for command in commands {
+        command.item(app, ui);
     }
 }
 
-fn recent(app: &mut Viewer, ui: &mut Ui) {
-    let paths = app.recent.paths().to_vec();
-    if paths.is_empty() {
-        ui.weak("Nothing yet");
-    }
-    for path in paths {
-        if ui.button(path.display().to_string()).clicked() {
-            app.open_file(&path, &ui.ctx().clone());
-        }
-    }
-}
-
-fn edit(app: &mut Viewer, ui: &mut Ui) {
-    let (can_undo, can_redo) = app.can_undo_redo();
-    let item = |ui: &mut Ui, enabled: bool, name: &str, keys: String| {
-        let button = egui::Button::new(name).shortcut_text(keys);
-        ui.add_enabled(enabled, button).clicked()
-    };
-    if item(ui, can_undo, "Undo", text(&shortcuts::UNDO)) {
-        app.undo();
-    }
-    if item(ui, can_redo, "Redo", text(&shortcuts::REDO)) {
-        app.redo();
-    }
-    ui.separator();
-    let ctx = ui.ctx().clone();
-    if item(ui, true, "Copy as command", text(&shortcuts::COPY_COMMAND)) {
-        app.copy_command(&ctx);
-    }
-    if item(ui, true, "Copy as scene", text(&shortcuts::COPY_SCENE)) {
-        app.copy_scene(&ctx);
-    }
-}
-
-fn view(app: &mut Viewer, ui: &mut Ui) {
+/// Dark or light, and how large.
+fn look(ui: &mut Ui) {
     let mut theme = ui.ctx().options(|o| o.theme_preference);
     for (preference, name) in [
         (ThemePreference::Dark, "Dark"),
@@ -108,7 +49,6 @@ fn view(app: &mut Viewer, ui: &mut Ui) {
         ui.radio_value(&mut theme, preference, name);
     }
     ui.ctx().set_theme(theme);
-    ui.separator();
     let mut zoom = ui.ctx().zoom_factor();
     ui.add(
         egui::Slider::new(&mut zoom, CONTROLS)
@@ -117,12 +57,6 @@ fn view(app: &mut Viewer, ui: &mut Ui) {
     )
     .on_hover_text("Size of the controls: 0.6 to 2.5 times the usual one");
     ui.ctx().set_zoom_factor(zoom);
-    ui.checkbox(&mut app.lamps_follow, "Lamps move with the camera");
-    ui.checkbox(&mut app.denoised, "Denoise (biased)")
-        .on_hover_text(
-            "A second half of the samples is rendered, and layers are fitted to what is known of the first surfaces. \
-             The error that is told is then the estimated one of the denoised picture.",
-        );
 }
 
 /// Layer and false colours, always at hand.

@@ -32,7 +32,8 @@ pub fn show(app: &mut Viewer, ctx: &egui::Context) {
     pixel.poll();
     let mut open = true;
     let title = format!("Light of pixel {}, {}", pixel.pixel.x, pixel.pixel.y);
-    let is_old = !pixel.settings.same_light(&app.settings);
+    let is_old =
+        pixel.settings.objects != app.settings.objects || !pixel.settings.same_light(&app.settings);
     // Beside the panel and over the picture's corner, away from its middle.
     let corner = ctx.content_rect().right_top() + egui::vec2(-SIZE.x - 40.0, 40.0);
     Window::new(title)

@@ -15,6 +15,7 @@ use super::knobs::{still_plot, x_axis, y_axis};
 use super::scale;
 use super::theme::{CHANNELS, HERE, SUGGESTED, channel_colours};
 use crate::guidance::answer::{Answer, MAP_SIZE, ScoreMap};
+use crate::guidance::task::ContrastErrors;
 use crate::model::FalseColour;
 
 /// Points of a curve: place and value of each channel.
@@ -50,8 +51,24 @@ fn lines(
     }
 }
 
-/// Shows a profile.
-pub fn profile(ui: &mut Ui, profile: &Arc<Profile>) {
+/// Bars of two standard errors to both sides of the points of a curve.
+fn bars(
+    plot: &mut egui_plot::PlotUi<'_>,
+    curve: &ChannelCurve,
+    errors: &ChannelCurve,
+    colours: [Color32; 3],
+) {
+    for (k, colour) in colours.into_iter().enumerate() {
+        for ((x, y), (_, error)) in curve.iter().zip(errors) {
+            let ends = [-2.0, 2.0].map(|n| [*x, y[k] + n * error[k]]);
+            let bar = Line::new("two standard errors", PlotPoints::from(ends.to_vec()));
+            plot.line(bar.color(colour).width(1.0));
+        }
+    }
+}
+
+/// Shows a profile, with the standard errors of its contrasts where they are known.
+pub fn profile(ui: &mut Ui, profile: &Arc<Profile>, errors: Option<&ContrastErrors>) {
     let [depth, on, off] = curves(profile);
     let colours = channel_colours(ui);
     ui.columns(2, |columns| {
@@ -69,10 +86,15 @@ pub fn profile(ui: &mut Ui, profile: &Arc<Profile>) {
             .show(&mut columns[1], |plot| {
                 lines(plot, &on, " on", colours, LineStyle::Solid);
                 lines(plot, &off, " off", colours, LineStyle::dashed_dense());
+                if let Some(errors) = errors {
+                    bars(plot, &on, &errors.on, colours);
+                    bars(plot, &off, &errors.off, colours);
+                }
             });
     });
     ui.weak(format!(
-        "K_c: solid with lamps at {CONTRAST_LIGHT_PCT} %, dashed without"
+        "K_c: solid with lamps at {CONTRAST_LIGHT_PCT} %, dashed without{}",
+        errors.map_or("", |_| "; bars: two standard errors")
     ));
 }
 

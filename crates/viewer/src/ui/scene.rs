@@ -1,16 +1,17 @@
 //! The scene panel: objects, camera, lamps, sensor.
 
-use egui::{ComboBox, DragValue, Ui};
+use egui::{DragValue, Ui};
 use uw_render::scene::{Encoding, Exposure, Noise};
 
-use super::knobs::{heading, list_height, log_slider};
-use super::{camera, lamps};
+use super::knobs::{heading, log_slider};
+use super::{camera, lamps, objects};
 use crate::app::{FilePurpose, Viewer};
 use crate::model::{Balance, SensorSettings};
 
 /// Shows the panel.
 pub fn show(app: &mut Viewer, ui: &mut Ui) {
     file(app, ui);
+    objects::show(app, ui);
     camera::show(app, ui);
     lamps::show(app, ui);
     let used = app.frame().map(|f| f.shown.exposure);
@@ -32,6 +33,13 @@ fn file(app: &mut Viewer, ui: &mut Ui) {
         if ui.button("Open scene or glTF...").clicked() {
             app.ask_file(FilePurpose::OpenScene);
         }
+        if ui
+            .button("Scenes...")
+            .on_hover_text("Recent scenes and examples, with pictures")
+            .clicked()
+        {
+            app.gallery_open = true;
+        }
         if ui.button("Save...").clicked() {
             app.ask_file(FilePurpose::SaveScene);
         }
@@ -47,27 +55,6 @@ fn file(app: &mut Viewer, ui: &mut Ui) {
         let size = upper - lower;
         ui.weak(format!("{:.2} x {:.2} x {:.2} m", size.x, size.y, size.z));
     }
-    examples(app, ui);
-}
-
-/// The scenes that ship.
-fn examples(app: &mut Viewer, ui: &mut Ui) {
-    let Some(folder) = app.assets.as_ref().map(|a| a.join("scenes")) else {
-        return;
-    };
-    ComboBox::from_label("examples")
-        .selected_text("choose")
-        .height(list_height(ui))
-        .show_ui(ui, |ui| {
-            let mut paths = uw_assets::ALL.list(&folder);
-            paths.retain(|path| path.extension().is_some_and(|e| e == "toml" || e == "glb"));
-            for path in paths {
-                let name = path.file_name().unwrap_or_default().to_string_lossy();
-                if ui.selectable_label(false, name.as_ref()).clicked() {
-                    app.open_file(&path, &ui.ctx().clone());
-                }
-            }
-        });
 }
 
 fn sensor(ui: &mut Ui, sensor: &mut SensorSettings, used: Option<f64>) {

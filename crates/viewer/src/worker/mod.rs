@@ -13,6 +13,7 @@ mod refine;
 mod run;
 mod stages;
 mod textures;
+pub mod thumbnails;
 
 pub use pixel::PixelSpectrum;
 

@@ -8,7 +8,7 @@ use uw_media::Iops;
 use uw_render::scene::{Scene, Setting};
 use uw_viewer::app::Viewer;
 use uw_viewer::model::command::{Wanted, command};
-use uw_viewer::model::{Coefficients, OpenScene, Settings};
+use uw_viewer::model::{Coefficients, OpenScene, Settings, scene_text::scene_text};
 
 use crate::panels::{click, viewer};
 use crate::support::{SCENE, repository};
@@ -206,6 +206,9 @@ fn a_copied_scene_is_the_one_that_is_open() {
         );
         let (again, mut read) =
             OpenScene::parse(&text, &anywhere.path().join("c.toml")).expect("valid");
+        // Objects name their files from elsewhere.
+        assert_eq!(scene_text(&again, &read, Path::new("/")), text, "{name}");
+        read.objects = settings.objects.clone();
         read.camera.up = settings.camera.up;
         assert_eq!(read, settings, "{name}");
         assert_eq!(again.geometry.len(), surfaces, "{name}");

@@ -7,7 +7,7 @@ use egui_kittest::{
 };
 use uw_render::layers::RenderLayer;
 use uw_viewer::app::{Tab, Viewer};
-use uw_viewer::model::ShownLayer;
+use uw_viewer::model::{OpenScene, ShownLayer};
 
 use crate::panels::{until, viewer};
 use crate::support::{profile, recording};
@@ -70,6 +70,17 @@ fn labels_and_buttons_are_whole_in_a_small_window() {
     guidance.open_record(&path).expect("a recording");
     for tab in [Tab::Water, Tab::Scene, Tab::Guidance] {
         is_whole(&mut harness, tab);
+    }
+    harness.state_mut().tab = Tab::Scene;
+    harness.run_steps(3);
+    harness.get_by_label("Objects: 1").click_accesskit();
+    harness.run_steps(30);
+    for scene in ["flat_reef", "hull_inspection"] {
+        let path = format!("shipped:scenes/{scene}.toml");
+        let (open, settings) = OpenScene::read(path.as_ref()).expect("shipped");
+        let state = harness.state_mut();
+        (state.open, state.settings.objects) = (open, settings.objects);
+        is_whole(&mut harness, Tab::Scene);
     }
 }
 

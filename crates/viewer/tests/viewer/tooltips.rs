@@ -7,7 +7,7 @@ use egui_kittest::{
 };
 use uw_render::scene::Snow;
 use uw_viewer::app::{Tab, Viewer};
-use uw_viewer::model::{Coefficients, PhaseModel};
+use uw_viewer::model::{Coefficients, OpenScene, PhaseModel};
 
 use crate::layout::text;
 use crate::panels::viewer;
@@ -125,8 +125,15 @@ fn knobs_of_the_other_panels_tell_their_range() {
     state.settings.sensor.noise = Some(uw_render::scene::Noise { a: 1e-3, b: 1e-5 });
     harness.run_steps(3);
     harness.get_by_label("From a data sheet").click_accesskit();
+    harness.get_by_label("Objects: 1").click_accesskit();
     harness.run_steps(30);
-    assert!(all_tell(&mut harness, "scene") > 23);
+    assert!(all_tell(&mut harness, "scene") > 39);
+    let (open, settings) =
+        OpenScene::read("shipped:scenes/hull_inspection.toml".as_ref()).expect("shipped");
+    let state = harness.state_mut();
+    (state.open, state.settings.objects) = (open, settings.objects);
+    harness.run_steps(3);
+    all_tell(&mut harness, "a glTF object");
     let state = harness.state_mut();
     state.settings.sensor.exposure = uw_render::scene::Exposure::AutoMean(0.4);
     harness.run_steps(3);
