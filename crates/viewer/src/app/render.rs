@@ -47,10 +47,12 @@ impl Viewer {
             self.view_revision = self.worker.set_view(view.clone());
             self.view = Some(view);
         }
-        let sent = (self.goal, self.paused);
+        // Scenes to choose from cover the picture, and their own are waited for.
+        let paused = self.paused || self.gallery_open;
+        let sent = (self.goal, paused);
         if sent != self.sent {
             self.worker.set_goal(self.goal);
-            self.worker.set_paused(self.paused);
+            self.worker.set_paused(paused);
             self.sent = sent;
         }
         let Some(limit) = self.picture.size_px() else {

@@ -107,10 +107,12 @@ impl Plane {
         let upright = standing(camera, turn, tilt, 0.0);
         let up = self.axes.y_axis;
         let roll = up.dot(upright.x_axis).atan2(up.dot(upright.y_axis));
+        // Adding zero makes -0 a zero.
+        let degrees = |angle: f64| rounded(angle.to_degrees()) + 0.0;
         Stand {
-            turn_deg: rounded(turn.to_degrees()),
-            tilt_deg: rounded(tilt.to_degrees()),
-            roll_deg: rounded(roll.to_degrees()),
+            turn_deg: degrees(turn),
+            tilt_deg: degrees(tilt),
+            roll_deg: degrees(roll),
         }
     }
 
@@ -273,7 +275,6 @@ fn vector(value: &Value) -> Option<DVec3> {
 
 /// Numbers without the errors of angles to directions and back.
 fn array<const N: usize>(numbers: [f64; N]) -> Value {
-    // Adding zero makes -0 a zero.
     let whole = numbers.map(|number| Value::Float(rounded(number) + 0.0));
     Value::Array(whole.into())
 }

@@ -1,6 +1,6 @@
 //! What menus and keys do: one list for both, and for the help.
 
-use egui::{Button, Context, Key, KeyboardShortcut, Modifiers, Ui, ViewportCommand};
+use egui::{Button, Context, Key, KeyboardShortcut, Modifiers, RichText, Ui, ViewportCommand};
 
 use crate::app::{FilePurpose, Tab, Viewer};
 use crate::model::zoom::Zoom;
@@ -208,9 +208,14 @@ impl Command {
     /// Its row in a menu.
     pub fn item(&self, app: &mut Viewer, ui: &mut Ui) {
         let is_on = self.on.is_some_and(|on| on(app));
-        let button = Button::new(self.name).shortcut_text(self.keys_text());
-        let can = (self.can)(app);
-        if ui.add_enabled(can, button.selected(is_on)).clicked() {
+        let keys = RichText::new(self.keys_text());
+        let keys = match is_on {
+            // As dark letters these are not read on the colour of what is on.
+            true => keys.color(ui.visuals().selection.stroke.color),
+            false => keys,
+        };
+        let button = Button::new(self.name).selected(is_on).shortcut_text(keys);
+        if ui.add_enabled((self.can)(app), button).clicked() {
             self.run(app, &ui.ctx().clone());
         }
     }

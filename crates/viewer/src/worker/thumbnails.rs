@@ -1,4 +1,4 @@
-//! Small pictures of scene files, rendered one after the other behind everything else.
+//! Small pictures of scene files, rendered and denoised one after the other behind everything else.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -8,7 +8,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::Duration;
 
 use egui::ColorImage;
-use uw_render::{backend::Device, integrator::Plan, prepare::Prepared};
+use uw_render::{backend::Device, denoise, integrator::Plan, prepare::Prepared};
 
 use crate::background::step_back;
 use crate::model::display::compose;
@@ -17,9 +17,9 @@ use crate::model::{Display, OpenScene, Settings};
 /// Most pixels along the edges.
 pub const SIZE_PX: (u32, u32) = (160, 90);
 /// Samples per pixel.
-const SAMPLES: u32 = 24;
+const SAMPLES: u32 = 16;
 /// Most time for one.
-const MOST_TIME: Duration = Duration::from_secs(2);
+const MOST_TIME: Duration = Duration::from_secs(6);
 
 /// A small picture, or why there is none.
 pub type Thumbnail = Result<ColorImage, String>;
@@ -94,11 +94,12 @@ fn render(file: &Path, stop: &AtomicBool) -> Thumbnail {
     let plan = Plan {
         samples_per_pixel: Some(SAMPLES),
         time_limit: Some(MOST_TIME),
-        threads: Some(1),
         max_bounces: settings.max_bounces,
         ..Plan::new(1)
     };
-    let rendered = Device::Cpu.render(&prepared, &plan, stop, &|_| ());
+    let on = |device: Device| denoise::render(&device, &prepared, &plan, false, stop, &|_| ());
+    // What the kernels refuse, double precision takes.
+    let rendered = on(Device::CpuSimd).or_else(|_| on(Device::Cpu));
     let (film, _) = rendered.map_err(|error| error.to_string())?;
     let shown = compose(&prepared, &film, &Display::default(), &settings.sensor());
     let image = shown.image().cloned();
