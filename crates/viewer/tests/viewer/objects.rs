@@ -139,7 +139,46 @@ fn boards_are_added_and_removed() {
     until(&mut harness, "another board", |v| is_at(v, 1.0));
 }
 
-/// A file of objects goes where it is put, with its lamps.
+/// A glTF file with a lamp and nothing else.
+const LAMP: &str = r#"{
+    "asset": {"version": "2.0"}, "extensionsUsed": ["KHR_lights_punctual"],
+    "extensions": {"KHR_lights_punctual": {"lights": [{"type": "point", "name": "glow", "intensity": 3.0}]}},
+    "nodes": [{"name": "glow", "translation": [0.2, 0.0, 0.0], "extensions": {"KHR_lights_punctual": {"light": 0}}}],
+    "scenes": [{"nodes": [0]}], "scene": 0
+}"#;
+
+/// The lamps of a file go with it and keep what was set of them; they leave with it.
+#[test]
+fn lamps_of_a_gltf_object_follow_it() {
+    let folder = tempfile::tempdir().expect("folder");
+    std::fs::write(folder.path().join("glow.gltf"), LAMP).expect("written");
+    let text = format!("{SCENE}[[object]]\ngltf = \"glow.gltf\"\n");
+    let (open, settings) = OpenScene::parse(&text, &folder.path().join("s.toml")).expect("valid");
+    let mut harness = viewer();
+    harness.state_mut().open = open;
+    harness.state_mut().settings = settings;
+    harness.run_steps(3);
+    let lamps = |v: &Viewer| v.settings.lamps.clone();
+    let [own, of_file] = lamps(harness.state()).try_into().expect("two lamps");
+    assert!(
+        of_file.of_gltf && (of_file.position_m.x - 0.2).abs() < 1e-9,
+        "{of_file:?}"
+    );
+    let state = harness.state_mut();
+    state.settings.lamps[1].level_pct = 30.0;
+    let object = &mut state.settings.objects[1];
+    let mut placed = Placement::of(object).expect("a glTF object");
+    placed.translation_m.z = -2.0;
+    placed.put(object);
+    until(&mut harness, "the moved lamp", |v| {
+        lamps(v)[1].position_m.z == -2.0 && v.is_current()
+    });
+    assert_eq!(lamps(harness.state())[1].level_pct, 30.0);
+    harness.state_mut().settings.objects.pop();
+    until(&mut harness, "one lamp", |v| lamps(v) == [own.clone()]);
+}
+
+/// A file of objects goes where it is put.
 #[test]
 fn a_gltf_object_is_placed() {
     let path = repository().join("assets/scenes/hull_inspection.toml");
