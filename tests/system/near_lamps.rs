@@ -205,14 +205,13 @@ fn touching(gap_m: f64, radius_m: f64) -> Scene {
     lamp.half_angle_deg = 90.0;
     lamp.radius_m = radius_m;
     scene.lamps.push(lamp);
-    add_plate(
-        &mut scene,
-        DVec3::new(1.5, 0.0, 0.0),
-        -DVec3::X,
-        4.0,
-        [0.5; 3],
-    );
+    plate_ahead(&mut scene);
     scene
+}
+
+/// A plate across the view, 1.5 m along x.
+fn plate_ahead(scene: &mut Scene) {
+    add_plate(scene, DVec3::new(1.5, 0.0, 0.0), -DVec3::X, 4.0, [0.5; 3]);
 }
 
 /// Without the ways through the water close to the plate the share is 0.8 and more.
@@ -233,13 +232,7 @@ fn a_disk_that_touches_a_surface_has_no_heavy_tail() {
 fn many_lamps_add_up() {
     let mut scene = empty(camera(DVec3::ZERO, DVec3::X, 400));
     scene.water = Some(water(A, B, peaked()));
-    add_plate(
-        &mut scene,
-        DVec3::new(1.5, 0.0, 0.0),
-        -DVec3::X,
-        4.0,
-        [0.5; 3],
-    );
+    plate_ahead(&mut scene);
     for i in 0..12 {
         let angle = f64::from(i);
         let position = DVec3::new(0.1 * angle, angle.cos(), angle.sin());

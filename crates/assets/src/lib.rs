@@ -21,6 +21,16 @@ pub const DEFAULT_MODEL: &str = "shipped:models/default.json";
 /// The scene that is shown where none is given.
 pub const DEFAULT_SCENE: &str = "shipped:scenes/reef.toml";
 
+/// The folder of the shipped files, whose paths are made by [`Path::join`]. Where a folder was named (`--assets`,
+/// `UWGUIDE_ASSETS`) files come from there alone, else see [`Places`].
+///
+/// # Errors
+/// A folder that was named and is none.
+pub fn assets_dir() -> Result<PathBuf, AssetError> {
+    Places::of_process().check()?;
+    Ok(SCHEME.into())
+}
+
 /// A file within the program.
 struct Embedded {
     /// Its name, as in `models/default.json`.

@@ -13,8 +13,10 @@ use thiserror::Error;
 use crate::detail::{Behind, Detail};
 use crate::even::Even;
 use crate::noise::NoiseModel;
+use crate::photo::Shot;
 use crate::picture::{self, COUNTS_PER_U16, Decoded};
 use crate::planes::{Part, Planes, Sample};
+use crate::processing::Processing;
 
 /// Patches along the width.
 pub const PATCH_COLUMNS: usize = 10;
@@ -149,6 +151,31 @@ pub struct Measured {
 }
 
 impl Measured {
+    /// What `uw stats --json` and Python's `statistics` tell of a picture besides file and warnings: an object with null
+    /// where something is not known.
+    pub fn told(&self, processing: Option<&Processing>, shot: &Shot) -> serde_json::Value {
+        let (grid, detail) = (&self.grid, self.detail.as_ref());
+        let triple = |of: fn(&Detail) -> [f64; 3]| detail.map(of);
+        serde_json::json!({
+            "width": grid.width,
+            "height": grid.height,
+            "contrast": grid.stats.contrast,
+            "mean": grid.stats.mean,
+            "contrast_corrected": triple(|d| d.contrast),
+            "noise_floor": triple(|d| d.floor),
+            "noise": triple(|d| d.noise),
+            "noise_source": detail.map(|d| d.source.name()),
+            "black": triple(|d| d.black),
+            "saturated": triple(|d| d.saturated),
+            "jpeg_quality": processing.and_then(|p| p.jpeg_quality),
+            "noise_share": processing.map(|p| p.noise_share),
+            "exposure_time_s": shot.time_s,
+            "f_number": shot.f_number,
+            "iso": shot.iso,
+            "exposure": shot.stated_exposure(),
+        })
+    }
+
     /// Measures a PNG, TIFF or JPEG file; `even` takes its lens out.
     pub fn from_file(
         path: &Path,

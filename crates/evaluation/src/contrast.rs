@@ -7,7 +7,7 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use uw_render::image::Frame;
-use uw_survey::environment::Target;
+use uw_twin::environment::Target;
 
 use crate::error::EvalError;
 use crate::files::write_text;

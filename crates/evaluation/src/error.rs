@@ -9,9 +9,9 @@ use uw_guidance::physics::WaterFileError;
 use uw_media::MediaError;
 use uw_render::image::ImageError;
 use uw_render::integrator::RenderError;
-use uw_survey::environment::EnvironmentError;
 use uw_survey::fit::{FitError, ReportError, WaterError};
-use uw_survey::routine::RoutineError;
+use uw_twin::environment::EnvironmentError;
+use uw_twin::routine::RoutineError;
 
 use crate::niqe::{NiqeError, PristineError};
 use crate::operation::config::ConfigError;

@@ -5,15 +5,15 @@ use std::fmt::Write;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
+use uw_calib::vehicle::Vehicle;
 use uw_media::WaterType;
 use uw_media::phase::{FournierForand, HenyeyGreenstein, Phase, PhaseFunction, Tabulated};
 use uw_render::film::FilmLayer;
 use uw_render::image::{Frame, Picture};
 use uw_render::integrator::{self, Plan, RenderError};
 use uw_render::prepare::Prepared;
-use uw_survey::environment::{self, Target, View as Look, WaterBody};
-use uw_survey::scenery::textures::Pattern;
-use uw_survey::vehicle::Vehicle;
+use uw_scenery::textures::Pattern;
+use uw_twin::environment::{self, Target, View as Look, WaterBody};
 
 use crate::error::EvalError;
 use crate::files::write_text;

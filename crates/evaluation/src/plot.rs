@@ -56,9 +56,9 @@ pub struct Panel {
 /// Writes panels below each other as `stem`.png and `stem`.svg; each file appears whole or not at all.
 pub fn write(stem: &Path, panels: &[Panel]) -> Result<(), EvalError> {
     let size = (WIDTH_PX, PANEL_PX * panels.len().max(1) as u32);
-    uw_survey::plot::use_font().map_err(|e| EvalError::output(stem, e))?;
+    uw_plot::use_font().map_err(|e| EvalError::output(stem, e))?;
     let failed = |e: String| EvalError::output(stem, e);
-    let picture = uw_survey::plot::bitmap(size, |area| draw(area, panels)).map_err(failed)?;
+    let picture = uw_plot::bitmap(size, |area| draw(area, panels)).map_err(failed)?;
     let png = stem.with_extension("png");
     write_frame(&png, &picture).map_err(|e| EvalError::output(&png, e))?;
     let partial = stem.with_extension("partial.svg");

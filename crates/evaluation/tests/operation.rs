@@ -3,10 +3,10 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
+use uw_calib::vehicle::Vehicle;
 use uw_evaluation::EvalError;
 use uw_evaluation::operation::config::OperationConfig;
 use uw_evaluation::operation::{self, Observer, report};
-use uw_survey::vehicle::Vehicle;
 
 fn config() -> OperationConfig {
     let mut config = OperationConfig {

@@ -2,13 +2,13 @@
 
 use std::sync::atomic::AtomicBool;
 
+use uw_calib::vehicle::Vehicle;
 use uw_evaluation::operation::render::{Job, render_view};
 use uw_media::WaterType;
 use uw_render::image::Picture;
-use uw_survey::environment::{Target, View as Look, WaterBody, scene, sensor};
-use uw_survey::measure::{Quality, RenderedView};
-use uw_survey::scenery::textures::Pattern;
-use uw_survey::vehicle::Vehicle;
+use uw_scenery::textures::Pattern;
+use uw_twin::environment::{Target, View as Look, WaterBody, scene, sensor};
+use uw_twin::measure::{Quality, RenderedView};
 
 /// Root mean square difference over root mean square, green.
 fn difference(a: &Picture, b: &Picture) -> f64 {

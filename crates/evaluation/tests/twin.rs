@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
+use uw_calib::vehicle::Vehicle;
 use uw_evaluation::EvalError;
 use uw_evaluation::operation::config::{OperationConfig, TwinConfig};
 use uw_evaluation::operation::summary::MethodResult;
 use uw_evaluation::operation::{self, Observer};
 use uw_guidance::Candidate;
 use uw_guidance::physics::WaterFile;
-use uw_survey::vehicle::Vehicle;
 
 /// Distances of views and calibration: enough for a fit.
 const DISTANCES_M: [f64; 4] = [0.5, 1.0, 1.5, 2.0];

@@ -5,8 +5,8 @@ use std::sync::atomic::AtomicBool;
 
 use pyo3::prelude::*;
 use uw_calib::{Calibration, Daylight, RoutineOptions, Treatment, from_manifest};
-use uw_survey::daylight::{Known, attenuation, stand_in};
-use uw_survey::environment::WaterKind;
+use uw_twin::daylight::{Known, attenuation, stand_in};
+use uw_twin::environment::WaterKind;
 
 use crate::camera::Camera;
 use crate::errors::{value_error, warn};

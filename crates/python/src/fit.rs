@@ -5,10 +5,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use pyo3::prelude::*;
 use uw_calib::response::LinearNoise;
+use uw_calib::vehicle::{Vehicle, VehicleFile};
 use uw_calib::{Encoding, Manifest, NoiseModel, SensorNoise, processing};
 use uw_guidance::physics::WaterFile;
 use uw_survey::fit::{self as fitting, Options};
-use uw_survey::vehicle::{Vehicle, VehicleFile};
 
 use crate::camera;
 use crate::errors::{value_error, warn};

@@ -7,7 +7,7 @@ use image::{ExtendedColorType, ImageEncoder};
 use numpy::{Element, PyReadonlyArray3};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use serde_json::{Value, json};
+use serde_json::Value;
 use uw_calib::photo::{Shot, frames};
 use uw_calib::{
     Detail, Even, ImageStats, Measured, NoiseModel, Processing, StatsError, Treatment, View,
@@ -174,9 +174,7 @@ fn told(
     shot: &Shot,
     more: Vec<String>,
 ) -> Value {
-    let (grid, detail) = (&measured.grid, measured.detail.as_ref());
-    let triple = |of: fn(&Detail) -> [f64; 3]| detail.map(of);
-    let mut warnings = detail.map_or_else(
+    let mut warnings = measured.detail.as_ref().map_or_else(
         || {
             vec![
                 "too small to find its noise (patches of less than 3 x 3 pixels); give noise_a and noise_b"
@@ -186,25 +184,9 @@ fn told(
         Detail::warnings,
     );
     warnings.extend(more);
-    json!({
-        "width": grid.width,
-        "height": grid.height,
-        "contrast": grid.stats.contrast,
-        "mean": grid.stats.mean,
-        "contrast_corrected": triple(|d| d.contrast),
-        "noise_floor": triple(|d| d.floor),
-        "noise": triple(|d| d.noise),
-        "noise_source": detail.map(|d| d.source.name()),
-        "black": triple(|d| d.black),
-        "saturated": triple(|d| d.saturated),
-        "jpeg_quality": processing.and_then(|p| p.jpeg_quality),
-        "noise_share": processing.map(|p| p.noise_share),
-        "exposure_time_s": shot.time_s,
-        "f_number": shot.f_number,
-        "iso": shot.iso,
-        "exposure": shot.stated_exposure(),
-        "warnings": warnings,
-    })
+    let mut told = measured.told(processing, shot);
+    told["warnings"] = warnings.into();
+    told
 }
 
 /// The bytes of a PNG file with the picture.

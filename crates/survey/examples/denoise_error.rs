@@ -11,13 +11,13 @@ use std::error::Error;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
+use uw_error_time::error::compare;
+use uw_error_time::reference::{Provenance, Reference};
+use uw_error_time::scene::{BenchmarkScene, Size};
 use uw_render::backend::Device;
 use uw_render::denoise::{self, DenoiseFacts};
 use uw_render::film::FilmLayer;
 use uw_render::integrator::Plan;
-use uw_survey::error_time::error::compare;
-use uw_survey::error_time::reference::{Provenance, Reference};
-use uw_survey::error_time::scene::{BenchmarkScene, Size};
 
 const WIDTH_PX: u32 = 320;
 const REFERENCE_SEED: u64 = 1 << 40;

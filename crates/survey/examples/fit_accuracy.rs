@@ -17,13 +17,13 @@ use std::time::Instant;
 use hidden_truth::{DISTANCES_M, LIGHT_PCT, Truth};
 use uw_calib::ImageStats;
 use uw_calib::picture::Counts;
+use uw_calib::vehicle::Vehicle;
 use uw_guidance::Candidate;
 use uw_guidance::physics::{LinearPicture, Predictor, WaterFile};
 use uw_media::spectral::WaterBands;
-use uw_survey::environment::MEAN;
+use uw_scenery::textures::Pattern;
 use uw_survey::fit::{Fit, Fitted, Options, fit, water_file};
-use uw_survey::scenery::textures::Pattern;
-use uw_survey::vehicle::Vehicle;
+use uw_twin::environment::MEAN;
 
 /// 90 % of a normal variable lie within so many standard deviations.
 const NINETY: f64 = 1.645;

@@ -9,22 +9,22 @@
 use std::error::Error;
 
 use cpu_time::ProcessTime;
+use uw_assets::assets_dir;
 use uw_calib::ImageStats;
 use uw_media::Iops;
 use uw_render::prepare::{Prepared, PreparedLamp};
 use uw_render::sampling::Draws;
-use uw_survey::assets::assets_dir;
+use uw_scenery::textures::Pattern;
 use uw_survey::dataset::DatasetConfig;
-use uw_survey::environment::{Target, View, WaterBody, scene, sensor};
-use uw_survey::estimate::basis::solve;
-use uw_survey::estimate::every_water::{EveryWater, Values};
-use uw_survey::estimate::fields::{FieldSampler, Fields, GROUPS};
-use uw_survey::estimate::pyramid::TexturePyramid;
-use uw_survey::estimate::radiance::{Estimates, RadianceImage, Reflection, Source};
-use uw_survey::estimate::response::CountResponse;
-use uw_survey::estimate::statistics::{Shot, standard_errors};
-use uw_survey::estimate::target_model::{Effort, TargetModel, lamps_alone};
-use uw_survey::scenery::textures::Pattern;
+use uw_twin::environment::{Target, View, WaterBody, scene, sensor};
+use uw_twin::estimate::basis::solve;
+use uw_twin::estimate::every_water::{EveryWater, Values};
+use uw_twin::estimate::fields::{FieldSampler, Fields, GROUPS};
+use uw_twin::estimate::pyramid::TexturePyramid;
+use uw_twin::estimate::radiance::{Estimates, RadianceImage, Reflection, Source};
+use uw_twin::estimate::response::CountResponse;
+use uw_twin::estimate::statistics::{Shot, standard_errors};
+use uw_twin::estimate::target_model::{Effort, TargetModel, lamps_alone};
 
 const DISTANCES_M: [f64; 3] = [0.5, 1.5, 3.0];
 /// Paths per group of the truth: eight times the most of a data set.

@@ -16,18 +16,18 @@ use std::error::Error;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
+use uw_calib::vehicle::Vehicle;
 use uw_calib::{ContrastMeasurement, DepthMeasurement, ImageStats, Profile};
 use uw_guidance::objective::Criterion;
 use uw_guidance::{Candidate, Checks, Model, Objective, Observation, Strictness, advise_checked};
 use uw_media::Iops;
 use uw_render::scene::{Layer, Scene, Variation};
-use uw_survey::environment::{Target, View, WaterBody, scene, sensor};
-use uw_survey::measure::{Quality, RenderedView};
-use uw_survey::routine::{
+use uw_scenery::textures::Pattern;
+use uw_twin::environment::{Target, View, WaterBody, scene, sensor};
+use uw_twin::measure::{Quality, RenderedView};
+use uw_twin::routine::{
     CONTRAST_LIGHT_PCT, DISTANCES_M, UP_DEPTHS_M, UP_SAMPLES, look_up_in, measure_depths, profile,
 };
-use uw_survey::scenery::textures::Pattern;
-use uw_survey::vehicle::Vehicle;
 
 /// Depths at which calibrations are made and advice is asked for, m.
 const DEPTHS_M: [f64; 3] = [1.0, 3.0, 5.0];

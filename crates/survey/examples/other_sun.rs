@@ -14,23 +14,23 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use glam::DVec3;
+use uw_assets::assets_dir;
+use uw_calib::vehicle::Vehicle;
 use uw_calib::{ContrastMeasurement, ImageStats, Profile};
 use uw_guidance::advice::predict;
 use uw_guidance::checks::Residual;
 use uw_guidance::{Candidate, Checks, Model, Objective, Observation};
 use uw_render::scene::Scene;
-use uw_survey::assets::assets_dir;
-use uw_survey::environment::{Target, View, WaterBody, scene, sensor};
-use uw_survey::estimate::pyramid::TexturePyramid;
-use uw_survey::estimate::response::CountResponse;
-use uw_survey::estimate::target_image::TargetImage;
-use uw_survey::measure::Quality;
-use uw_survey::routine::{
+use uw_scenery::textures::Pattern;
+use uw_twin::environment::{Target, View, WaterBody, scene, sensor};
+use uw_twin::estimate::pyramid::TexturePyramid;
+use uw_twin::estimate::response::CountResponse;
+use uw_twin::estimate::target_image::TargetImage;
+use uw_twin::measure::Quality;
+use uw_twin::routine::{
     CONTRAST_DEPTH_M, CONTRAST_LIGHT_PCT, DISTANCES_M, UP_DEPTHS_M, UP_SAMPLES, look_up_in,
     measure_depths, profile,
 };
-use uw_survey::scenery::textures::Pattern;
-use uw_survey::vehicle::Vehicle;
 
 /// Azimuth (0: behind the camera, 180: behind the target) and zenith angle of each sun, degrees; training's is the first.
 const SUNS_DEG: [(f64, f64); 5] = [

@@ -9,14 +9,14 @@ use std::sync::atomic::AtomicBool;
 
 use image::codecs::jpeg::JpegEncoder;
 use image::{ExtendedColorType, ImageEncoder as _, RgbImage};
+use uw_assets::assets_dir;
 use uw_calib::ImageStats;
+use uw_calib::vehicle::Vehicle;
 use uw_render::scene::Noise;
-use uw_survey::assets::assets_dir;
-use uw_survey::environment::{Target, View, WaterBody, scene, sensor};
-use uw_survey::estimate::pyramid::TexturePyramid;
-use uw_survey::estimate::target_image::TargetImage;
-use uw_survey::scenery::textures::Pattern;
-use uw_survey::vehicle::Vehicle;
+use uw_scenery::textures::Pattern;
+use uw_twin::environment::{Target, View, WaterBody, scene, sensor};
+use uw_twin::estimate::pyramid::TexturePyramid;
+use uw_twin::estimate::target_image::TargetImage;
 
 /// A clear water 1 m from the target and a turbid one 1.5 m from it.
 const WATERS: [(&str, f64, f64); 2] = [("IB", 0.0075, 1.0), ("3C", 0.0183, 1.5)];

@@ -8,13 +8,13 @@ use std::error::Error;
 use std::sync::atomic::AtomicBool;
 
 use glam::DVec3;
-use uw_survey::assets::assets_dir;
-use uw_survey::environment::{Target, View, WaterBody, scene, sensor};
-use uw_survey::estimate::pyramid::TexturePyramid;
-use uw_survey::estimate::response::CountResponse;
-use uw_survey::estimate::target_image::TargetImage;
-use uw_survey::scenery::textures::Pattern;
-use uw_survey::vehicle::Vehicle;
+use uw_assets::assets_dir;
+use uw_calib::vehicle::Vehicle;
+use uw_scenery::textures::Pattern;
+use uw_twin::environment::{Target, View, WaterBody, scene, sensor};
+use uw_twin::estimate::pyramid::TexturePyramid;
+use uw_twin::estimate::response::CountResponse;
+use uw_twin::estimate::target_image::TargetImage;
 
 /// An upright target and one on the bottom.
 const TARGETS: [Pattern; 2] = [Pattern::ConcretePier, Pattern::Seabed];

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 use uw_calib::{Resampling, Undistortion};
 use uw_render::scene::Camera;
 
-use crate::vehicle::Vehicle;
+use uw_calib::vehicle::Vehicle;
 
 /// Distance of what is far away, m: a port moves rays by centimetres.
 const FAR_M: f64 = 100.0;

@@ -132,7 +132,7 @@ fn bad_arguments_are_refused_before_the_first_step_and_folders_of_others_left_al
 
 #[test]
 fn every_shipped_profile_goes_with_the_shipped_model() {
-    let assets = uw_survey::assets::assets_dir().expect("assets");
+    let assets = uw_assets::assets_dir().expect("assets");
     let model = Model::read(uw_assets::DEFAULT_MODEL.as_ref()).expect("a model");
     let mut names = Vec::new();
     for path in uw_assets::SMALL.list(&assets.join("profiles")) {

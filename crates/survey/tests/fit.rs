@@ -7,12 +7,12 @@ use std::path::Path;
 use hidden_truth::Truth;
 use image::{Rgb, RgbImage};
 use uw_calib::picture::Counts;
+use uw_calib::vehicle::{Vehicle, Vignetting};
 use uw_guidance::Candidate;
 use uw_guidance::physics::{LinearPicture, Predictor};
 use uw_media::WaterType;
-use uw_survey::environment::{MEAN, WaterKind};
 use uw_survey::fit::{Fit, FitError, Options, depths, fit, report, water_file};
-use uw_survey::vehicle::{Vehicle, Vignetting};
+use uw_twin::environment::{MEAN, WaterKind};
 
 /// Bound of |z| for the 20 comparisons of two scenes at 1 % altogether (Šidák), errors taken as normal.
 const MOST_Z: f64 = 3.5;

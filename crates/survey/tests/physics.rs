@@ -2,20 +2,20 @@
 
 use std::sync::atomic::AtomicBool;
 
+use uw_assets::assets_dir;
 use uw_calib::Encoding;
 use uw_calib::picture::Counts;
 use uw_calib::response::{CountResponse, LinearNoise};
+use uw_calib::vehicle::Vehicle;
 use uw_guidance::Candidate;
 use uw_guidance::physics::{LinearPicture, Place, Predictor, Sight, WaterTables};
 use uw_render::scene::Scene;
-use uw_survey::assets::assets_dir;
-use uw_survey::environment::{EnvironmentError, Target, View, WaterBody, scene, sensor};
-use uw_survey::estimate::pyramid::TexturePyramid;
-use uw_survey::estimate::response;
-use uw_survey::estimate::target_image::TargetImage;
-use uw_survey::estimate::water_tables::{TablePlan, even_texture, water_tables};
-use uw_survey::scenery::textures::Pattern;
-use uw_survey::vehicle::Vehicle;
+use uw_scenery::textures::Pattern;
+use uw_twin::environment::{EnvironmentError, Target, View, WaterBody, scene, sensor};
+use uw_twin::estimate::pyramid::TexturePyramid;
+use uw_twin::estimate::response;
+use uw_twin::estimate::target_image::TargetImage;
+use uw_twin::estimate::water_tables::{TablePlan, even_texture, water_tables};
 
 const DEPTH_M: f64 = 3.0;
 const DISTANCES_M: [f64; 3] = [0.7, 1.2, 2.0];

@@ -3,19 +3,19 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use uw_assets::assets_dir;
 use uw_calib::picture::Counts;
+use uw_calib::vehicle::Vehicle;
 use uw_calib::{Encoding, ImageStats};
 use uw_guidance::Candidate;
 use uw_guidance::physics::file::{WATER_FORMAT, WaterFile, WaterNumbers};
 use uw_guidance::physics::{Present, Residual, Water};
 use uw_render::scene::{Scene, Texture};
-use uw_survey::assets::assets_dir;
-use uw_survey::environment::{EnvironmentError, Target, View, WaterBody, scene, sensor};
-use uw_survey::estimate::pyramid::TexturePyramid;
-use uw_survey::estimate::target_image::TargetImage;
-use uw_survey::estimate::water_tables::{TablePlan, even_texture, sensor_numbers, water_tables};
-use uw_survey::scenery::textures::Pattern;
-use uw_survey::vehicle::Vehicle;
+use uw_scenery::textures::Pattern;
+use uw_twin::environment::{EnvironmentError, Target, View, WaterBody, scene, sensor};
+use uw_twin::estimate::pyramid::TexturePyramid;
+use uw_twin::estimate::target_image::TargetImage;
+use uw_twin::estimate::water_tables::{TablePlan, even_texture, sensor_numbers, water_tables};
 
 const DEPTH_M: f64 = 3.0;
 /// 1.5 m apart.

@@ -8,11 +8,11 @@ use clap::{Parser, ValueEnum};
 use eframe::egui_wgpu::RenderState;
 use uw_assets::{AssetError, Places};
 use uw_calib::Profile;
+use uw_calib::vehicle::{Vehicle, VehicleFile};
 use uw_guidance::Model;
 use uw_render::backend::{Backend, Device};
 use uw_render::gpu::{Gpu, GpuError};
 use uw_render::image::{Counts, Frame as Stored, write_frame};
-use uw_survey::vehicle::{Vehicle, VehicleFile};
 
 use crate::app::{self, Options, Tab, Viewer};
 use crate::guidance::operation::Operation;

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use futures_util::{SinkExt, StreamExt};
 use serde_json::{Value, json};
-use tokio_tungstenite::tungstenite::Message;
+use tokio_tungstenite::{WebSocketStream, tungstenite::Message};
 use uw_daemon::links::dvl::{DvlConfig, DvlDistance};
 use uw_daemon::links::mavlink::{Lamps, MavlinkConfig};
 use uw_daemon::links::rosbridge::RosbridgeConfig;
@@ -21,6 +21,12 @@ const SOON: Pauses = Pauses {
     first: Duration::from_millis(20),
     last: Duration::from_millis(100),
 };
+
+/// The next text that a peer hears.
+async fn next_text(socket: &mut WebSocketStream<tokio::net::TcpStream>) -> String {
+    let message = socket.next().await.unwrap().unwrap();
+    message.into_text().unwrap().to_string()
+}
 
 /// A service and the runtime that its link runs on.
 struct Linked {
@@ -278,31 +284,13 @@ fn ros_calls_the_service_and_gets_the_reply() {
         drop(bridge.accept().await.unwrap());
         let (stream, _): (_, SocketAddr) = bridge.accept().await.unwrap();
         let mut socket = tokio_tungstenite::accept_async(stream).await.unwrap();
-        let mut heard = vec![
-            socket
-                .next()
-                .await
-                .unwrap()
-                .unwrap()
-                .into_text()
-                .unwrap()
-                .to_string(),
-        ];
+        let mut heard = vec![next_text(&mut socket).await];
         socket.send(Message::text("rubbish")).await.unwrap();
         for call in &calls {
             socket.send(Message::text(call.to_string())).await.unwrap();
         }
         for _ in 0..3 {
-            heard.push(
-                socket
-                    .next()
-                    .await
-                    .unwrap()
-                    .unwrap()
-                    .into_text()
-                    .unwrap()
-                    .to_string(),
-            );
+            heard.push(next_text(&mut socket).await);
         }
         heard
     };

@@ -141,41 +141,27 @@ fn without_a_usable_answer_the_advice_is_to_hold() {
         distance_m: [4.0, 5.0],
         ..objective
     };
+    let of = |now: Observation| advise(&now, &water, good, &objective);
     let cases = [
         (
-            advise(
-                &Observation {
-                    depth_m: 9.0,
-                    ..now
-                },
-                &water,
-                good,
-                &objective,
-            ),
+            of(Observation {
+                depth_m: 9.0,
+                ..now
+            }),
             "outside_calibration",
         ),
         (
-            advise(
-                &Observation {
-                    distance_m: 0.4,
-                    ..now
-                },
-                &water,
-                good,
-                &objective,
-            ),
+            of(Observation {
+                distance_m: 0.4,
+                ..now
+            }),
             "outside_calibration",
         ),
         (
-            advise(
-                &Observation {
-                    light_pct: f64::NAN,
-                    ..now
-                },
-                &water,
-                good,
-                &objective,
-            ),
+            of(Observation {
+                light_pct: f64::NAN,
+                ..now
+            }),
             "bad_observation",
         ),
         (advise(&now, &water, good, &far), "no_candidates"),

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use uw_survey::assets::assets_dir;
+use uw_assets::assets_dir;
 
 use super::interrupt::cancel_flag;
 use super::progress::note;

@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+use uw_calib::vehicle::Vehicle;
 use uw_guidance::features::Candidate;
 use uw_media::WaterType;
-use uw_survey::environment::WaterBody;
-use uw_survey::scenery::textures::Pattern;
-use uw_survey::vehicle::Vehicle;
+use uw_scenery::textures::Pattern;
+use uw_twin::environment::WaterBody;
 
 /// The value of the field `format`.
 pub(super) const FORMAT: &str = "uw-operation/1";

@@ -28,7 +28,7 @@ use uw_calib::Profile;
 use uw_calib::json::Object;
 use uw_guidance::Model;
 use uw_guidance::objective::Objective;
-use uw_survey::environment::Target;
+use uw_twin::environment::Target;
 
 use crate::error::EvalError;
 use crate::niqe::Pristine;
@@ -71,7 +71,7 @@ pub fn run(
     let model_path = config
         .model
         .clone()
-        .unwrap_or_else(|| uw_survey::assets::DEFAULT_MODEL.into());
+        .unwrap_or_else(|| uw_assets::DEFAULT_MODEL.into());
     let model = Model::read(&model_path)?;
     let pattern = config.pattern().map_err(EvalError::Input)?;
     let target = Target::read(pattern, assets)?;

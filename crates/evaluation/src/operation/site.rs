@@ -11,9 +11,9 @@ use std::sync::atomic::AtomicBool;
 
 use uw_calib::Profile;
 use uw_render::scene::{Scene, Sensor};
-use uw_survey::environment::{self, EnvironmentError, Target, View as Look, WaterBody};
-use uw_survey::measure::Quality;
-use uw_survey::routine;
+use uw_twin::environment::{self, EnvironmentError, Target, View as Look, WaterBody};
+use uw_twin::measure::Quality;
+use uw_twin::routine;
 
 use super::config::{OperationConfig, WaterConfig};
 use super::render::{Job, Source, render_view};

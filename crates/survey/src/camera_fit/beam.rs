@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use uw_render::image::Frame;
 
-use crate::vehicle::{Vehicle, Vignetting};
+use uw_calib::vehicle::{Vehicle, Vignetting};
 
 /// Degrees between the rows of the profile.
 const STEP_DEG: f64 = 2.0;

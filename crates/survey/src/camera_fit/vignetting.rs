@@ -4,7 +4,7 @@ use uw_calib::Encoding;
 use uw_render::image::Frame;
 
 use super::solve::solve;
-use crate::vehicle::Vignetting;
+use uw_calib::vehicle::Vignetting;
 
 /// Blocks along the longer side of a picture.
 const BLOCKS: usize = 64;

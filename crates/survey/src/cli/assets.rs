@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::error::CliError;
 use super::output;
-use crate::scenery::{self, Options, SceneryError};
+use uw_scenery::{self, Options, SceneryError};
 
 /// Arguments of `uw assets`.
 #[derive(Debug, Args)]

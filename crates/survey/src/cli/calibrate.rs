@@ -11,7 +11,7 @@ use super::error::{CliError, note};
 use super::interrupt::cancel_flag;
 use super::output;
 use super::photo::{ExposureArguments, PhotoArguments, distances_m};
-use crate::daylight::{Known, attenuation, stand_in};
+use uw_twin::daylight::{Known, attenuation, stand_in};
 
 /// Arguments of `uw calibrate`.
 #[derive(Debug, Args)]

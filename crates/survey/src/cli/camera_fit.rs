@@ -17,7 +17,7 @@ use super::camera::CurveName;
 use super::error::{CliError, note};
 use super::output;
 use crate::camera_fit::noise::{NoiseFit, fit};
-use crate::vehicle::{Measurement, VehicleFile};
+use uw_calib::vehicle::{Measurement, VehicleFile};
 
 /// Arguments of `uw camera-fit`.
 #[derive(Debug, Args)]

@@ -9,11 +9,11 @@ use cpu_time::ProcessTime;
 use super::error::{CliError, note};
 use super::interrupt::cancel_flag;
 use super::progress::ProgressDisplay;
-use crate::assets::assets_dir;
 use crate::dataset::{
     self, CheckPlan, Counts, DatasetConfig, DatasetError, Observer, Progress, RunOptions, Shard,
     Summary,
 };
+use uw_assets::assets_dir;
 
 /// Arguments of `uw dataset`.
 #[derive(Debug, Args)]

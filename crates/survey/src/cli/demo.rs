@@ -7,11 +7,11 @@ use clap::Args;
 use super::error::{CliError, note};
 use super::interrupt::cancel_flag;
 use super::model_file;
-use crate::assets::assets_dir;
 use crate::demo::{self, DemoError, DemoOptions};
-use crate::environment::{WaterBody, WaterKind};
-use crate::scenery::textures::Pattern;
-use crate::vehicle::VehicleFile;
+use uw_assets::assets_dir;
+use uw_calib::vehicle::VehicleFile;
+use uw_scenery::textures::Pattern;
+use uw_twin::environment::{WaterBody, WaterKind};
 
 /// Arguments of `uw demo`.
 #[derive(Debug, Args)]

@@ -1,6 +1,6 @@
 //! Where a command renders.
 
-use clap::{Args, ValueEnum};
+use clap::{Args, ValueEnum, value_parser};
 use uw_render::backend::{self, Device};
 
 use super::error::CliError;
@@ -14,6 +14,9 @@ pub(super) struct DeviceArguments {
     /// Graphics adapter: any part of its name, in any case (see `uw adapters`).
     #[arg(long, value_name = "NAME")]
     pub(super) adapter: Option<String>,
+    /// Worker threads. Default: one per core.
+    #[arg(long, value_parser = value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -29,6 +32,11 @@ pub(super) enum BackendChoice {
 }
 
 impl DeviceArguments {
+    /// Worker threads; `None` for one per core.
+    pub(super) fn threads(&self) -> Option<usize> {
+        self.threads.map(usize::from)
+    }
+
     /// The device that is asked for.
     pub(super) fn open(&self) -> Result<Device, CliError> {
         let backend = match self.backend {

@@ -11,12 +11,12 @@ use super::numbers::significant;
 use super::progress::ProgressDisplay;
 use super::values::{positive, relative_error};
 use super::{interrupt, output};
-use crate::error_time::backend::Backend;
-use crate::error_time::curve::{Curve, Rung, SecondsToError};
-use crate::error_time::ladder::{Ladder, Report};
-use crate::error_time::remake::{MadeReference, Remake, Until};
-use crate::error_time::scene::Size;
-use crate::error_time::{ErrorTimeError, ErrorTimeObserver};
+use uw_error_time::backend::Backend;
+use uw_error_time::curve::{Curve, Rung, SecondsToError};
+use uw_error_time::ladder::{Ladder, Report};
+use uw_error_time::remake::{MadeReference, Remake, Until};
+use uw_error_time::scene::Size;
+use uw_error_time::{ErrorTimeError, ErrorTimeObserver};
 
 /// Relative mean squared errors that the summary gives the seconds to, with the relative error in percent.
 const TARGETS: [(f64, u32); 3] = [(1e-2, 10), (1e-3, 3), (1e-4, 1)];

@@ -15,7 +15,7 @@ use super::output;
 use super::photo::{ExposureArguments, PhotoArguments, distances_m};
 use super::progress::ProgressDisplay;
 use crate::fit::{self, Fit, FitError, Fitted, Options, fit, water_file};
-use crate::vehicle::{Vehicle, VehicleFile};
+use uw_calib::vehicle::{Vehicle, VehicleFile};
 
 /// Arguments of `uw fit`.
 #[derive(Debug, Args)]

@@ -34,9 +34,6 @@ pub(super) struct IrradianceArguments {
     seed: u64,
     #[command(flatten)]
     device: DeviceArguments,
-    /// Worker threads. Default: one per core.
-    #[arg(long, value_parser = value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
     /// Table: depth_m, channel, quantity (E_d, E_u, E_od, E_ou in W/m²; L_u in W/(m² sr)), value, standard_error.
     #[arg(short, long)]
     output: PathBuf,
@@ -68,7 +65,7 @@ impl IrradianceArguments {
             depths_m: self.depths_m.clone(),
             samples: self.samples,
             seed: self.seed,
-            threads: self.threads.map(usize::from),
+            threads: self.device.threads(),
             max_bounces: scene.render.max_bounces,
         };
         let display = ProgressDisplay::start(self.quiet || json, true);

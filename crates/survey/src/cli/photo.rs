@@ -9,7 +9,7 @@ use uw_render::scene::Scene;
 use super::error::{CliError, note};
 use super::scene_file;
 use crate::undistort::undistortion;
-use crate::vehicle::Vehicle;
+use uw_calib::vehicle::Vehicle;
 
 /// Share of the picture that may be unseen or masked before that is told.
 const FEW: f64 = 0.005;

@@ -4,7 +4,7 @@ use std::cell::Cell;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use clap::{Args, ValueEnum, value_parser};
+use clap::{Args, ValueEnum};
 use uw_render::layers::RenderLayer;
 use uw_render::scene::Scene;
 
@@ -71,9 +71,6 @@ pub(super) struct SequenceArguments {
     seed: u64,
     #[command(flatten)]
     device: DeviceArguments,
-    /// Worker threads. Default: one per core.
-    #[arg(long, value_parser = value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
     /// No progress and no summary.
     #[arg(short, long)]
     quiet: bool,
@@ -148,7 +145,7 @@ impl SequenceArguments {
             device: &device,
             falls_back: self.device.backend == BackendChoice::Auto,
             shard: self.shard.unwrap_or(Shard::WHOLE),
-            threads: self.threads.map(usize::from),
+            threads: self.device.threads(),
             exports: &exports,
         };
         let made = sequence::make(&sequence, &self.output, &options, &observer);

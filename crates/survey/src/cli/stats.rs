@@ -4,7 +4,6 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use serde_json::json;
 use uw_calib::photo::{Shot, frames};
 use uw_calib::{
     Detail, Measured, NoiseModel, NoiseSource, Processing, StatsError, Treatment, View,
@@ -101,35 +100,10 @@ fn warnings(row: &Row) -> Vec<String> {
 
 fn write_json(out: &mut dyn Write, rows: &[Row]) -> io::Result<()> {
     let object = |row: &Row| {
-        let Row {
-            file,
-            picture,
-            processing,
-            shot,
-            ..
-        } = row;
-        let (grid, detail) = (&picture.grid, picture.detail.as_ref());
-        let triple = |of: fn(&Detail) -> [f64; 3]| detail.map(of);
-        json!({
-            "file": file,
-            "width": grid.width,
-            "height": grid.height,
-            "contrast": grid.stats.contrast,
-            "mean": grid.stats.mean,
-            "contrast_corrected": triple(|d| d.contrast),
-            "noise_floor": triple(|d| d.floor),
-            "noise": triple(|d| d.noise),
-            "noise_source": detail.map(|d| d.source.name()),
-            "black": triple(|d| d.black),
-            "saturated": triple(|d| d.saturated),
-            "jpeg_quality": processing.jpeg_quality,
-            "noise_share": processing.noise_share,
-            "exposure_time_s": shot.time_s,
-            "f_number": shot.f_number,
-            "iso": shot.iso,
-            "exposure": shot.stated_exposure(),
-            "warnings": warnings(row),
-        })
+        let mut told = row.picture.told(Some(&row.processing), &row.shot);
+        told["file"] = row.file.as_str().into();
+        told["warnings"] = warnings(row).into();
+        told
     };
     let list: Vec<_> = rows.iter().map(object).collect();
     serde_json::to_writer_pretty(&mut *out, &list)?;

@@ -14,7 +14,7 @@ use uw_render::image::{ImageError, write_frame};
 use super::error::CliError;
 use super::numbers::significant;
 use super::output;
-use crate::plot::{bitmap, use_font};
+use uw_plot::{bitmap, use_font};
 
 /// Significant digits of the coefficients: more than any measurement has.
 const DIGITS: usize = 6;

@@ -11,9 +11,9 @@ use uw_media::phase::FournierForand;
 use super::error::{CliError, note};
 use super::output;
 use super::values::triple;
-use crate::environment::{PARTICLE_INDEX, WaterKind};
-use crate::estimate::water_tables::{KnownWater, TablePlan, sensor_numbers, water_tables};
-use crate::vehicle::{Vehicle, VehicleFile};
+use uw_calib::vehicle::{Vehicle, VehicleFile};
+use uw_twin::environment::{PARTICLE_INDEX, WaterKind};
+use uw_twin::estimate::water_tables::{KnownWater, TablePlan, sensor_numbers, water_tables};
 
 /// Arguments of `uw water-tables`.
 #[derive(Debug, Args)]

@@ -30,8 +30,8 @@ use super::group::{self, DepthView, GroupLight, group_scene};
 use super::plan::{Group, groups};
 use super::verdict::{ALLOWED_COUNTS, ALLOWED_SHARE};
 use super::{DatasetConfig, DatasetError, Observer, Progress, Workshop, exposure, pool, rows};
-use crate::estimate::radiance::{Estimates, Lattice, RadianceImage, Reflection};
-use crate::estimate::statistics::Shot;
+use uw_twin::estimate::radiance::{Estimates, Lattice, RadianceImage, Reflection};
+use uw_twin::estimate::statistics::Shot;
 
 /// What to check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -9,9 +9,9 @@ use uw_media::spectral::WaterBands;
 
 use super::accuracy::Accuracy;
 use super::presets;
-use crate::environment::{MEAN, WaterBody, WaterKind};
-use crate::scenery::textures::Pattern;
-use crate::vehicle::{Vehicle, VehicleFile};
+use uw_calib::vehicle::{Vehicle, VehicleFile};
+use uw_scenery::textures::Pattern;
+use uw_twin::environment::{MEAN, WaterBody, WaterKind};
 
 /// The value of the field `format`.
 const FORMAT: &str = "uw-dataset/1";

@@ -8,9 +8,9 @@ use serde::{Deserialize, Serialize};
 use super::plan::{Group, Render, groups};
 use super::seal::{self, Found};
 use super::{DatasetError, ExposureMode, Workshop, group, store};
-use crate::estimate::radiance::{Estimates, RadianceImage, Reflection};
-use crate::estimate::statistics::Shot;
-use crate::estimate::target_model::Effort;
+use uw_twin::estimate::radiance::{Estimates, RadianceImage, Reflection};
+use uw_twin::estimate::statistics::Shot;
+use uw_twin::estimate::target_model::Effort;
 
 /// Paths per group of a preliminary render.
 const PILOT_PATHS: u32 = 64;

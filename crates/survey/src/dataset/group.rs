@@ -9,11 +9,11 @@ use uw_render::scene::Scene;
 use super::plan::{Group, Render};
 use super::rows::{self, ImageRow};
 use super::{DatasetError, Workshop, pictures, store};
-use crate::environment::{View, scene_in};
-use crate::estimate::fields::{Fields, GROUPS};
-use crate::estimate::radiance::{Estimates, Lattice, RadianceImage, Reflection, Source};
-use crate::estimate::statistics::{Shot, standard_errors};
-use crate::estimate::target_model::{Effort, TargetModel, daylight_alone, lamps_alone};
+use uw_twin::environment::{View, scene_in};
+use uw_twin::estimate::fields::{Fields, GROUPS};
+use uw_twin::estimate::radiance::{Estimates, Lattice, RadianceImage, Reflection, Source};
+use uw_twin::estimate::statistics::{Shot, standard_errors};
+use uw_twin::estimate::target_model::{Effort, TargetModel, daylight_alone, lamps_alone};
 
 /// A depth of the group and the model of its view.
 pub(super) struct DepthView<'p> {
@@ -164,15 +164,7 @@ fn daylight_at(
         let ambient = RadianceImage::new(&source, fields, &reflection, Estimates::Groups);
         workshop.is_known(&ambient, &dark, &[0.0])
     };
-    let fields = effort.fields(
-        &source,
-        &prepared,
-        render.seed(workshop.config.seed),
-        &|| !workshop.cancelled(),
-        &mut enough,
-    )?;
-    let fields = fields.ok_or_else(|| workshop.stopped())?;
-    workshop.watch.write_fields(&path, &fields)?;
+    let fields = workshop.fields(render, effort, (&source, &prepared), &mut enough)?;
     workshop
         .times
         .add_daylight(started.elapsed(), fields.samples_per_group);
@@ -215,15 +207,7 @@ fn lamps(
             .iter()
             .all(|ambient| workshop.is_known(ambient, &lamps, &workshop.config.light_pct))
     };
-    let fields = effort.fields(
-        &source,
-        &prepared,
-        render.seed(workshop.config.seed),
-        &|| !workshop.cancelled(),
-        &mut enough,
-    )?;
-    let fields = fields.ok_or_else(|| workshop.stopped())?;
-    workshop.watch.write_fields(&path, &fields)?;
+    let fields = workshop.fields(render, effort, (&source, &prepared), &mut enough)?;
     workshop
         .times
         .add_lamps(started.elapsed(), fields.samples_per_group);
@@ -286,6 +270,22 @@ fn measure(
 }
 
 impl Workshop<'_> {
+    /// The fields of a render, which are kept.
+    fn fields(
+        &self,
+        render: &Render,
+        effort: &Effort,
+        (source, prepared): (&Source, &Prepared),
+        enough: &mut dyn FnMut(&Fields) -> bool,
+    ) -> Result<Fields, DatasetError> {
+        let seed = render.seed(self.config.seed);
+        let fields = effort.fields(source, prepared, seed, &|| !self.cancelled(), enough)?;
+        let fields = fields.ok_or_else(|| self.stopped())?;
+        self.watch
+            .write_fields(&render.path(self.folder), &fields)?;
+        Ok(fields)
+    }
+
     /// Whether mean and contrast of the images at `levels` are known as well as the configuration asks.
     fn is_known(&self, ambient: &RadianceImage, lamps: &RadianceImage, levels: &[f64]) -> bool {
         let accuracy = &self.config.accuracy;

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::plan::{Counts, groups};
 use super::{Column, DatasetError, ExposureMode, WORDS, Workshop, numbers};
-use crate::estimate::fields::GROUPS;
+use uw_twin::estimate::fields::GROUPS;
 
 /// Name of the manifest in the output folder.
 pub const MANIFEST: &str = "manifest.json";

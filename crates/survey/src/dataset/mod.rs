@@ -55,17 +55,17 @@ use rayon::prelude::*;
 use uw_render::image::ImageError;
 use uw_render::integrator::RenderError;
 
-use crate::environment::{EnvironmentError, Target, sensor};
-use crate::estimate::fields::GROUPS;
-use crate::estimate::pyramid::TexturePyramid;
-use crate::estimate::response::CountResponse;
-use crate::estimate::statistics::Shot;
-use crate::estimate::target_model::Effort;
-use crate::routine::RoutineError;
-use crate::scenery::textures::Pattern;
 use manifest::MANIFEST;
 use plan::Task;
 use seal::Watch;
+use uw_scenery::textures::Pattern;
+use uw_twin::environment::{EnvironmentError, Target, sensor};
+use uw_twin::estimate::fields::GROUPS;
+use uw_twin::estimate::pyramid::TexturePyramid;
+use uw_twin::estimate::response::CountResponse;
+use uw_twin::estimate::statistics::Shot;
+use uw_twin::estimate::target_model::Effort;
+use uw_twin::routine::RoutineError;
 
 /// Name of the text table in the output folder.
 pub const TABLE: &str = "dataset.csv";

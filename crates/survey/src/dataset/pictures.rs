@@ -12,11 +12,11 @@ use super::group::{DepthView, GroupLight};
 use super::plan::Group;
 use super::seal::{self, Found, checksum, name_in};
 use super::{DatasetError, Workshop, store};
-use crate::environment::sensor;
-use crate::estimate::fields::Fields;
-use crate::estimate::radiance::{Estimates, RadianceImage, Reflection, Source};
-use crate::estimate::statistics::Shot;
-use crate::estimate::target_view::TargetView;
+use uw_twin::environment::sensor;
+use uw_twin::estimate::fields::Fields;
+use uw_twin::estimate::radiance::{Estimates, RadianceImage, Reflection, Source};
+use uw_twin::estimate::statistics::Shot;
+use uw_twin::estimate::target_view::TargetView;
 
 /// Name of the list of a group's pictures with their checksums, beside them.
 const LIST: &str = "pictures.json";

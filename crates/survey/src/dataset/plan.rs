@@ -7,8 +7,8 @@
 use std::path::{Path, PathBuf};
 
 use super::DatasetConfig;
-use crate::environment::WaterBody;
-use crate::scenery::textures::Pattern;
+use uw_scenery::textures::Pattern;
+use uw_twin::environment::WaterBody;
 
 /// Images of one target from one distance and tilt in one water: all depths and lamp levels.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,7 +7,7 @@ use uw_calib::ImageStats;
 use super::plan::Group;
 use super::seal::{Found, checksum};
 use super::{DatasetConfig, DatasetError, ExposureMode, Workshop, store};
-use crate::estimate::statistics::StandardErrors;
+use uw_twin::estimate::statistics::StandardErrors;
 
 /// One image: where it was taken, its statistics and their errors.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,8 +7,8 @@ use uw_render::image::write_bytes;
 
 use super::DatasetError;
 use super::seal::{self, Found, Watch};
-use crate::estimate::fields::{Fields, GROUPS};
-use crate::estimate::upward::UpwardImage;
+use uw_twin::estimate::fields::{Fields, GROUPS};
+use uw_twin::estimate::upward::UpwardImage;
 
 /// Start of every file: format and version. After header and numbers the file ends with its checksum.
 const MAGIC: &[u8; 16] = b"uw-render-sums/2";

@@ -9,7 +9,7 @@ use uw_guidance::observation::Observation;
 use super::plan::{Environment, Upward};
 use super::rows::{self, ImageRow};
 use super::{DatasetError, ExposureMode, Workshop};
-use crate::routine;
+use uw_twin::routine;
 
 /// A column of the table.
 #[derive(Clone, Debug, PartialEq)]

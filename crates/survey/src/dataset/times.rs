@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-use crate::estimate::fields::GROUPS;
+use uw_twin::estimate::fields::GROUPS;
 
 /// Time and paths of one stage.
 #[derive(Debug, Default)]

@@ -6,8 +6,8 @@ use uw_render::prepare::Prepared;
 
 use super::plan::Upward;
 use super::{DatasetError, Workshop};
-use crate::environment::{View, scene_in};
-use crate::estimate::upward::UpwardSampler;
+use uw_twin::environment::{View, scene_in};
+use uw_twin::estimate::upward::UpwardSampler;
 
 /// Makes the render, unless it is there and as it was written.
 pub(super) fn make(workshop: &Workshop, upward: &Upward) -> Result<(), DatasetError> {

@@ -3,8 +3,8 @@
 use uw_render::scene::{Texture, TextureFilter};
 
 use super::{DatasetConfig, DatasetError};
-use crate::environment::{Target, View, scene_in};
-use crate::estimate::target_view::TargetView;
+use uw_twin::environment::{Target, View, scene_in};
+use uw_twin::estimate::target_view::TargetView;
 
 /// Checks all views of `config`; the error names the first that sees past its target.
 pub(super) fn check(config: &DatasetConfig) -> Result<(), DatasetError> {

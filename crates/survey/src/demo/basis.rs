@@ -11,7 +11,7 @@ use uw_guidance::service::Basis;
 use super::stages::{VISITS, write_text};
 use super::{DemoError, DemoOptions};
 use crate::fit::{self, FitError, water_file};
-use crate::vehicle::Vehicle;
+use uw_calib::vehicle::Vehicle;
 
 /// Paths of the water's tables per view, source and group.
 const TABLE_PATHS: u32 = 8192;

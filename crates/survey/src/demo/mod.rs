@@ -21,12 +21,12 @@ use uw_guidance::{Checks, Strictness};
 use uw_render::image::ImageError;
 use uw_render::integrator::RenderError;
 
-use crate::environment::{EnvironmentError, Target, WaterBody, sensor};
-use crate::estimate::pyramid::TexturePyramid;
-use crate::estimate::response::CountResponse;
-use crate::routine::RoutineError;
-use crate::scenery::textures::Pattern;
-use crate::vehicle::Vehicle;
+use uw_calib::vehicle::Vehicle;
+use uw_scenery::textures::Pattern;
+use uw_twin::environment::{EnvironmentError, Target, WaterBody, sensor};
+use uw_twin::estimate::pyramid::TexturePyramid;
+use uw_twin::estimate::response::CountResponse;
+use uw_twin::routine::RoutineError;
 
 pub use ask::{Choice, Suggestion};
 use basis::{Predictor, Way};

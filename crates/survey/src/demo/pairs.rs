@@ -30,7 +30,7 @@ pub(super) fn write(
         path: path.display().to_string(),
         reason,
     };
-    crate::plot::use_font().map_err(|reason| failed(png, reason))?;
+    uw_plot::use_font().map_err(|reason| failed(png, reason))?;
     let mut pictures = Vec::new();
     for path in [before, after] {
         let picture = rgb8(&read_frame(path)?)

@@ -7,7 +7,7 @@ use plotters::prelude::*;
 use uw_render::image::write_frame;
 
 use super::{DemoError, Visit};
-use crate::plot::{bitmap, use_font};
+use uw_plot::{bitmap, use_font};
 
 const SIZE: (u32, u32) = (900, 480);
 const BARS: [(&str, RGBColor); 3] = [

@@ -12,15 +12,15 @@ use uw_render::integrator::RenderError;
 use uw_render::scene::Sensor;
 
 use super::{DemoError, Visit, ask::Connection, pairs};
-use crate::environment::{Target, View, WaterBody, scene, sensor};
-use crate::estimate::pyramid::TexturePyramid;
-use crate::estimate::response::CountResponse;
-use crate::estimate::target_image::TargetImage;
-use crate::measure::{Quality, RenderedView};
-use crate::routine::{
+use uw_calib::vehicle::Vehicle;
+use uw_twin::environment::{Target, View, WaterBody, scene, sensor};
+use uw_twin::estimate::pyramid::TexturePyramid;
+use uw_twin::estimate::response::CountResponse;
+use uw_twin::estimate::target_image::TargetImage;
+use uw_twin::measure::{Quality, RenderedView};
+use uw_twin::routine::{
     self, CONTRAST_DEPTH_M, CONTRAST_LIGHT_PCT, DISTANCES_M, TARGET_PATHS, UP_DEPTHS_M, UP_SAMPLES,
 };
-use crate::vehicle::Vehicle;
 
 /// Where the vehicle is when it asks: depth in m, distance in m, lamp level in percent.
 pub(super) const VISITS: [(f64, f64, f64); 3] =

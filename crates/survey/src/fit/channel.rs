@@ -3,7 +3,7 @@
 use super::mosaic::Cosines;
 use super::pictures::{Light, Pictures};
 use super::views::Seen;
-use crate::estimate::every_water::Derived;
+use uw_twin::estimate::every_water::Derived;
 
 /// Steps in which the spread of the target's own picture is taken back (Van Cittert 1931); those of the nearest pictures are hardly spread.
 const SHARPENING_STEPS: usize = 4;

@@ -7,7 +7,7 @@ use uw_guidance::physics::water::SourceTables;
 
 use super::water::{SOME_DEPTH_M, WaterError};
 use super::{Fit, Options};
-use crate::vehicle::Vehicle;
+use uw_calib::vehicle::Vehicle;
 
 /// Daylight's level over that of the vehicle's file.
 pub(super) struct Daylight {

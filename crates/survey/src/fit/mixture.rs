@@ -2,7 +2,7 @@
 
 use uw_media::WaterType;
 
-use crate::environment::WaterKind;
+use uw_twin::environment::WaterKind;
 
 /// How far a natural water is taken to be off the mixture of two neighbouring types, of the logarithms.
 pub(super) const OFF_SCALE: f64 = 0.02;

@@ -1,7 +1,7 @@
 //! Water and lamps from a calibration's pictures (`uw fit`).
 //!
-//! A picture of a flat target is V + E (T ρ + S (s ∗ ρ)) (see [`crate::estimate`]). One set of paths gives V, E, T, S and s for
-//! any water ([`crate::estimate::every_water`], by way of [`views`]). What all pictures of a calibration show of the target is
+//! A picture of a flat target is V + E (T ρ + S (s ∗ ρ)) (see [`uw_twin::estimate`]). One set of paths gives V, E, T, S and s for
+//! any water ([`uw_twin::estimate::every_water`], by way of [`views`]). What all pictures of a calibration show of the target is
 //! measured in blocks ([`pictures`], [`blocks`]); water, backscatter fraction, gain of the lamps and the target itself are those that come
 //! closest to all blocks ([`problem`], [`least_squares`]), with their covariance. Nothing of the target is known before but that it is flat and gives back
 //! less light than falls on it.
@@ -30,9 +30,6 @@ use uw_calib::{
 };
 use uw_media::WaterType;
 
-use crate::environment::{EnvironmentError, WATER_INDEX, WaterKind};
-use crate::estimate::every_water::EveryWaterError;
-use crate::vehicle::Vehicle;
 use layout::{LN_BACKSCATTER, PLACE};
 use least_squares::{Solution, minimise};
 pub use pictures::{FEWEST_DISTANCES, LEAST_RATIO};
@@ -42,6 +39,9 @@ use problem::Problem;
 pub use report::{ReportError, report};
 use told::told;
 pub use upward::{FittedDepth, depths};
+use uw_calib::vehicle::Vehicle;
+use uw_twin::environment::{EnvironmentError, WATER_INDEX, WaterKind};
+use uw_twin::estimate::every_water::EveryWaterError;
 use views::{BACKSCATTER, Views};
 pub use water::{WaterError, water_file};
 

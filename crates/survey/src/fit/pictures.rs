@@ -12,7 +12,7 @@ use uw_calib::{DepthMeasurement, Encoding, Treatment, View};
 
 use super::blocks::{Block, Grid, Sensor, Stored};
 use super::{FitError, Options};
-use crate::vehicle::Vehicle;
+use uw_calib::vehicle::Vehicle;
 
 /// Distances and depths closer than this are one, m.
 pub(super) const SAME_M: f64 = 1e-3;

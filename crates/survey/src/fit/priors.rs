@@ -8,8 +8,8 @@ use super::mixture::{self, OFF_SCALE};
 use super::pictures::Light;
 use super::problem::Problem;
 use super::views::Coefficients;
-use crate::environment::WaterKind;
-use crate::estimate::every_water::Derived;
+use uw_twin::environment::WaterKind;
+use uw_twin::estimate::every_water::Derived;
 
 /// Spread of the deviations of the lamps' gains in the channels from each other, logarithms.
 const COLOUR_ERROR: f64 = 0.1;

@@ -22,7 +22,7 @@ use super::mosaic::Cosines;
 use super::pictures::{Light, Pictures, SAME_M, Shown};
 use super::priors::{Prior, water_prior};
 use super::views::{Coefficients, Views};
-use crate::estimate::every_water::GROUPS;
+use uw_twin::estimate::every_water::GROUPS;
 
 /// Error of a block's light that is not the sensor's, as a share: of the model and of where the block is.
 const BLOCK_ERROR: f64 = 0.005;

@@ -5,11 +5,12 @@ use std::io::Write;
 use std::path::Path;
 
 use plotters::coord::Shift;
+use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use uw_render::image::{ImageError, write_atomically, write_frame};
 
 use super::{Fit, FittedDepth, FittedPicture};
-use crate::plot::{bitmap, use_font};
+use uw_plot::{bitmap, use_font};
 
 const SIZE: (u32, u32) = (1680, 960);
 const COLOURS: [RGBColor; 3] = [
@@ -195,15 +196,7 @@ fn residuals<B: DrawingBackend>(
     let mut chart = chart(area, "Residuals: mean (dots), detail (crosses)")
         .build_cartesian_2d(0.0..1.05 * farthest, -most..most)
         .map_err(text)?;
-    chart
-        .configure_mesh()
-        .x_desc("distance, m")
-        .y_desc("seen over fitted, %")
-        .x_label_formatter(&|x| format!("{x:.1}"))
-        .y_label_formatter(&|y| format!("{y:.1}"))
-        .label_style(("sans-serif", 13))
-        .draw()
-        .map_err(text)?;
+    axes(&mut chart, "distance, m", "seen over fitted, %")?;
     for (k, colour) in COLOURS.into_iter().enumerate() {
         let inside = |(d, value): (f64, f64)| (d, value.clamp(-most, most));
         let means = at(mean, k).map(inside);
@@ -234,15 +227,7 @@ fn illumination<B: DrawingBackend>(
     let mut chart = chart(area, title)
         .build_cartesian_2d(0.0..1.05 * deepest, 0.0..1.05 * most)
         .map_err(text)?;
-    chart
-        .configure_mesh()
-        .x_desc("depth, m")
-        .y_desc("mean counts over the shallowest")
-        .x_label_formatter(&|x| format!("{x:.1}"))
-        .y_label_formatter(&|y| format!("{y:.1}"))
-        .label_style(("sans-serif", 13))
-        .draw()
-        .map_err(text)?;
+    axes(&mut chart, "depth, m", "mean counts over the shallowest")?;
     for (k, colour) in COLOURS.into_iter().enumerate() {
         let at = |fitted: usize| depths.iter().map(move |at| (at.depth_m, at.k_z[k][fitted]));
         chart
@@ -253,6 +238,23 @@ fn illumination<B: DrawingBackend>(
             .map_err(text)?;
     }
     Ok(())
+}
+
+/// Draws axes with their names and numbers of one decimal.
+fn axes<B: DrawingBackend>(
+    chart: &mut ChartContext<'_, B, Cartesian2d<RangedCoordf64, RangedCoordf64>>,
+    x: &str,
+    y: &str,
+) -> Result<(), String> {
+    chart
+        .configure_mesh()
+        .x_desc(x)
+        .y_desc(y)
+        .x_label_formatter(&|x| format!("{x:.1}"))
+        .y_label_formatter(&|y| format!("{y:.1}"))
+        .label_style(("sans-serif", 13))
+        .draw()
+        .map_err(|e| e.to_string())
 }
 
 /// A panel before its axes.

@@ -6,7 +6,7 @@ use super::layout::{LN_BACKSCATTER, Layout, PLACE};
 use super::least_squares::{Residual, Solution};
 use super::problem::{Problem, RARE_PATHS};
 use super::{Fit, Fitted, FittedMixture};
-use crate::estimate::every_water::GROUPS;
+use uw_twin::estimate::every_water::GROUPS;
 
 /// Relative error of a coefficient beyond which it counts as not identified: its 90 % interval is wider than a tenth on either side.
 const MOST_ERROR: f64 = 0.1 / 1.645;

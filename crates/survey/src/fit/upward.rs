@@ -7,9 +7,9 @@ use uw_calib::{DepthMeasurement, relative_to_shallowest};
 use uw_render::scene::{Exposure, Sensor};
 
 use super::{Fit, Options};
-use crate::measure::{Quality, RenderedView};
-use crate::routine::{RoutineError, UP_SAMPLES, look_up_in};
-use crate::vehicle::Vehicle;
+use uw_calib::vehicle::Vehicle;
+use uw_twin::measure::{Quality, RenderedView};
+use uw_twin::routine::{RoutineError, UP_SAMPLES, look_up_in};
 
 /// Steps in which the exposure is halved in on that makes the shallowest picture as bright as it is.
 const STEPS: u32 = 30;

@@ -8,12 +8,12 @@ use uw_render::prepare::PreparedLamp;
 
 use super::FitError;
 use super::blocks::Grid;
-use crate::environment::PARTICLE_INDEX;
-use crate::estimate::every_water::{Derived, EveryPhase, Phases, Values};
-use crate::estimate::target_model::lamps_alone;
-use crate::estimate::target_view::TargetView;
-use crate::estimate::water_tables::KnownWater;
-use crate::vehicle::Vehicle;
+use uw_calib::vehicle::Vehicle;
+use uw_twin::environment::PARTICLE_INDEX;
+use uw_twin::estimate::every_water::{Derived, EveryPhase, Phases, Values};
+use uw_twin::estimate::target_model::lamps_alone;
+use uw_twin::estimate::target_view::TargetView;
+use uw_twin::estimate::water_tables::KnownWater;
 
 /// Backscatter fractions that the first paths are drawn for; in between a polynomial.
 pub(super) const BACKSCATTER: [f64; 5] = [0.004, 0.009, 0.02, 0.045, 0.09];

@@ -12,10 +12,10 @@ use uw_render::scene::Scene;
 use super::daylight::{Daylight, daylight};
 use super::pictures::SAME_M;
 use super::{Fit, Options};
-use crate::estimate::water_tables::{
+use uw_calib::vehicle::Vehicle;
+use uw_twin::estimate::water_tables::{
     KnownWater, TablePlan, TablesError, sensor_numbers, water_tables,
 };
-use crate::vehicle::Vehicle;
 
 /// Largest ratio of a distance of the tables to the one before: in between they are nearly straight lines.
 const MOST_RATIO: f64 = 1.22;

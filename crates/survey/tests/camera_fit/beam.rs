@@ -3,10 +3,10 @@
 use std::f64::consts::PI;
 
 use uw_calib::Encoding;
+use uw_calib::vehicle::{Vehicle, Vignetting};
 use uw_render::image::{Frame, Picture};
 use uw_survey::camera_fit::beam::{BeamError, Board, fit};
-use uw_survey::environment::sensor;
-use uw_survey::vehicle::{Vehicle, Vignetting};
+use uw_twin::environment::sensor;
 
 use crate::draw::Draw;
 

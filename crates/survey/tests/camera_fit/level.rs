@@ -1,10 +1,10 @@
 //! Lamps' levels found from pictures of a board.
 
 use uw_calib::Encoding;
+use uw_calib::vehicle::Vehicle;
 use uw_render::image::{Frame, Picture};
 use uw_survey::camera_fit::level::{LevelError, fit};
-use uw_survey::environment::sensor;
-use uw_survey::vehicle::Vehicle;
+use uw_twin::environment::sensor;
 
 use crate::draw::Draw;
 

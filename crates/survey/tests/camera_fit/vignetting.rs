@@ -1,11 +1,11 @@
 //! Vignetting found from pictures of boards.
 
 use uw_calib::Encoding;
+use uw_calib::vehicle::Vignetting;
 use uw_render::image::{Frame, Picture};
 use uw_render::scene::{Exposure, Noise, Sensor};
 use uw_survey::camera_fit::even::even;
 use uw_survey::camera_fit::vignetting::{VignettingError, fit};
-use uw_survey::vehicle::Vignetting;
 
 use crate::draw::Draw;
 

@@ -1,9 +1,9 @@
 //! `uw camera-fit` and vehicles by name or file.
 
 use serde_json::Value;
+use uw_calib::vehicle::{Vehicle, VehicleFile};
 use uw_render::image::{Picture, write_frame};
 use uw_render::scene::{Encoding, Exposure, Noise, Sensor};
-use uw_survey::vehicle::{Vehicle, VehicleFile};
 
 use super::support::Folder;
 

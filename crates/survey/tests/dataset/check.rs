@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-use uw_survey::assets::assets_dir;
+use uw_assets::assets_dir;
 use uw_survey::dataset::{
     CheckPlan, CheckReport, DatasetConfig, DatasetError, Observer, Progress, Shard, check,
 };

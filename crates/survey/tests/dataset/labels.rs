@@ -2,8 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use uw_calib::vehicle::Vehicle;
 use uw_survey::dataset::{DatasetConfig, ExposureMode, Shard, TABLE};
-use uw_survey::vehicle::Vehicle;
 
 use super::{options, run, tiny};
 

@@ -11,12 +11,12 @@ use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
 
-use uw_survey::assets::assets_dir;
+use uw_assets::assets_dir;
+use uw_calib::vehicle::Vehicle;
 use uw_survey::dataset::{
     Accuracy, Counts, DatasetConfig, DatasetError, Observer, RunOptions, Shard, Summary, TABLE,
     generate, merge,
 };
-use uw_survey::vehicle::Vehicle;
 
 fn tiny() -> DatasetConfig {
     DatasetConfig {

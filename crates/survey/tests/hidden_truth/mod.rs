@@ -5,19 +5,19 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
+use uw_assets::assets_dir;
+use uw_calib::vehicle::Vehicle;
 use uw_media::WaterType;
 use uw_media::spectral::{Response, WaterBands};
 use uw_render::image::write_frame;
 use uw_render::sampling::Draws;
 use uw_render::scene::Sensor;
-use uw_survey::assets::assets_dir;
-use uw_survey::environment::{MEAN, Target, View, WaterBody, WaterKind, scene_in, sensor};
-use uw_survey::estimate::pyramid::TexturePyramid;
-use uw_survey::estimate::target_image::TargetImage;
-use uw_survey::measure::Quality;
-use uw_survey::routine::{UP_SAMPLES, look_up_in};
-use uw_survey::scenery::textures::Pattern;
-use uw_survey::vehicle::Vehicle;
+use uw_scenery::textures::Pattern;
+use uw_twin::environment::{MEAN, Target, View, WaterBody, WaterKind, scene_in, sensor};
+use uw_twin::estimate::pyramid::TexturePyramid;
+use uw_twin::estimate::target_image::TargetImage;
+use uw_twin::measure::Quality;
+use uw_twin::routine::{UP_SAMPLES, look_up_in};
 
 /// Distances of the pictures, m.
 pub const DISTANCES_M: [f64; 6] = [0.5, 0.8, 1.2, 1.8, 2.5, 3.5];

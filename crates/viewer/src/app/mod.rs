@@ -58,7 +58,7 @@ impl Default for Options {
             goal: Goal::default(),
             recent: Recent::default(),
             lasting: Lasting::default(),
-            assets: uw_survey::assets::assets_dir().ok(),
+            assets: uw_assets::assets_dir().ok(),
             canvas: None,
         }
     }

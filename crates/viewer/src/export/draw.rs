@@ -34,11 +34,11 @@ pub fn svg(panels: &[Panel]) -> Result<String, String> {
 
 /// The panels as pixels.
 pub fn bitmap(panels: &[Panel]) -> Result<Frame, String> {
-    uw_survey::plot::bitmap(size(panels), |area| draw(area, panels))
+    uw_plot::bitmap(size(panels), |area| draw(area, panels))
 }
 
 fn draw<B: DrawingBackend>(area: &DrawingArea<B, Shift>, panels: &[Panel]) -> Result<(), String> {
-    uw_survey::plot::use_font()?;
+    uw_plot::use_font()?;
     let text = |e: DrawingAreaErrorKind<B::ErrorType>| e.to_string();
     area.fill(&WHITE).map_err(text)?;
     for (cell, panel) in area.split_evenly((panels.len(), 1)).iter().zip(panels) {

@@ -5,17 +5,17 @@ use std::sync::atomic::AtomicBool;
 
 use rayon::prelude::*;
 use uw_calib::ContrastMeasurement;
+use uw_calib::vehicle::Vehicle;
 use uw_media::WaterType;
 use uw_render::scene::Scene;
-use uw_survey::environment::{Target, View, WaterBody, scene, sensor};
-use uw_survey::estimate::{
+use uw_twin::environment::{Target, View, WaterBody, scene, sensor};
+use uw_twin::estimate::{
     pyramid::TexturePyramid, response::CountResponse, target_image::TargetImage,
 };
-use uw_survey::measure::Quality;
-use uw_survey::routine::{
+use uw_twin::measure::Quality;
+use uw_twin::routine::{
     self, CONTRAST_DEPTH_M, CONTRAST_LIGHT_PCT, DISTANCES_M, RoutineError, UP_DEPTHS_M, UP_SAMPLES,
 };
-use uw_survey::vehicle::Vehicle;
 
 use super::look::{Look, Seen, Thumbnail, levels_pct};
 use super::task::{Calibrated, ContrastErrors, GuidanceJob, VehiclePosition};
@@ -120,7 +120,7 @@ impl<'a> VehicleCamera<'a> {
         Ok(Look::new(here, at_levels, Thumbnail::new(&image, sensor)))
     }
 
-    /// The routine of [`uw_survey::routine`] and the standard errors of its contrasts; `tell` hears how many of its images are done, of how many, and what is
+    /// The routine of [`uw_twin::routine`] and the standard errors of its contrasts; `tell` hears how many of its images are done, of how many, and what is
     /// next.
     ///
     /// # Errors

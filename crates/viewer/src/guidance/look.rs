@@ -3,8 +3,8 @@
 use uw_calib::ImageStats;
 use uw_render::image::Picture;
 use uw_render::scene::{Noise, Sensor};
-use uw_survey::estimate::statistics::StandardErrors;
-use uw_survey::estimate::target_image::TargetImage;
+use uw_twin::estimate::statistics::StandardErrors;
+use uw_twin::estimate::target_image::TargetImage;
 
 use super::task::VehiclePosition;
 
@@ -168,7 +168,7 @@ mod tests {
         let nothing = Thumbnail {
             daylight: Picture::black(1, 1),
             lamps: Picture::black(1, 1),
-            sensor: uw_survey::environment::sensor(&Default::default(), 1.0),
+            sensor: uw_twin::environment::sensor(&Default::default(), 1.0),
         };
         let look = Look::new(position, at_levels, nothing);
         // Between 0 and the first level of 0.25 % nobody sets lamps.

@@ -13,8 +13,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use uw_calib::Profile;
+use uw_calib::vehicle::Vehicle;
 use uw_guidance::{Model, Objective, Observation};
-use uw_survey::{routine::TARGET_PATHS, scenery::textures::Pattern, vehicle::Vehicle};
+use uw_scenery::textures::Pattern;
+use uw_twin::routine::TARGET_PATHS;
 
 use crate::model::Settings;
 use crate::ui::toasts::Toasts;

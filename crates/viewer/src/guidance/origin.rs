@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use toml::Value;
-use uw_survey::{scenery::textures::Pattern, vehicle::Vehicle};
+use uw_calib::vehicle::Vehicle;
+use uw_scenery::textures::Pattern;
 
 use crate::model::Settings;
 

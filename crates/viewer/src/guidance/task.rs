@@ -6,7 +6,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 
 use uw_calib::Profile;
-use uw_survey::{scenery::textures::Pattern, vehicle::Vehicle};
+use uw_calib::vehicle::Vehicle;
+use uw_scenery::textures::Pattern;
 
 use super::{Check, Look, camera::VehicleCamera};
 use crate::{background::step_back, model::Settings};

@@ -2,8 +2,8 @@
 
 use egui::{ComboBox, ProgressBar, Ui};
 use uw_guidance::Checks;
-use uw_survey::routine::{DISTANCES_M, UP_DEPTHS_M};
-use uw_survey::scenery::textures::Pattern;
+use uw_scenery::textures::Pattern;
+use uw_twin::routine::{DISTANCES_M, UP_DEPTHS_M};
 
 use super::knobs::{Steps, heading, slider, stepped};
 use super::{look, operation, plots};

@@ -32,8 +32,18 @@ pub fn slider(
     range: RangeInclusive<f64>,
     unit: &str,
 ) -> egui::Response {
+    told_slider(ui, (name, unit), range, |range| Slider::new(value, range))
+}
+
+/// A slider with its name, range and unit.
+fn told_slider(
+    ui: &mut Ui,
+    (name, unit): (&str, &str),
+    range: RangeInclusive<f64>,
+    slider: impl FnOnce(RangeInclusive<f64>) -> Slider<'_>,
+) -> egui::Response {
     let told = told(name, &range, unit);
-    ui.add(Slider::new(value, range).text(name).suffix(unit))
+    ui.add(slider(range).text(name).suffix(unit))
         .on_hover_text(told)
 }
 
@@ -104,9 +114,9 @@ pub fn log_slider(
     range: RangeInclusive<f64>,
     unit: &str,
 ) -> egui::Response {
-    let told = told(name, &range, unit);
-    let slider = Slider::new(value, range).text(name).suffix(unit);
-    ui.add(slider.logarithmic(true)).on_hover_text(told)
+    told_slider(ui, (name, unit), range, |range| {
+        Slider::new(value, range).logarithmic(true)
+    })
 }
 
 /// Three numbers, one per channel; the response is that of the name before them.

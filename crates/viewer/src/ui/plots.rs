@@ -9,7 +9,7 @@ use egui::{
 use egui_plot::{Line, LineStyle, MarkerShape, PlotImage, PlotPoint, PlotPoints, Points};
 use uw_calib::Profile;
 
-use uw_survey::routine::CONTRAST_LIGHT_PCT;
+use uw_twin::routine::CONTRAST_LIGHT_PCT;
 
 use super::knobs::{still_plot, x_axis, y_axis};
 use super::scale;

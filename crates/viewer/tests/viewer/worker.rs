@@ -11,7 +11,7 @@ use uw_render::{
     layers::RenderLayer,
     prepare::Prepared,
 };
-use uw_viewer::model::{Coefficients, ShownLayer};
+use uw_viewer::model::{Coefficients, OpenScene, Settings, ShownLayer};
 use uw_viewer::worker::{Activity, Export, Goal, News, RenderDevice, Worker};
 
 use crate::support::{PATIENCE, frame, job, small, view, worker};
@@ -20,6 +20,18 @@ const SHORT: Goal = Goal {
     samples_per_pixel: 6,
     target_error: None,
 };
+
+/// A worker that renders without end and has shown every pixel.
+fn endless(open: &OpenScene, settings: &Settings) -> Worker {
+    let goal = Goal {
+        samples_per_pixel: u64::MAX,
+        target_error: None,
+    };
+    let worker = worker(settings, goal);
+    worker.submit(job(1, open, settings));
+    frame(&worker, |f| f.coarseness == 1);
+    worker
+}
 
 #[test]
 fn the_finished_picture_is_the_renderers() {
@@ -68,13 +80,7 @@ fn is_what_its_steps_make(device: Device) {
 #[test]
 fn a_change_ends_the_old_picture_and_only_the_new_one_is_current() {
     let (open, mut settings) = small();
-    let goal = Goal {
-        samples_per_pixel: u64::MAX,
-        target_error: None,
-    };
-    let worker = worker(&settings, goal);
-    worker.submit(job(1, &open, &settings));
-    frame(&worker, |f| f.coarseness == 1);
+    let worker = endless(&open, &settings);
     let lit = frame(&worker, |f| f.coarseness == 1).shown.radiance.clone();
     settings.sun = None;
     settings.sky_radiance = [0.0; 3];
@@ -97,13 +103,7 @@ fn a_change_ends_the_old_picture_and_only_the_new_one_is_current() {
 #[test]
 fn pause_holds_the_samples_and_a_look_needs_no_new_ones() {
     let (open, settings) = small();
-    let goal = Goal {
-        samples_per_pixel: u64::MAX,
-        target_error: None,
-    };
-    let worker = worker(&settings, goal);
-    worker.submit(job(1, &open, &settings));
-    frame(&worker, |f| f.coarseness == 1);
+    let worker = endless(&open, &settings);
     worker.set_paused(true);
     let paused = frame(&worker, |f| f.activity == Activity::Paused);
     let mut other = view(&settings);

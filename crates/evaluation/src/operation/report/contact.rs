@@ -57,7 +57,7 @@ impl Sheet {
         size: (u32, u32),
         (tile_width, tile_height): (u32, u32),
     ) -> Result<(), String> {
-        uw_survey::plot::use_font()?;
+        uw_plot::use_font()?;
         let area = BitMapBackend::with_buffer(pixels, size).into_drawing_area();
         let font = ("sans-serif", 14).into_font();
         let write = |text: &str, left: u32, top: u32| {

@@ -7,6 +7,7 @@ use crate::error::EvalError;
 use crate::files::write_text;
 use crate::operation::Operation;
 use crate::operation::config::OperationConfig;
+use crate::operation::summary::{MethodResult, WaterResult};
 
 /// Writes `steps.csv` (one row per view) and `flights.csv` (one row per water, method and repetition).
 pub fn write(config: &OperationConfig, found: &Operation, folder: &Path) -> Result<(), EvalError> {
@@ -14,19 +15,26 @@ pub fn write(config: &OperationConfig, found: &Operation, folder: &Path) -> Resu
     write_text(&folder.join("flights.csv"), &flights(config, found))
 }
 
-fn steps(config: &OperationConfig, found: &Operation) -> String {
-    let mut text = String::from(
-        "water,method,repetition,view,leg,station,depth_m,along_m,distance_m,light_pct,view_distance_m,contrast,features,matches,inliers,true_inliers,inlier_ratio",
-    );
+/// Ends the row of names with the regrets.
+fn end_head(text: &mut String, config: &OperationConfig) {
     for preset in &config.presets {
         text.push_str(&format!(",regret_{preset}"));
     }
     text.push('\n');
-    for (water, result) in found
-        .waters
-        .iter()
-        .flat_map(|w| w.methods.iter().map(move |m| (w, m)))
-    {
+}
+
+/// What every method gave in every water.
+fn methods(found: &Operation) -> impl Iterator<Item = (&WaterResult, &MethodResult)> {
+    let of = |water: &'_ WaterResult| water.methods.iter().map(move |method| (water, method));
+    found.waters.iter().flat_map(of)
+}
+
+fn steps(config: &OperationConfig, found: &Operation) -> String {
+    let mut text = String::from(
+        "water,method,repetition,view,leg,station,depth_m,along_m,distance_m,light_pct,view_distance_m,contrast,features,matches,inliers,true_inliers,inlier_ratio",
+    );
+    end_head(&mut text, config);
+    for (water, result) in methods(found) {
         for (repetition, flight) in result.flights.iter().enumerate() {
             for (view, s) in flight.iter().enumerate() {
                 // Writing to a string cannot fail.
@@ -70,15 +78,8 @@ fn flights(config: &OperationConfig, found: &Operation) -> String {
     let mut text = String::from(
         "water,method,repetition,features,matches,inliers,inlier_ratio,true_inlier_ratio,coverage_m2,distance_change_m,light_change_pct,path_m,time_s,distance_m,light_pct",
     );
-    for preset in &config.presets {
-        text.push_str(&format!(",regret_{preset}"));
-    }
-    text.push('\n');
-    for (water, result) in found
-        .waters
-        .iter()
-        .flat_map(|w| w.methods.iter().map(move |m| (w, m)))
-    {
+    end_head(&mut text, config);
+    for (water, result) in methods(found) {
         for (repetition, m) in result.measures.iter().enumerate() {
             let numbers = [
                 m.features,

@@ -10,7 +10,7 @@ use super::{Destination, frames, names, rounded};
 use crate::camera_fit::beam::{BeamFit, Board, fit};
 use crate::cli::error::{CliError, note};
 use crate::cli::output;
-use crate::vehicle::Measurement;
+use uw_calib::vehicle::Measurement;
 
 #[derive(Debug, Args)]
 pub(super) struct BeamArguments {

@@ -12,7 +12,7 @@ use super::{Destination, rounded};
 use crate::camera_fit::lamp::{LampFit, SPECTRUM, lamp, lamp_of_file};
 use crate::cli::error::CliError;
 use crate::cli::output;
-use crate::vehicle::Measurement;
+use uw_calib::vehicle::Measurement;
 
 #[derive(Debug, Args)]
 pub(super) struct LampArguments {

@@ -12,7 +12,7 @@ use crate::camera_fit::even::even;
 use crate::camera_fit::vignetting::fit;
 use crate::cli::error::CliError;
 use crate::cli::output;
-use crate::vehicle::{Measurement, Vignetting};
+use uw_calib::vehicle::{Measurement, Vignetting};
 
 #[derive(Debug, Args)]
 pub(super) struct VignettingArguments {
@@ -103,7 +103,7 @@ impl EvenArguments {
     fn check_size(
         &self,
         frame: &uw_render::image::Frame,
-        vehicle: &crate::vehicle::Vehicle,
+        vehicle: &uw_calib::vehicle::Vehicle,
     ) -> Result<(), CliError> {
         let (got, own) = ([frame.width, frame.height], [vehicle.width, vehicle.height]);
         // Shapes alike within a pixel: the picture may be smaller, not cut.

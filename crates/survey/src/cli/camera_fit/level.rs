@@ -11,7 +11,7 @@ use super::{Destination, frames, names, rounded};
 use crate::camera_fit::level::{LevelFit, fit};
 use crate::cli::error::CliError;
 use crate::cli::output;
-use crate::vehicle::Measurement;
+use uw_calib::vehicle::Measurement;
 
 #[derive(Debug, Args)]
 pub(super) struct LevelArguments {

@@ -11,7 +11,7 @@ use super::{Destination, frames, names};
 use crate::camera_fit::response::{ResponseFit, fit};
 use crate::cli::error::CliError;
 use crate::cli::output;
-use crate::vehicle::Measurement;
+use uw_calib::vehicle::Measurement;
 
 #[derive(Debug, Args)]
 pub(super) struct ResponseArguments {

@@ -55,9 +55,6 @@ pub(super) struct RenderArguments {
     seed: u64,
     #[command(flatten)]
     device: DeviceArguments,
-    /// Worker threads. Default: one per core.
-    #[arg(long, value_parser = value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
     /// Most scatterings and reflections of a path, 0 for no limit. Default: the scene's.
     #[arg(long)]
     max_bounces: Option<u32>,
@@ -241,7 +238,7 @@ impl RenderArguments {
             }),
             target_error: self.target_error,
             seed: self.seed,
-            threads: self.threads.map(usize::from),
+            threads: self.device.threads(),
             max_bounces: self.max_bounces.unwrap_or(scene.render.max_bounces),
             dark_lamps: layers.iter().any(|layer| layer.is_lamp()),
         }

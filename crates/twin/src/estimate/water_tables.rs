@@ -1,0 +1,293 @@
+//! Tables of what a water does to a vehicle's pictures, for predictions by physics (`uw_guidance::physics`).
+//!
+//! Veil and light come from the renderer's unbiased paths, fitted smooth over the image ([`super::fields`]), the share and spread of
+//! scattered rays from walks ([`super::spread`]): all of an image but its target, which is even and grey here.
+
+use rayon::prelude::*;
+use uw_calib::Encoding;
+use uw_calib::stats::{PATCH_COLUMNS, PATCH_ROWS};
+use uw_guidance::card::Sun;
+use uw_guidance::physics::WaterTables;
+use uw_guidance::physics::file::{SensorNumbers, WaterNumbers};
+use uw_guidance::physics::water::{Field, SourceTables, ViewTables};
+use uw_media::{Iops, WaterType};
+use uw_render::integrator::RenderError;
+use uw_render::prepare::Prepared;
+use uw_render::scene::{Scene, Texture, TextureFilter};
+
+use super::fields::{FieldSampler, Fields, GROUPS};
+use super::pyramid::TexturePyramid;
+use super::radiance::Source;
+use super::spread::ScatteredWaves;
+use super::target_model::{TargetModel, daylight_alone, lamps_alone};
+use super::target_view::{BeyondTarget, Sight};
+use crate::environment::{EnvironmentError, Target, View, WaterBody, WaterKind, scene};
+use uw_calib::vehicle::Vehicle;
+use uw_scenery::textures::Pattern;
+
+/// Texels of the even target.
+const TEXELS: u32 = 16;
+
+/// What tables are made with.
+#[derive(Clone, Debug)]
+pub struct TablePlan {
+    /// Distances along the optical axis, m, rising, at least two.
+    pub distances_m: Vec<f64>,
+    /// Depths of daylight, m, rising, at least one.
+    pub depths_m: Vec<f64>,
+    /// Reflectance of the even target.
+    pub reflectance: f32,
+    /// Paths of each of eight groups, per source and view.
+    pub paths_per_group: u32,
+    /// Of all random numbers.
+    pub seed: u64,
+}
+
+/// Why there are no tables.
+#[derive(Debug, thiserror::Error)]
+pub enum TablesError {
+    /// A view would show more than the target.
+    #[error(transparent)]
+    BeyondTarget(#[from] BeyondTarget),
+    /// A scene cannot be made.
+    #[error(transparent)]
+    Environment(#[from] EnvironmentError),
+    /// The renderer failed.
+    #[error(transparent)]
+    Render(#[from] RenderError),
+    /// The fit has no solution.
+    #[error("the paths of a view are too few for a fit")]
+    TooFewPaths,
+}
+
+/// Waves on the target, cycles per metre: octaves.
+pub fn frequencies_per_m() -> Vec<f64> {
+    (-2..=10).map(|octave| 2f64.powi(octave)).collect()
+}
+
+/// An even target of `reflectance`.
+pub fn even_texture(reflectance: f32) -> Texture {
+    Texture {
+        width: TEXELS,
+        height: TEXELS,
+        texels: vec![[reflectance; 3]; (TEXELS * TEXELS) as usize].into(),
+        filter: TextureFilter::Bilinear,
+    }
+}
+
+/// A water of given coefficients before an even target of a vehicle.
+#[derive(Clone, Debug)]
+pub struct KnownWater {
+    /// Absorption and scattering per channel.
+    pub iops: Iops,
+    /// Share of the light that is scattered back by particles of the usual index.
+    pub backscatter_fraction: f64,
+    /// The vehicle looks down at the bottom rather than ahead at a wall.
+    pub bottom: bool,
+    /// Reflectance of the target.
+    pub reflectance: f32,
+}
+
+impl KnownWater {
+    /// What `vehicle` sees of the target, in three bands.
+    ///
+    /// # Errors
+    /// There is no such phase function.
+    pub fn scene(
+        &self,
+        vehicle: &Vehicle,
+        depth_m: f64,
+        distance_m: f64,
+    ) -> Result<Scene, EnvironmentError> {
+        let view = View::Target {
+            depth_m,
+            distance_m,
+        };
+        self.scene_of(vehicle, view)
+    }
+
+    /// The same for any view.
+    ///
+    /// # Errors
+    /// As [`KnownWater::scene`].
+    pub fn scene_of(&self, vehicle: &Vehicle, view: View) -> Result<Scene, EnvironmentError> {
+        let target = Target {
+            pattern: match self.bottom {
+                true => Pattern::Seabed,
+                false => Pattern::HullRed,
+            },
+            texture: even_texture(self.reflectance),
+        };
+        // Its coefficients are put in the place of the type's.
+        let body = WaterBody {
+            jerlov: WaterKind::Type(WaterType::II),
+            backscatter_fraction: self.backscatter_fraction,
+        };
+        let mut scene = scene(vehicle, &body, &target, view)?;
+        if let Some(water) = &mut scene.water {
+            water.iops = self.iops;
+        }
+        Ok(scene)
+    }
+
+    /// The water as water files have it.
+    pub fn numbers(&self) -> WaterNumbers {
+        WaterNumbers {
+            a_per_m: self.iops.a,
+            b_per_m: self.iops.b,
+            backscatter_fraction: self.backscatter_fraction,
+        }
+    }
+}
+
+/// The camera of `vehicle` as water files have it, whose counts have an `encoding`.
+pub fn sensor_numbers(vehicle: &Vehicle, encoding: Encoding) -> SensorNumbers {
+    SensorNumbers {
+        width_px: vehicle.width as usize,
+        height_px: vehicle.height as usize,
+        encoding,
+        exposure_m2_sr_per_w: vehicle.exposure,
+        noise_a: vehicle.noise_a,
+        noise_b: vehicle.noise_b,
+        vignetting: vehicle.vignetting,
+    }
+}
+
+/// The tables of views that `scene` makes from a depth and a distance, both in m; each must show nothing but one quad, square on,
+/// with [`even_texture`].
+///
+/// # Errors
+/// A view shows more than the target, or the renderer fails.
+pub fn water_tables(
+    plan: &TablePlan,
+    scene: impl Fn(f64, f64) -> Result<Scene, EnvironmentError> + Sync,
+) -> Result<WaterTables, TablesError> {
+    let first = scene(plan.depths_m[0], plan.distances_m[0])?;
+    let camera = &first.camera;
+    let half_view = [
+        0.5 * f64::from(camera.width) / camera.focal_px.x,
+        0.5 * f64::from(camera.height) / camera.focal_px.y,
+    ];
+    let views: Result<Vec<ViewTables>, TablesError> = plan
+        .distances_m
+        .par_iter()
+        .map(|&distance_m| view(plan, distance_m, &scene))
+        .collect();
+    Ok(WaterTables {
+        half_view,
+        frequencies_per_m: frequencies_per_m(),
+        depths_m: plan.depths_m.clone(),
+        sun: sun(&first),
+        views: views?,
+    })
+}
+
+/// The sun of a scene against where its camera looks, or of one that looks down against the upper edge of its picture.
+fn sun(scene: &Scene) -> Option<Sun> {
+    let (camera, towards) = (&scene.camera, scene.sun.as_ref()?.travel_direction);
+    let is_level = camera.forward.truncate().length() > camera.down.truncate().length();
+    let ahead = match is_level {
+        true => camera.forward,
+        false => -camera.down,
+    };
+    let azimuth = towards.y.atan2(towards.x) - ahead.y.atan2(ahead.x);
+    let (sin, cos) = azimuth.sin_cos();
+    Some(Sun {
+        zenith_deg: (-towards.z / towards.length())
+            .clamp(0.0, 1.0)
+            .acos()
+            .to_degrees(),
+        azimuth_deg: sin.atan2(cos).to_degrees(),
+    })
+}
+
+fn view(
+    plan: &TablePlan,
+    distance_m: f64,
+    scene: &(impl Fn(f64, f64) -> Result<Scene, EnvironmentError> + Sync),
+) -> Result<ViewTables, TablesError> {
+    let pyramid = TexturePyramid::new(&even_texture(plan.reflectance), 1.0);
+    let middle = scene(plan.depths_m[plan.depths_m.len() / 2], distance_m)?;
+    let prepared = Prepared::build(&lamps_alone(&middle));
+    let model = TargetModel::new(&middle, &prepared, &pyramid, true, plan.seed)?;
+    let lamps = source_tables(plan, &middle, &prepared, &model.lamps())?;
+    let mut daylight = Vec::new();
+    for &depth_m in &plan.depths_m {
+        let scene = scene(depth_m, distance_m)?;
+        let model = model.at(&scene, &prepared)?;
+        let alone = Prepared::build(&daylight_alone(&scene));
+        daylight.push(source_tables(plan, &scene, &alone, &model.daylight())?);
+    }
+    Ok(ViewTables {
+        distance_m,
+        lamps,
+        daylight,
+    })
+}
+
+fn source_tables(
+    plan: &TablePlan,
+    scene: &Scene,
+    prepared: &Prepared,
+    source: &Source,
+) -> Result<SourceTables, TablesError> {
+    let mut sampler = FieldSampler::new(source, prepared, plan.seed)?;
+    sampler.extend_to(plan.paths_per_group)?;
+    let fields = sampler.fit().ok_or(TablesError::TooFewPaths)?;
+    let frequencies = frequencies_per_m();
+    let waves = match (&scene.water, &prepared.medium) {
+        (Some(water), Some(medium)) => Some(ScatteredWaves::new(
+            water,
+            &medium.phase,
+            source.view,
+            (source.guess, None),
+            &frequencies,
+            plan.seed,
+        )),
+        _ => None,
+    };
+    let (veil, irradiance) = fields.mean_of(0, GROUPS);
+    let basis = Fields::basis(source.lamps, source.symmetric);
+    let polynomial = |coefficients: &[f64], (p, q): (f64, f64)| {
+        let mut values = vec![0.0; basis.len()];
+        basis.values(p, q, &mut values);
+        let terms = values.iter().zip(coefficients);
+        terms.map(|(value, c)| value * c).sum::<f64>().max(0.0)
+    };
+    let (width, height) = source.view.size_px();
+    let field = |of: &dyn Fn(usize, f64, f64) -> f64| -> Field {
+        std::array::from_fn(|k| {
+            let patch = |i: usize| {
+                let (column, row) = (i % PATCH_COLUMNS, i / PATCH_COLUMNS);
+                let x = width * (column as f64 + 0.5) / PATCH_COLUMNS as f64;
+                let y = height * (row as f64 + 0.5) / PATCH_ROWS as f64;
+                of(k, x, y)
+            };
+            (0..PATCH_COLUMNS * PATCH_ROWS).map(patch).collect()
+        })
+    };
+    let view = source.view;
+    let at = |x: f64, y: f64| view.unit_coordinates(x, y);
+    let sight = |x: f64, y: f64| view.sight(x, y);
+    Ok(SourceTables {
+        veil: field(&|k, x, y| polynomial(&veil[k], at(x, y))),
+        light: field(&|k, x, y| {
+            let guess = sight(x, y).map_or(0.0, |s| source.guess.at(s.point)[k]);
+            guess * polynomial(&irradiance[k], at(x, y))
+        }),
+        straight: field(&|k, x, y| {
+            sight(x, y).map_or(0.0, |s| source.spread.unscattered(&s).transmittance[k])
+        }),
+        scattered: field(&|k, x, y| {
+            let share = |s: Sight| {
+                let cosine = view.incidence(s.direction);
+                waves.as_ref().map_or(0.0, |waves| waves.share(cosine)[k])
+            };
+            sight(x, y).map_or(0.0, share)
+        }),
+        transfer: match waves {
+            Some(waves) => waves.transfer,
+            None => std::array::from_fn(|_| vec![1.0; frequencies.len()]),
+        },
+    })
+}
