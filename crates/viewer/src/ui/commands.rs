@@ -129,18 +129,13 @@ pub const VIEW: [Command; 15] = [
     command("All of the picture", PLAIN, Key::Num0, |app, _| {
         app.inspection.zoom = Zoom::default();
     }),
-    command(
-        "A pixel of the picture one of the screen",
-        PLAIN,
-        Key::Num9,
-        |app, _| {
-            if let Some(place) = app.picture_place() {
-                let zoom = &mut app.inspection.zoom;
-                let at = app.picture.probe().unwrap_or(zoom.middle());
-                zoom.to_pixels(&place, at);
-            }
-        },
-    ),
+    command("Picture 1:1", PLAIN, Key::Num9, |app, _| {
+        if let Some(place) = app.picture_place() {
+            let zoom = &mut app.inspection.zoom;
+            let at = app.picture.probe().unwrap_or(zoom.middle());
+            zoom.to_pixels(&place, at);
+        }
+    }),
     command("Lamps move with the camera", PLAIN, Key::M, |app, _| {
         app.lamps_follow = !app.lamps_follow;
     })

@@ -130,9 +130,10 @@ fn cards(gallery: &mut Gallery, ui: &mut Ui, files: &[PathBuf], chosen: &mut Opt
 
 /// A scene: its picture with its name below.
 fn card(ui: &mut Ui, picture: &Shown, name: &str) -> egui::Response {
+    let padding = ui.spacing().button_padding;
     let empty = |sign: &str| {
         let sign = RichText::new(sign).weak();
-        Button::new(sign).min_size(PICTURE + vec2(8.0, 4.0))
+        Button::new(sign).min_size(PICTURE + 2.0 * padding)
     };
     let button = match picture {
         Shown::Picture(texture) => {
