@@ -220,5 +220,5 @@ fn zoom(app: &mut Viewer, ui: &mut Ui) {
         }
         ui.label(format!("{:.3} px per pixel", zoom.pixel_side(&place)));
     });
-    ui.weak("Ctrl + wheel, Ctrl + drag, arrows");
+    ui.weak("Ctrl+wheel, Ctrl+drag, arrows");
 }

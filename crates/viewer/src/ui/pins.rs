@@ -69,7 +69,7 @@ pub fn list(app: &mut Viewer, ui: &mut Ui) {
     }
     match app.inspection.pins.len() {
         0 => {
-            ui.weak("P or Ctrl + click pins the pixel under the pointer");
+            ui.weak("P or Ctrl+click pins the pixel under the pointer");
         }
         pins => {
             ui.horizontal(|ui| {
