@@ -9,12 +9,13 @@ use uw_calib::vehicle::{Vehicle, VehicleFile};
 use uw_calib::{Encoding, Manifest, NoiseModel, SensorNoise, processing};
 use uw_guidance::physics::WaterFile;
 use uw_survey::fit::{self as fitting, Options};
+use uw_survey::treatment::{Photographs, distances_m};
 
-use crate::camera;
 use crate::errors::{value_error, warn};
 use crate::interrupt::interruptible;
 use crate::numbers::{seed, whole};
 use crate::water::Water;
+use crate::{calibrate, camera};
 
 const MADE_BY: &str = concat!("uwguide.fit ", env!("CARGO_PKG_VERSION"));
 
@@ -29,7 +30,7 @@ struct Task {
 
 /// Fits the water and makes its tables. See ``uwguide.fit``.
 #[pyfunction]
-#[pyo3(signature = (manifest, *, vehicle, encoding, dark, bottom, backscatter_fraction, backscatter_error, gain_error, jerlov, depths_m,
+#[pyo3(signature = (manifest, *, vehicle, encoding, camera, mask, exposure, dark, bottom, backscatter_fraction, backscatter_error, gain_error, jerlov, depths_m,
     kilo_paths, table_kilo_paths, seed, report))]
 #[expect(clippy::too_many_arguments, reason = "the keywords of uwguide.fit")]
 pub(crate) fn fit(
@@ -37,6 +38,9 @@ pub(crate) fn fit(
     manifest: PathBuf,
     vehicle: &str,
     encoding: Option<&str>,
+    camera: Option<PathBuf>,
+    mask: Option<PathBuf>,
+    exposure: Option<&Bound<'_, PyAny>>,
     dark: bool,
     bottom: bool,
     backscatter_fraction: f64,
@@ -51,12 +55,17 @@ pub(crate) fn fit(
 ) -> PyResult<Water> {
     let VehicleFile { vehicle, .. } =
         VehicleFile::find(vehicle, Path::new("")).map_err(value_error)?;
-    let of_vehicle = vehicle.encoding;
+    let encoding = encoding.map_or(Ok(vehicle.encoding), self::camera::encoding)?;
+    let photographs = Photographs { camera, mask };
+    let distances_m = distances_m(&manifest, Some(&vehicle));
+    let treated = photographs.treatment((Some(&vehicle), None, encoding), &distances_m);
+    let (treatment, doubts) = treated.map_err(value_error)?;
+    warn(py, 2, &doubts)?;
     let options = Options {
-        encoding: encoding.map_or(Ok(of_vehicle), camera::encoding)?,
-        exposure: None,
-        mask: None,
-        undistortion: None,
+        encoding,
+        exposure: exposure.map(calibrate::exposure).transpose()?,
+        mask: treatment.mask,
+        undistortion: treatment.undistortion,
         dark,
         down: bottom,
         backscatter_fraction,

@@ -75,6 +75,29 @@ class Calibration(unittest.TestCase):
         self.assertEqual(without_maker(ours.to_json()), without_maker(out.read_text()))
         self.assertTrue(any("30" in warning for warning in ours.warnings))
 
+    def test_photographs_are_treated_as_by_uw(self):
+        manifest, out = self.routine(), self.folder / "profile.json"
+        height, width = a_picture().shape[:2]
+        vehicle, camera, mask = (self.folder / name for name in ("vehicle.toml", "camera.toml", "mask.toml"))
+        vehicle.write_text(f'format = "uw-vehicle/1"\nwidth = {width}\nheight = {height}\nhfov_deg = 50\n')
+        camera.write_text(
+            'format = "uw-scene/1"\n[camera]\nposition_m = [0, 0, 0]\nforward = [1, 0, 0]\n'
+            f"width = {width}\nheight = {height}\nhfov_deg = 65\ndistortion = [-0.1, 0, 0, 0, 0]\n"
+        )
+        mask.write_text(
+            f'format = "uw-mask/1"\nwidth = {width}\nheight = {height}\n'
+            f"[[polygon]]\npoints = [[0, 0], [{width // 4}, 0], [{width // 4}, {height // 2}], [0, {height // 2}]]\n"
+        )
+        given = {"vehicle": vehicle, "camera": camera, "mask": mask}
+        uw("calibrate", manifest, "-o", out, *(word for name, file in given.items() for word in (f"--{name}", file)))
+        with quiet():
+            ours, plain = uwguide.calibrate(manifest, **given), uwguide.calibrate(manifest, vehicle=vehicle)
+        self.assertEqual(without_maker(ours.to_json()), without_maker(out.read_text()))
+        for at in range(len(DISTANCES_M)):
+            self.assertTrue((ours.contrast_on[1][at] != plain.contrast_on[1][at]).all())
+        with quiet(), self.assertRaisesRegex(ValueError, "^camera needs vehicle, whose width, height and hfov_deg"):
+            uwguide.calibrate(manifest, camera=camera)
+
     def test_without_pictures_that_look_up(self):
         manifest, out = self.routine(looks_up=False), self.folder / "profile.json"
         uw("calibrate", manifest, "-o", out, "--kd-per-m", "0.4,0.1,0.15")
@@ -91,6 +114,8 @@ class Calibration(unittest.TestCase):
             ({"jerlov": "4C"}, ["--jerlov", "4C"]),
             ({"light_pct": 0}, ["--light-pct", "0"]),
             ({"light_pct": 101.5}, ["--light-pct", "101.5"]),
+            ({"exposure": 0}, ["--exposure", "0"]),
+            ({"mask": "none.toml"}, ["--mask", "none.toml"]),
         ):
             told = uw_error("calibrate", manifest, "-o", out, *arguments)
             with self.subTest(options), self.assertRaises(ValueError) as raised:

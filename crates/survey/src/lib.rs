@@ -7,4 +7,5 @@ pub mod demo;
 pub mod fit;
 pub mod photograph;
 pub mod sequence;
+pub mod treatment;
 pub mod undistort;

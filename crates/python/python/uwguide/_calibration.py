@@ -16,6 +16,9 @@ def calibrate(
     encoding: Optional[str] = None,
     noise_a: Optional[float] = None,
     noise_b: Optional[float] = None,
+    camera: Optional[PathLike] = None,
+    mask: Optional[PathLike] = None,
+    exposure: Optional[float] = None,
     jerlov: Optional[str] = None,
     kd_per_m: Optional[Sequence[float]] = None,
     backscatter_fraction: float = 0.0183,
@@ -31,6 +34,11 @@ def calibrate(
         noise_a: noise of the camera: the variance of a linear signal y in [0, 1] is noise_a y + noise_b; without it that of the
             vehicle, without one it is found in the pictures.
         noise_b: see `noise_a`.
+        camera: camera that took the pictures: a scene file whose ``[camera]`` has their size, lens and port. They are measured as the ideal
+            camera of `vehicle` would have taken them.
+        mask: what of the pictures is not the target: polygons (\\*.toml, uw-mask/1) or a picture whose dark pixels are left out.
+        exposure: that the pictures of the target are brought to in linear light: time in seconds · ISO / f-number², as EXIF has it, or in
+            the unit of the manifest's column `exposure`; None for that of the shortest.
         jerlov: without pictures that look up, K_z of this water type (or a mixture, "IB-II@0.4"), rendered.
         kd_per_m: without pictures that look up, K_z of the water with this diffuse attenuation of daylight, 1/m, three numbers > 0.
         backscatter_fraction: of the water that is rendered, in (0, 0.5).
@@ -47,6 +55,9 @@ def calibrate(
         light_pct=light_pct,
         encoding=encoding,
         noise=noise_of(noise_a, noise_b),
+        camera=None if camera is None else os.fspath(camera),
+        mask=None if mask is None else os.fspath(mask),
+        exposure=exposure,
         jerlov=jerlov,
         kd_per_m=None if kd_per_m is None else [float(k) for k in kd_per_m],
         backscatter_fraction=backscatter_fraction,
@@ -58,6 +69,9 @@ def fit(
     *,
     vehicle: PathLike = "default",
     encoding: Optional[str] = None,
+    camera: Optional[PathLike] = None,
+    mask: Optional[PathLike] = None,
+    exposure: Optional[float] = None,
     dark: bool = False,
     bottom: bool = False,
     backscatter_fraction: float = 0.0183,
@@ -78,6 +92,9 @@ def fit(
         manifest: as of :func:`calibrate`, with pictures from three distances or more, lamps on and off.
         vehicle: vehicle that took them: a name among the shipped ones, or a file (\\*.toml).
         encoding: how counts stand for light, "srgb" or "linear"; None for the vehicle's.
+        camera: as of :func:`calibrate`.
+        mask: as of :func:`calibrate`.
+        exposure: as of :func:`calibrate`.
         dark: there is no daylight.
         bottom: the vehicle looks down at the bottom rather than ahead at a wall.
         backscatter_fraction: that is expected.
@@ -100,6 +117,9 @@ def fit(
         manifest,
         vehicle=str(vehicle),
         encoding=encoding,
+        camera=None if camera is None else os.fspath(camera),
+        mask=None if mask is None else os.fspath(mask),
+        exposure=exposure,
         dark=dark,
         bottom=bottom,
         backscatter_fraction=backscatter_fraction,

@@ -10,7 +10,8 @@ use super::camera::CameraArguments;
 use super::error::{CliError, note};
 use super::interrupt::cancel_flag;
 use super::output;
-use super::photo::{ExposureArguments, PhotoArguments, distances_m};
+use super::photo::{ExposureArguments, PhotoArguments};
+use crate::treatment::distances_m;
 use uw_twin::daylight::{Known, attenuation, stand_in};
 
 /// Arguments of `uw calibrate`.

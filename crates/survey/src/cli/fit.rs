@@ -12,9 +12,10 @@ use super::camera::CurveName;
 use super::error::{CliError, note};
 use super::interrupt::cancel_flag;
 use super::output;
-use super::photo::{ExposureArguments, PhotoArguments, distances_m};
+use super::photo::{ExposureArguments, PhotoArguments};
 use super::progress::ProgressDisplay;
 use crate::fit::{self, Fit, FitError, Fitted, Options, fit, water_file};
+use crate::treatment::distances_m;
 use uw_calib::vehicle::{Vehicle, VehicleFile};
 
 /// Arguments of `uw fit`.
