@@ -15,12 +15,13 @@ import package::common::layers::drawn_between;
 import package::common::layout::{HAS_BEAMS, HAS_DISKS, HAS_GLOSS, HAS_LAYERS, HAS_SCATTERING, HAS_SURFACE, NONE, Spectrum, scratch};
 import package::common::light::{lamp_facing_area, lamp_is_directed, lamp_radiance_along, lamp_relative_intensity};
 import package::common::math::sin2_half;
-import package::common::mis::{Connection, Stretch, contribution_by_spot, mis_contribution, subpath};
+import package::common::mis::{Connection, Stretch, contribution_by_spot, mis_contribution};
 import package::common::order::{order_sample, order_sample_scattered};
 import package::common::phase::phase_value;
 import package::common::rng::uniform_number;
 import package::common::settings::largest_order;
 import package::common::spectrum::lamp_sigma;
+import package::common::subpath::subpath;
 import package::common::tables::{lamp_film_layer, lamp_intensity, lamp_level, lamp_radius};
 import package::common::unfold::segment_factor;
 

@@ -17,11 +17,11 @@ import package::common::layers::{water_at, way_along};
 import package::common::layout::{HAS_BEAMS, HAS_GLOSS, HAS_LAYERS, HAS_SCATTERING, HAS_SURFACE, Spectrum, counters, dispatch, scene};
 import package::common::math::turn;
 import package::common::medium::{channels_scatter, channels_start, rest_of_start};
-import package::common::mis::{subpath, subpath_has_room, subpath_leave, subpath_push, subpath_root, subpath_start};
 import package::common::phase::{phase_sample_x, phase_value};
 import package::common::rng::{leading, leading_bits, next_bits, uniform_number};
 import package::common::settings::{lamp_strategies, max_events};
 import package::common::spectrum::{lamp_ln_sigma, lamp_sigma};
+import package::common::subpath::{subpath, subpath_has_room, subpath_leave, subpath_push, subpath_root, subpath_start};
 import package::common::tables::lamp_radius;
 
 /// Distance of a surface from a lamp, in optical depths, below which the water between them is joined to the lamp too.

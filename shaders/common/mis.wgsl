@@ -3,8 +3,8 @@
 // Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
 import package::common::bridge::{bridge, bridge_vertex, drawn_row, extra_row, subpath_row};
 import package::common::lamp_beam::{Beam, beam_pdf, is_in_beam};
-import package::common::layer_tables::{BY_BRIDGE, BY_SCATTERING};
-import package::common::layers::{drawn_between, relative_at};
+import package::common::layer_tables::BY_SCATTERING;
+import package::common::layers::drawn_between;
 import package::common::layout::{HAS_BEAMS, HAS_LAYERS, HAS_SCATTERING, NONE, Spectrum, scratch};
 import package::common::math::ln_1p;
 import package::common::medium::{LN_ZERO, ChannelSampling, channels_weight, largest, transmittance, used};
@@ -12,21 +12,7 @@ import package::common::order::{LN_POISSON_SHARE, order_ln_tail, scattered_share
 import package::common::phase::phase_value;
 import package::common::settings::{lamp_strategies, largest_order};
 import package::common::spectrum::{lamp_ln_sigma, lamp_sigma, water_c, water_ln_b};
-
-/// Most vertices of a walk that are joined to lamps where the water varies.
-const MOST_JOINED: u32 = 12u;
-/// Least length of a way whose logarithm is taken, m.
-const LEAST_LENGTH: f32 = 1e-30;
-
-/// The vertices of the walk that can be joined to a lamp.
-struct CameraSubpath {
-    count: u32,
-    rooted: bool,
-    companions: bool,
-    scattered: bool,
-}
-
-var<private> subpath: CameraSubpath;
+import package::common::subpath::{BridgeStart, LEAST_LENGTH, bridge_start, drawn_up_to, is_joined, subpath};
 
 /// How a path goes on from the last vertex of the walk.
 struct Connection {
@@ -77,106 +63,6 @@ struct LnDensities {
 }
 
 var<private> path: PathToLamp;
-
-fn subpath_start() {
-    subpath = CameraSubpath(0u, false, true, false);
-}
-
-fn subpath_root(position: vec3f, length: f32, drawn: f32, reflected: f32, companions: bool, scattered: bool) {
-    subpath = CameraSubpath(0u, true, companions, scattered);
-    subpath_push(position, length, drawn, 0.0, reflected);
-}
-
-/// Whether a walk with that many vertices is joined to lamps: where the water varies only with few, because what a
-/// connection takes grows with their square. Bridges of many scatterings make the paths that are left.
-fn is_joined(vertices: u32) -> bool {
-    return !HAS_LAYERS || vertices <= MOST_JOINED;
-}
-
-/// Whether one more vertex of the walk is joined to lamps.
-fn subpath_has_room() -> bool {
-    return is_joined(subpath.count + 1u);
-}
-
-/// Adds a vertex; there has to be room. `ln_relative` is of where it scattered.
-fn subpath_push(position: vec3f, length: f32, drawn: f32, ln_relative: f32, reflected: f32) {
-    if HAS_LAYERS {
-        scratch[drawn_row(subpath.count)].x = drawn;
-        scratch[drawn_row(subpath.count)].w = ln_relative;
-    }
-    scratch[subpath_row(subpath.count)] = vec4f(position, length);
-    let extra = extra_row(subpath.count);
-    scratch[extra].z = 0.0;
-    scratch[extra].w = reflected;
-    subpath.count += 1u;
-}
-
-/// The walk went on from its last vertex with density `scattering_pdf` of its direction.
-fn subpath_leave(scattering_pdf: f32) {
-    scratch[extra_row(subpath.count - 1u)].z = scattering_pdf;
-}
-
-/// Where a technique's bridge starts: length and drawn length of the path up to there, and the straight way to the lamp.
-struct BridgeStart {
-    length: f32,
-    drawn: f32,
-    distance2: f32,
-    drawn_to_lamp: f32,
-    /// Where the water varies: ln of the density of where the bridge scatters, over that of a walk through the same points
-    /// and what the bridge would have in water that is as its straight way has it in the mean.
-    ln_places: f32,
-}
-
-/// A start at `position`, up to which the path has the lengths given, of a bridge by way of the subpath's vertices from
-/// `walked` on and the made bridge's from `bridged` on.
-fn bridge_start(position: vec3f, length: f32, drawn: f32, lamp: vec3f, walked: u32, bridged: u32) -> BridgeStart {
-    let offset = position - lamp;
-    let distance2 = dot(offset, offset);
-    if HAS_LAYERS {
-        let straight = max(drawn_between(position, lamp, BY_SCATTERING), LEAST_LENGTH);
-        let ln_scale = log(straight / max(drawn_between(position, lamp, BY_BRIDGE), LEAST_LENGTH));
-        let ln_places = ln_places_of(position, length, lamp, ln_scale, walked, bridged);
-        return BridgeStart(length, drawn, distance2, straight, ln_places);
-    }
-    return BridgeStart(length, length, distance2, sqrt(distance2), 0.0);
-}
-
-/// Sum over the vertices of a bridge of ln of the density of each fraction of its length, over the relative scattering there.
-fn ln_places_of(start: vec3f, length: f32, lamp: vec3f, ln_scale: f32, walked: u32, bridged: u32) -> f32 {
-    let total = max(path.last_length + path.remaining - length, LEAST_LENGTH);
-    var sum = 0.0;
-    var i = walked;
-    loop {
-        if i >= subpath.count {
-            break;
-        }
-        let u = clamp((scratch[subpath_row(i)].w - length) / total, 0.0, 1.0);
-        sum += log(relative_at(mix(start, lamp, u), BY_BRIDGE)) + ln_scale - scratch[drawn_row(i)].w;
-        i += 1u;
-    }
-    var gone = path.last_length;
-    i = 0u;
-    loop {
-        if i >= bridge.order {
-            break;
-        }
-        gone += bridge_vertex(i).w;
-        if i >= bridged {
-            let u = clamp((gone - length) / total, 0.0, 1.0);
-            sum += log(relative_at(mix(start, lamp, u), BY_BRIDGE)) + ln_scale - scratch[drawn_row(i)].z;
-        }
-        i += 1u;
-    }
-    return sum;
-}
-
-/// Drawn length up to vertex `i` of the subpath, which is `length` away.
-fn drawn_up_to(i: u32, length: f32) -> f32 {
-    if HAS_LAYERS {
-        return scratch[drawn_row(i)].x;
-    }
-    return length;
-}
 
 /// The two parts of a technique's density under each strategy, in logarithms, without the factor D²/f.
 fn ln_densities(start: BridgeStart, order: u32, root: bool) -> LnDensities {

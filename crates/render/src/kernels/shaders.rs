@@ -40,6 +40,7 @@ sources![
     "common/order",
     "common/bridge",
     "common/unfold",
+    "common/subpath",
     "common/mis",
     "common/lamp_walk",
     "common/lamp_targets",
