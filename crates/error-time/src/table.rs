@@ -163,7 +163,7 @@ pub fn write(path: &Path, rows: &[Measurement]) -> Result<(), ImageError> {
 pub(super) mod tests {
     use super::*;
 
-    pub(in crate::error_time) fn measurement() -> Measurement {
+    pub(crate) fn measurement() -> Measurement {
         Measurement {
             scene: "s1".to_owned(),
             scene_hash: "00ff".to_owned(),

@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::error::CliError;
 use super::output;
-use uw_scenery::{self, Options, SceneryError};
+use uw_scenery::{Options, SceneryError};
 
 /// Arguments of `uw assets`.
 #[derive(Debug, Args)]
@@ -45,7 +45,7 @@ impl AssetsArguments {
             texture_px: self.texture_px,
             jpeg_quality: self.jpeg_quality,
         };
-        let files = scenery::write_all(&self.output, &options).map_err(|error| match error {
+        let files = uw_scenery::write_all(&self.output, &options).map_err(|error| match error {
             SceneryError::OutOfRange { .. } => CliError::input(error),
             _ => CliError::failed(error),
         })?;

@@ -5,9 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use uw_calib::photo::{Shot, frames};
-use uw_calib::{
-    Detail, Measured, NoiseModel, NoiseSource, Processing, StatsError, Treatment, View,
-};
+use uw_calib::{Measured, NoiseModel, NoiseSource, Processing, StatsError, Treatment, View};
 
 use super::camera::CameraArguments;
 use super::error::{CliError, note};

@@ -36,11 +36,11 @@ pub fn slider(
 }
 
 /// A slider with its name, range and unit.
-fn told_slider(
+fn told_slider<'a>(
     ui: &mut Ui,
     (name, unit): (&str, &str),
     range: RangeInclusive<f64>,
-    slider: impl FnOnce(RangeInclusive<f64>) -> Slider<'_>,
+    slider: impl FnOnce(RangeInclusive<f64>) -> Slider<'a>,
 ) -> egui::Response {
     let told = told(name, &range, unit);
     ui.add(slider(range).text(name).suffix(unit))

@@ -133,7 +133,7 @@ fn boards_are_added_and_removed() {
     until(&mut harness, "the wall", |v| is_at(v, 1.5));
     click(&mut harness, "Remove this one");
     until(&mut harness, "nothing", |v| {
-        v.is_current() && v.settings.objects.is_empty() && v.open.geometry.len() == 0
+        v.is_current() && v.settings.objects.is_empty() && v.open.geometry.is_empty()
     });
     click(&mut harness, "Add a board");
     until(&mut harness, "another board", |v| is_at(v, 1.0));

@@ -25,8 +25,8 @@ fn end_head(text: &mut String, config: &OperationConfig) {
 
 /// What every method gave in every water.
 fn methods(found: &Operation) -> impl Iterator<Item = (&WaterResult, &MethodResult)> {
-    let of = |water: &'_ WaterResult| water.methods.iter().map(move |method| (water, method));
-    found.waters.iter().flat_map(of)
+    let waters = found.waters.iter();
+    waters.flat_map(|water| water.methods.iter().map(move |method| (water, method)))
 }
 
 fn steps(config: &OperationConfig, found: &Operation) -> String {
