@@ -8,16 +8,18 @@ import package::common::gloss::{surface_albedo, surface_direction, surface_facto
 import package::common::interface::{distance_to_surface, flip, internal_reflectance, is_above};
 import package::common::lamp_connect::emitted;
 import package::common::lamp_targets::{NO_NUMBER, Target, choose_targets, lamp_point, target_count, targets};
-import package::common::layout::{HAS_DISKS, HAS_SURFACE, INFINITE, NONE, Spectrum, scene};
+import package::common::layout::{HAS_DISKS, HAS_GROUPS, HAS_SURFACE, INFINITE, NONE, Spectrum, scene};
 import package::common::light::{lamp_facing_area, lamp_radiance_along};
 import package::common::layer_tables::BY_SCATTERING;
 import package::common::layers::{way_along, way_between};
 import package::common::medium::{transmittance, transmittance_along};
 import package::common::rng::{next_bits, uniform_number};
 import package::common::settings::{lamp_count, max_events};
-import package::common::tables::{lamp_film_layer, lamp_intensity, lamp_level, lamp_position, lamp_radius};
+import package::common::tables::{lamp_film_layer, lamp_group, lamp_intensity, lamp_level, lamp_position, lamp_radius};
 import package::common::unfold::segment_factor;
 
+/// How much wider groups of lamps are, squared, than their lamps reach, so that no lamp is missed for rounding.
+const SEEN: f32 = 1.01;
 /// Distance from a surface, in radii, below which a lamp's disk is also looked for in a drawn direction.
 const LARGE: f32 = 4.0;
 
@@ -136,11 +138,22 @@ fn see_lamps(ray: CameraRay) {
 }
 
 fn see_lamps_along(origin: vec3f, direction: vec3f, length: f32, before: Spectrum, factor: f32) {
-    for (var i = 0u; i < lamp_count(); i++) {
-        let disk = lamp_radiance_along(i, origin, direction, length);
-        if disk.met {
-            let light = factor * disk.radiance * before * transmittance_along(origin, direction, disk.t);
-            add_light(lamp_film_layer(i), lamp_level(i), false, false, light);
+    for (var g = 0u; g < select(1u, scene.lamp_group_count, HAS_GROUPS); g++) {
+        var first = 0u;
+        var end = lamp_count();
+        if HAS_GROUPS {
+            let group = lamp_group(g);
+            let offset = group.centre - origin;
+            let beside = offset - clamp(dot(offset, direction), 0.0, length) * direction;
+            first = group.first;
+            end = select(first, first + group.count, dot(beside, beside) <= SEEN * group.reach * group.reach);
+        }
+        for (var i = first; i < end; i++) {
+            let disk = lamp_radiance_along(i, origin, direction, length);
+            if disk.met {
+                let light = factor * disk.radiance * before * transmittance_along(origin, direction, disk.t);
+                add_light(lamp_film_layer(i), lamp_level(i), false, false, light);
+            }
         }
     }
 }

@@ -3,12 +3,12 @@
 import package::common::camera::CameraRay;
 import package::common::interface::mirror;
 import package::common::lamp_walk::{LONGEST, up_to_free_path};
-import package::common::layout::{HAS_SURFACE, INFINITE, scene};
+import package::common::layout::{HAS_GROUPS, HAS_SURFACE, INFINITE, LampGroup, scene};
 import package::common::light::{lamp_relative_intensity, lamp_sample_point};
 import package::common::medium::largest;
 import package::common::rng::uniform_number;
 import package::common::settings::lamp_count;
-import package::common::tables::{lamp_intensity, lamp_mirror_share, lamp_position, lamp_radius};
+import package::common::tables::{lamp_group, lamp_intensity, lamp_mirror_share, lamp_position, lamp_radius};
 
 const MOST_LAMPS: u32 = 4u;
 const EVEN_SHARE: f32 = 0.1;
@@ -67,17 +67,20 @@ fn aim(lamp: u32, weight: f32, number: f32) {
     }
 }
 
+/// How far along a ray lamps are judged that it starts at `from_origin` from, m.
+fn reach_of_ray(ray: CameraRay, from_origin: vec3f) -> f32 {
+    if !ray.wet {
+        return 0.0;
+    }
+    let reach = up_to_free_path(ray.length);
+    return select(reach, max(-dot(from_origin, ray.direction), 0.0), reach >= LONGEST);
+}
+
 /// What a lamp can bring to a camera ray: its irradiance at the end of the ray, or one free path into the water, or, where
 /// nothing ends or dims the ray, where it is closest to the lamp.
 fn lamp_estimate(lamp: u32, ray: CameraRay) -> f32 {
     let from_origin = ray.origin - lamp_position(lamp);
-    var reach = 0.0;
-    if ray.wet {
-        reach = up_to_free_path(ray.length);
-        if reach >= LONGEST {
-            reach = max(-dot(from_origin, ray.direction), 0.0);
-        }
-    }
+    let reach = reach_of_ray(ray, from_origin);
     let offset = from_origin + reach * ray.direction;
     let radius = lamp_radius(lamp);
     let least2 = LEAST_DISTANCE * LEAST_DISTANCE * (dot(from_origin, from_origin) + reach * reach);
@@ -89,6 +92,73 @@ fn lamp_estimate(lamp: u32, ray: CameraRay) -> f32 {
     return largest(lamp_intensity(lamp)) * (0.1 + beam) * exp(-min(scene.c_min * sqrt(distance2), 80.0)) / distance2;
 }
 
+/// The same of all lamps of a group, wherever their beams go.
+fn group_estimate(group: LampGroup, ray: CameraRay) -> f32 {
+    let from_origin = ray.origin - group.centre;
+    let reach = reach_of_ray(ray, from_origin);
+    let offset = from_origin + reach * ray.direction;
+    let least2 = LEAST_DISTANCE * LEAST_DISTANCE * (dot(from_origin, from_origin) + reach * reach);
+    let distance2 = max(dot(offset, offset) + group.spread2, least2);
+    if distance2 == 0.0 {
+        return 0.0;
+    }
+    return group.intensity * exp(-min(scene.c_min * sqrt(distance2), 80.0)) / distance2;
+}
+
+/// Share of an estimate in all of them, and of what is chosen however little it can bring.
+fn share_of(estimate: f32, total: f32, even: f32) -> f32 {
+    if total > 0.0 {
+        return EVEN_SHARE * even + (1.0 - EVEN_SHARE) * estimate / total;
+    }
+    return even;
+}
+
+/// Chooses four lamps by what their groups, and they in their groups, can bring: with one comb of numbers, so that lamps of
+/// groups in which no tooth falls are not looked at.
+fn choose_in_groups(ray: CameraRay, number: f32) {
+    var total = 0.0;
+    for (var g = 0u; g < scene.lamp_group_count; g++) {
+        total += group_estimate(lamp_group(g), ray);
+    }
+    var next = uniform_number();
+    var sum = 0.0;
+    for (var g = 0u; g < scene.lamp_group_count; g++) {
+        let group = lamp_group(g);
+        let even = f32(group.count) / f32(lamp_count());
+        let expected = f32(MOST_LAMPS) * share_of(group_estimate(group, ray), total, even);
+        if next < sum + expected {
+            next = choose_of_group(group, ray, number, next, sum, expected);
+        }
+        sum += expected;
+    }
+}
+
+/// Chooses those lamps of a group, which is `expected` teeth wide from `start` on, in which teeth fall from `first` on; the tooth after them.
+fn choose_of_group(group: LampGroup, ray: CameraRay, number: f32, first: f32, start: f32, expected: f32) -> f32 {
+    let end = group.first + group.count;
+    var total = 0.0;
+    for (var i = group.first; i < end; i++) {
+        total += lamp_estimate(i, ray);
+    }
+    var next = first;
+    var sum = start;
+    for (var i = group.first; i < end; i++) {
+        let own = expected * share_of(lamp_estimate(i, ray), total, 1.0 / f32(group.count));
+        sum += own;
+        // The last one ends where the group does, however sums are rounded.
+        let upto = select(sum, start + expected, i + 1u == end);
+        var chosen = 0.0;
+        while next < upto {
+            chosen += 1.0;
+            next += 1.0;
+        }
+        if chosen > 0.0 {
+            aim(i, chosen / own, number);
+        }
+    }
+    return next;
+}
+
 /// Chooses, once per walk, the lamps it is joined to: all where there are few, else four by what they can bring. Whether
 /// the first is the lamp or its image is told by `number`, unless that is NO_NUMBER.
 fn choose_targets(ray: CameraRay, number: f32) {
@@ -98,6 +168,10 @@ fn choose_targets(ray: CameraRay, number: f32) {
         for (var i = 0u; i < count; i++) {
             aim(i, 1.0, number);
         }
+        return;
+    }
+    if HAS_GROUPS {
+        choose_in_groups(ray, number);
         return;
     }
     var total = 0.0;
@@ -126,7 +200,23 @@ fn choose_targets(ray: CameraRay, number: f32) {
 /// Square of the distance of `point` from the nearest lamp, m².
 fn nearest2_to(point: vec3f) -> f32 {
     var nearest2 = INFINITE;
-    for (var i = 0u; i < lamp_count(); i++) {
+    if HAS_GROUPS {
+        for (var g = 0u; g < scene.lamp_group_count; g++) {
+            let group = lamp_group(g);
+            let least = max(distance(group.centre, point) - group.reach, 0.0);
+            if least * least < nearest2 {
+                nearest2 = nearest2_of(group.first, group.first + group.count, point, nearest2);
+            }
+        }
+        return nearest2;
+    }
+    return nearest2_of(0u, lamp_count(), point, nearest2);
+}
+
+/// The same of the lamps from `first` to before `end`, at most `most`.
+fn nearest2_of(first: u32, end: u32, point: vec3f, most: f32) -> f32 {
+    var nearest2 = most;
+    for (var i = first; i < end; i++) {
         let offset = lamp_position(i) - point;
         nearest2 = min(nearest2, dot(offset, offset));
     }

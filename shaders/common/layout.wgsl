@@ -45,6 +45,8 @@ override HAS_DISKS: bool = true;
 override HAS_FALLOFFS: bool = true;
 /// Whether lamps have narrow beams, in water that is the same everywhere.
 override HAS_BEAMS: bool = true;
+/// Whether lamps are so many that they are in groups.
+override HAS_GROUPS: bool = true;
 /// A single lamp, a single parallelogram: loads with a known index are the cheaper ones.
 override ONE_LAMP: bool = false;
 override ONE_QUAD: bool = false;
@@ -143,6 +145,10 @@ struct Scene {
     focus_inside_m: f32,
     /// Lamps above the water, after the others.
     air_lamp_count: u32,
+    lamp_group_rows: u32,
+    lamp_group_count: u32,
+    padding_1: u32,
+    padding_2: u32,
 }
 
 struct Dispatch {
@@ -182,6 +188,19 @@ struct Lamp {
     beam_cosine: f32,
     padding_1: u32,
     padding_2: u32,
+}
+
+/// Lamps that lie together: `count` of them from `first` on.
+struct LampGroup {
+    centre: vec3f,
+    /// No point of them is farther from the centre, m.
+    reach: f32,
+    /// Sum of their intensities, each the largest of its channels, W/sr.
+    intensity: f32,
+    /// Mean square of their distances from the centre, m².
+    spread2: f32,
+    first: u32,
+    count: u32,
 }
 
 struct Quad {

@@ -2,7 +2,7 @@
 // faster than storage.
 // Host: crates/render/src/kernels/{tables,records}.rs. Checked by: crates/render/src/gpu/functions/tables.rs (both
 // places), tests/system/gpu_shaders.rs (fields and their rows).
-import package::common::layout::{HAS_DISKS, HAS_FALLOFFS, NEAR_IN_UNIFORM, NONE, ONE_LAMP, ONE_QUAD, Node, Quad, Spectrum, far_rows, near_rows, scene, uniform_rows};
+import package::common::layout::{HAS_DISKS, HAS_FALLOFFS, LampGroup, NEAR_IN_UNIFORM, NONE, ONE_LAMP, ONE_QUAD, Node, Quad, Spectrum, far_rows, near_rows, scene, uniform_rows};
 import package::common::spectrum::lamp_spectrum;
 
 /// Row `i` of the small tables.
@@ -81,6 +81,14 @@ fn lamp_mirror_share(i: u32) -> f32 {
 /// Cosine of the beam's half angle; 2 where it is too wide to be called one.
 fn lamp_beam_cosine(i: u32) -> f32 {
     return bitcast<vec4f>(lamp_row(i, 5u)).y;
+}
+
+fn lamp_group(i: u32) -> LampGroup {
+    let first = scene.lamp_group_rows + 2u * i;
+    let place = table_row_f32(first);
+    let sums = table_row_f32(first + 1u);
+    let lamps = table_row(first + 1u);
+    return LampGroup(place.xyz, place.w, sums.x, sums.y, lamps.z, lamps.w);
 }
 
 fn quad_at(i: u32) -> Quad {

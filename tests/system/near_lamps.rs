@@ -245,14 +245,48 @@ fn many_lamps_add_up() {
     everywhere(|backend| assert_adds_up(backend, &scene));
 }
 
+/// So many are chosen by groups that lie together, half of them are not: under water whose surface mirrors them, beside lamps that are seen.
+#[test]
+fn lamps_in_groups_add_up_with_those_in_none() {
+    let mut scene = empty(camera(DVec3::ZERO, DVec3::X, 400));
+    scene.water = Some(water(A, B, peaked()));
+    scene.surface = Some(uw_render::scene::WaterSurface {
+        height_m: 1.7,
+        refractive: true,
+    });
+    plate_ahead(&mut scene);
+    for i in 0..40 {
+        let angle = 0.7 * f64::from(i);
+        let away_m = 0.3 + 0.03 * f64::from(i);
+        let across = DVec3::new(0.0, angle.cos(), angle.sin());
+        let mut lamp = point_lamp(away_m * across, 1.0 + angle);
+        lamp.forward = DVec3::X;
+        lamp.half_angle_deg = 70.0;
+        if i % 4 == 0 {
+            // In view, and turned to the camera.
+            lamp.position_m = DVec3::X + 0.2 * across;
+            lamp.forward = -DVec3::X;
+            lamp.radius_m = 0.03;
+            lamp.intensity = [0.05; 3];
+        }
+        scene.lamps.push(lamp);
+    }
+    everywhere(|backend| assert_parts_add_up(backend, &scene, 20));
+}
+
 /// The picture of all lamps is the sum of those of one.
 fn assert_adds_up(backend: Backend, scene: &Scene) {
+    assert_parts_add_up(backend, scene, 1);
+}
+
+/// The picture of all lamps is the sum of those of so many.
+fn assert_parts_add_up(backend: Backend, scene: &Scene, count: usize) {
     let (together, error) = measure(backend, scene, 256, 0, 1);
     let (mut sum, mut variance) = ([0.0; 3], [0.0; 3]);
-    for (i, lamp) in scene.lamps.iter().enumerate() {
-        let mut one = scene.clone();
-        one.lamps = vec![lamp.clone()];
-        let (mean, error) = measure(backend, &one, 256, 0, 2 + i as u64);
+    for (i, lamps) in scene.lamps.chunks(count).enumerate() {
+        let mut part = scene.clone();
+        part.lamps = lamps.to_vec();
+        let (mean, error) = measure(backend, &part, 256, 0, 2 + i as u64);
         for k in 0..3 {
             sum[k] += mean[k];
             variance[k] += error[k] * error[k];

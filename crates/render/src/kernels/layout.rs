@@ -156,6 +156,10 @@ exact_records! {
         opening_radius_m: f32,
         focus_inside_m: f32,
         air_lamp_count: u32,
+        lamp_group_rows: u32,
+        lamp_group_count: u32,
+        padding_1: u32,
+        padding_2: u32,
     }
     /// A lamp at 100 %.
     Lamp {
@@ -173,6 +177,15 @@ exact_records! {
         beam_cosine: f32,
         padding_1: u32,
         padding_2: u32,
+    }
+    /// Lamps that lie together.
+    LampGroup {
+        centre: [f32; 3],
+        reach: f32,
+        intensity: f32,
+        spread2: f32,
+        first: u32,
+        count: u32,
     }
     /// A parallelogram.
     Quad {

@@ -2,6 +2,7 @@
 //! their room.
 
 mod fault;
+mod lamp_groups;
 pub mod layout;
 mod order;
 mod rays;

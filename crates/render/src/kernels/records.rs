@@ -85,6 +85,7 @@ impl Tables {
         let mut record = camera(scene);
         let (in_water, in_air): (Vec<usize>, Vec<usize>) =
             active.iter().partition(|&&i| !scene.lamps[i].in_air);
+        let (in_water, groups) = lamp_groups::arranged(scene, in_water);
         let active = &[&in_water[..], &in_air].concat()[..];
         let lamps: Vec<Lamp> = active
             .iter()
@@ -93,6 +94,8 @@ impl Tables {
         record.lamp_count = in_water.len() as u32;
         record.air_lamp_count = in_air.len() as u32;
         record.lamp_rows = rows.records(&lamps);
+        record.lamp_group_count = groups.len() as u32;
+        record.lamp_group_rows = rows.records(&groups);
         let spots = spots(scene, &in_water, tracer);
         record.spot_count = spots.len() as u32;
         record.spot_table = rows.spots(&spots);

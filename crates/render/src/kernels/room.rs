@@ -113,6 +113,7 @@ pub(crate) fn switches(scene: &Prepared, record: &Scene) -> Vec<(&'static str, f
         ("HAS_DISKS", features.disks),
         ("HAS_FALLOFFS", features.falloffs),
         ("HAS_BEAMS", features.beams),
+        ("HAS_GROUPS", record.lamp_group_count > 0),
         (
             "ONE_LAMP",
             (record.lamp_count, record.air_lamp_count) == (1, 0),
