@@ -12,7 +12,7 @@ import package::common::order::{LN_POISSON_SHARE, order_ln_tail, scattered_share
 import package::common::phase::phase_value;
 import package::common::settings::{lamp_strategies, largest_order};
 import package::common::spectrum::{lamp_ln_sigma, lamp_sigma, water_c, water_ln_b};
-import package::common::subpath::{BridgeStart, LEAST_LENGTH, bridge_start, drawn_up_to, is_joined, subpath};
+import package::common::subpath::{BridgeStart, LEAST_LENGTH, PathToLamp, bridge_start, drawn_up_to, is_joined, path, subpath};
 
 /// How a path goes on from the last vertex of the walk.
 struct Connection {
@@ -45,24 +45,10 @@ struct WayToSpot {
     facing: f32,
 }
 
-/// What all techniques of making one path share.
-struct PathToLamp {
-    more: f32,
-    last_length: f32,
-    /// Drawn length up to the walk's last vertex.
-    last_drawn: f32,
-    remaining: f32,
-    ln_walk_density: Spectrum,
-    ln_root_density: Spectrum,
-    shift: f32,
-}
-
 struct LnDensities {
     poisson: Spectrum,
     tail: Spectrum,
 }
-
-var<private> path: PathToLamp;
 
 /// The two parts of a technique's density under each strategy, in logarithms, without the factor D²/f.
 fn ln_densities(start: BridgeStart, order: u32, root: bool) -> LnDensities {

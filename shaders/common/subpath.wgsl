@@ -3,7 +3,7 @@
 import package::common::bridge::{bridge, bridge_vertex, drawn_row, extra_row, subpath_row};
 import package::common::layer_tables::{BY_BRIDGE, BY_SCATTERING};
 import package::common::layers::{drawn_between, relative_at};
-import package::common::layout::{HAS_LAYERS, scratch};
+import package::common::layout::{HAS_LAYERS, Spectrum, scratch};
 
 /// Most vertices of a walk that are joined to lamps where the water varies.
 const MOST_JOINED: u32 = 12u;
@@ -19,6 +19,20 @@ struct CameraSubpath {
 }
 
 var<private> subpath: CameraSubpath;
+
+/// What all techniques of making one path share.
+struct PathToLamp {
+    more: f32,
+    last_length: f32,
+    /// Drawn length up to the walk's last vertex.
+    last_drawn: f32,
+    remaining: f32,
+    ln_walk_density: Spectrum,
+    ln_root_density: Spectrum,
+    shift: f32,
+}
+
+var<private> path: PathToLamp;
 
 fn subpath_start() {
     subpath = CameraSubpath(0u, false, true, false);
