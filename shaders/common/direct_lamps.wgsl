@@ -14,7 +14,7 @@ import package::common::layer_tables::BY_SCATTERING;
 import package::common::layers::{way_along, way_between};
 import package::common::medium::{transmittance, transmittance_along};
 import package::common::rng::{next_bits, uniform_number};
-import package::common::settings::{lamp_count, max_events};
+import package::common::settings::{lamp_count, lamp_group_count, max_events};
 import package::common::tables::{lamp_film_layer, lamp_group, lamp_intensity, lamp_level, lamp_position, lamp_radius};
 import package::common::unfold::segment_factor;
 
@@ -138,7 +138,7 @@ fn see_lamps(ray: CameraRay) {
 }
 
 fn see_lamps_along(origin: vec3f, direction: vec3f, length: f32, before: Spectrum, factor: f32) {
-    for (var g = 0u; g < select(1u, scene.lamp_group_count, HAS_GROUPS); g++) {
+    for (var g = 0u; g < select(1u, lamp_group_count(), HAS_GROUPS); g++) {
         var first = 0u;
         var end = lamp_count();
         if HAS_GROUPS {

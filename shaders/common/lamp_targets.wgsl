@@ -7,7 +7,7 @@ import package::common::layout::{HAS_GROUPS, HAS_SURFACE, INFINITE, LampGroup, s
 import package::common::light::{lamp_relative_intensity, lamp_sample_point};
 import package::common::medium::largest;
 import package::common::rng::uniform_number;
-import package::common::settings::lamp_count;
+import package::common::settings::{lamp_count, lamp_group_count};
 import package::common::tables::{lamp_group, lamp_intensity, lamp_mirror_share, lamp_position, lamp_radius};
 
 const MOST_LAMPS: u32 = 4u;
@@ -117,12 +117,12 @@ fn share_of(estimate: f32, total: f32, even: f32) -> f32 {
 /// groups in which no tooth falls are not looked at.
 fn choose_in_groups(ray: CameraRay, number: f32) {
     var total = 0.0;
-    for (var g = 0u; g < scene.lamp_group_count; g++) {
+    for (var g = 0u; g < lamp_group_count(); g++) {
         total += group_estimate(lamp_group(g), ray);
     }
     var next = uniform_number();
     var sum = 0.0;
-    for (var g = 0u; g < scene.lamp_group_count; g++) {
+    for (var g = 0u; g < lamp_group_count(); g++) {
         let group = lamp_group(g);
         let even = f32(group.count) / f32(lamp_count());
         let expected = f32(MOST_LAMPS) * share_of(group_estimate(group, ray), total, even);
@@ -201,10 +201,15 @@ fn choose_targets(ray: CameraRay, number: f32) {
 fn nearest2_to(point: vec3f) -> f32 {
     var nearest2 = INFINITE;
     if HAS_GROUPS {
-        for (var g = 0u; g < scene.lamp_group_count; g++) {
+        // In every group a lamp is at most so far away.
+        var most = INFINITE;
+        for (var g = 0u; g < lamp_group_count(); g++) {
             let group = lamp_group(g);
-            let least = max(distance(group.centre, point) - group.reach, 0.0);
-            if least * least < nearest2 {
+            most = min(most, distance(group.centre, point) + group.reach);
+        }
+        for (var g = 0u; g < lamp_group_count(); g++) {
+            let group = lamp_group(g);
+            if distance(group.centre, point) - group.reach <= most {
                 nearest2 = nearest2_of(group.first, group.first + group.count, point, nearest2);
             }
         }

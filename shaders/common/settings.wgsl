@@ -20,6 +20,11 @@ fn air_lamp_count() -> u32 {
     return scene.air_lamp_count + nothing;
 }
 
+/// Groups of lamps that are not in the air; none where these are few.
+fn lamp_group_count() -> u32 {
+    return scene.lamp_group_count + nothing;
+}
+
 fn quad_count() -> u32 {
     return select(scene.quad_count + nothing, 1u, ONE_QUAD);
 }

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 use uw_media::{Spectrum, phase::DiskTable};
 
 use super::{
-    GpuError,
+    GpuError, lamp_groups,
     layout::{LN_ZERO, Lamp, Material, NONE, Quad, Scene, Triangle},
     order::{MAX_ORDER, OrderLaw},
     spectra,
