@@ -38,6 +38,12 @@ fn shipped_scenes_survive_saving_elsewhere() {
         // Up is made perpendicular to forward anew, which may move its last bit.
         assert!(read.camera.up.distance(settings.camera.up) < 1e-15);
         read.camera.up = settings.camera.up;
+        // Objects name their files from elsewhere.
+        let text = |open: &OpenScene, settings: &Settings| {
+            scene_text::scene_text(open, settings, Path::new("/"))
+        };
+        assert_eq!(text(&again, &read), text(&open, &settings));
+        read.objects = settings.objects.clone();
         assert_eq!(read, settings, "{}", path.display());
         assert_eq!(again.geometry.len(), open.geometry.len());
         assert_eq!(again.geometry.bounds(), open.geometry.bounds());
