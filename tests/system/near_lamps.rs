@@ -255,11 +255,11 @@ fn lamps_in_groups_add_up_with_those_in_none() {
         refractive: true,
     });
     plate_ahead(&mut scene);
-    for i in 0..40 {
+    for i in 0..160 {
         let angle = 0.7 * f64::from(i);
-        let away_m = 0.3 + 0.03 * f64::from(i);
+        let away_m = 0.3 + 0.01 * f64::from(i);
         let across = DVec3::new(0.0, angle.cos(), angle.sin());
-        let mut lamp = point_lamp(away_m * across, 1.0 + angle);
+        let mut lamp = point_lamp(away_m * across, 1.0 + 0.1 * angle);
         lamp.forward = DVec3::X;
         lamp.half_angle_deg = 70.0;
         if i % 4 == 0 {
@@ -271,7 +271,7 @@ fn lamps_in_groups_add_up_with_those_in_none() {
         }
         scene.lamps.push(lamp);
     }
-    everywhere(|backend| assert_parts_add_up(backend, &scene, 20));
+    everywhere(|backend| assert_parts_add_up(backend, &scene, 80));
 }
 
 /// The picture of all lamps is the sum of those of one.
