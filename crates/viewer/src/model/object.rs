@@ -107,8 +107,8 @@ impl Plane {
         let upright = standing(camera, turn, tilt, 0.0);
         let up = self.axes.y_axis;
         let roll = up.dot(upright.x_axis).atan2(up.dot(upright.y_axis));
-        // Adding zero makes -0 a zero.
-        let degrees = |angle: f64| rounded(angle.to_degrees()) + 0.0;
+        // To a millionth, more than the numbers of a file tell; adding zero makes -0 a zero.
+        let degrees = |angle: f64| (angle.to_degrees() * 1e6).round() / 1e6 + 0.0;
         Stand {
             turn_deg: degrees(turn),
             tilt_deg: degrees(tilt),
