@@ -1,7 +1,7 @@
 //! How soon a change of settings shows: time to the first picture of each change while a slider is dragged, and the time
 //! between frames of the real window meanwhile, where there is a screen. `cargo bench -p uw-viewer`; with a word after
 //! `--`, only that: `pictures` (`pictures-simd`: on the processor's vector units), `window` (`window-simd`), or `window-gpu`
-//! for a window that shares its adapter with the renderer.
+//! for a window that shares its adapter with the renderer; `objects` (objects that are read again), `scenes` (small pictures of scenes).
 
 mod window;
 
@@ -14,7 +14,8 @@ use uw_render::{
     backend::{Backend, Device},
     prepare::Prepared,
 };
-use uw_viewer::model::{Coefficients, Display, OpenScene};
+use uw_viewer::model::{Coefficients, Display, OpenScene, rebuilt::Rebuilt};
+use uw_viewer::worker::thumbnails::Thumbnails;
 use uw_viewer::worker::{Goal, Job, RenderDevice, View, Worker};
 
 /// Changes per scene.
@@ -34,6 +35,12 @@ fn main() {
     }
     if is_wanted("pictures-simd") {
         pictures(scenes, &Device::CpuSimd);
+    }
+    if is_wanted("objects") {
+        objects(scenes);
+    }
+    if is_wanted("scenes") {
+        small_pictures(scenes);
     }
     // One window per process: the second loop of events would be refused.
     let backend = if wanted.iter().any(|w| w == "window-gpu") {
@@ -55,6 +62,41 @@ fn main() {
 fn say(line: &str) {
     // Nothing can be done about a closed standard output.
     let _ = writeln!(std::io::stdout().lock(), "{line}");
+}
+
+/// How long objects take that are read again.
+fn objects(scenes: &Path) {
+    say("objects read again, ms");
+    for name in [
+        "flat_reef",
+        "flat_hull",
+        "flat_seabed",
+        "hull_inspection",
+        "reef",
+    ] {
+        let path = scenes.join(format!("{name}.toml"));
+        let (open, _) = OpenScene::read(&path).expect("a shipped scene");
+        let start = Instant::now();
+        Rebuilt::read(open.objects.clone(), &open.base_dir).expect("its objects");
+        say(&format!(
+            "{name}: {:.0}",
+            1e3 * start.elapsed().as_secs_f64()
+        ));
+    }
+}
+
+/// How long small pictures of scenes take, one after the other.
+fn small_pictures(scenes: &Path) {
+    say("small pictures, s");
+    let mut thumbnails = Thumbnails::start(|| ()).expect("a thread");
+    for name in ["flat_hull", "flat_reef", "kelp", "reef", "pier"] {
+        let path = scenes.join(format!("{name}.toml"));
+        let start = Instant::now();
+        while thumbnails.of(&path).is_none() {
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        say(&format!("{name}: {:.1}", start.elapsed().as_secs_f64()));
+    }
 }
 
 fn pictures(scenes: &Path, device: &Device) {

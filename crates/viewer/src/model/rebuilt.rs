@@ -7,8 +7,8 @@ use toml::Value;
 use uw_render::prepare::Geometry;
 use uw_render::scene::{Lamp, Scene, SceneError};
 
-use super::Settings;
 use super::scene_text::object_text;
+use super::{LampSettings, Settings};
 
 /// A scene around objects, whose camera nobody sees.
 const HEAD: &str = "format = \"uw-scene/1\"\n\
@@ -49,16 +49,43 @@ impl Rebuilt {
     }
 
     /// Puts into the settings what they hold of these objects: lamps of glTF files go where these are placed now, and keep
-    /// what else was set.
+    /// what else was set. They are told by their order where they are as many as before, else by their names, which a scene
+    /// numbers where they are taken.
     pub fn tell(&self, settings: &mut Settings) {
         settings.spectral_surfaces = self.by_wavelength;
-        settings.lamps.retain_mut(|known| {
-            let same = self.lamps.iter().find(|lamp| lamp.name == known.name);
-            let lamp = same.filter(|_| known.of_gltf);
-            if let Some(lamp) = lamp {
-                (known.position_m, known.forward) = (lamp.position_m, lamp.forward);
+        let known: Vec<usize> = (0..settings.lamps.len())
+            .filter(|&i| settings.lamps[i].of_gltf)
+            .collect();
+        if known.len() == self.lamps.len() {
+            for (i, lamp) in known.into_iter().zip(&self.lamps) {
+                let own = &mut settings.lamps[i];
+                (own.position_m, own.forward) = (lamp.position_m, lamp.forward);
             }
-            !known.of_gltf || lamp.is_some()
-        });
+            return;
+        }
+        let (known, own) = settings.lamps.drain(..).partition(|lamp| lamp.of_gltf);
+        settings.lamps = own;
+        for lamp in &self.lamps {
+            let told = self::told(lamp, &known, settings);
+            settings.lamps.push(told);
+        }
     }
+}
+
+/// A lamp of a glTF file as it is set, or as its file has it where it was not known.
+fn told(lamp: &Lamp, known: &[LampSettings], settings: &Settings) -> LampSettings {
+    let placed = LampSettings {
+        of_gltf: true,
+        ..LampSettings::from(lamp)
+    };
+    let same = known.iter().find(|known| known.name == lamp.name);
+    let mut told = same.map_or(placed.clone(), |known| LampSettings {
+        position_m: placed.position_m,
+        forward: placed.forward,
+        ..known.clone()
+    });
+    if settings.lamps.iter().any(|other| other.name == told.name) {
+        told.name = settings.free_lamp_name();
+    }
+    told
 }

@@ -27,7 +27,7 @@ pub struct Gallery {
 }
 
 impl Gallery {
-    /// Has the picture of a file made anew.
+    /// Has all pictures made anew: a file is another one.
     pub fn forget(&mut self) {
         *self = Self::default();
     }
@@ -102,6 +102,8 @@ pub fn show(app: &mut Viewer, ctx: &egui::Context) {
     }
     if chosen.is_some() || modal.inner || modal.should_close() {
         app.gallery_open = false;
+        // What is still waited for is not made while nobody looks.
+        app.gallery.thumbnails = None;
     }
 }
 

@@ -142,12 +142,12 @@ fn boards_are_added_and_removed() {
 /// A glTF file with a lamp and nothing else.
 const LAMP: &str = r#"{
     "asset": {"version": "2.0"}, "extensionsUsed": ["KHR_lights_punctual"],
-    "extensions": {"KHR_lights_punctual": {"lights": [{"type": "point", "name": "glow", "intensity": 3.0}]}},
+    "extensions": {"KHR_lights_punctual": {"lights": [{"type": "point", "name": "left", "intensity": 3.0}]}},
     "nodes": [{"name": "glow", "translation": [0.2, 0.0, 0.0], "extensions": {"KHR_lights_punctual": {"light": 0}}}],
     "scenes": [{"nodes": [0]}], "scene": 0
 }"#;
 
-/// The lamps of a file go with it and keep what was set of them; they leave with it.
+/// The lamps of a file go with it and keep what was set of them, also where another has their name; they leave with it and come back.
 #[test]
 fn lamps_of_a_gltf_object_follow_it() {
     let folder = tempfile::tempdir().expect("folder");
@@ -174,8 +174,16 @@ fn lamps_of_a_gltf_object_follow_it() {
         lamps(v)[1].position_m.z == -2.0 && v.is_current()
     });
     assert_eq!(lamps(harness.state())[1].level_pct, 30.0);
+    assert_eq!(lamps(harness.state())[1].name, "left_2");
+    let objects = harness.state().settings.objects.clone();
     harness.state_mut().settings.objects.pop();
     until(&mut harness, "one lamp", |v| lamps(v) == [own.clone()]);
+    harness.state_mut().settings.objects = objects;
+    until(&mut harness, "the lamp again", |v| {
+        let lamps = lamps(v);
+        lamps.len() == 2 && lamps[1].of_gltf && lamps[1].name != own.name
+    });
+    assert_eq!(lamps(harness.state())[1].position_m.z, -2.0);
 }
 
 /// A file of objects goes where it is put.
