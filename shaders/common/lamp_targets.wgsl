@@ -174,27 +174,9 @@ fn choose_targets(ray: CameraRay, number: f32) {
         choose_in_groups(ray, number);
         return;
     }
-    var total = 0.0;
-    for (var i = 0u; i < count; i++) {
-        total += lamp_estimate(i, ray);
-    }
-    let even = EVEN_SHARE / f32(count);
-    let all_shares = select(EVEN_SHARE, 1.0, total > 0.0);
-    var next = uniform_number();
-    var sum = 0.0;
-    for (var i = 0u; i < count; i++) {
-        let guided = select(0.0, lamp_estimate(i, ray) / max(total, 1e-37), total > 0.0);
-        let expected = f32(MOST_LAMPS) * (even + (1.0 - EVEN_SHARE) * guided) / all_shares;
-        sum += expected;
-        var chosen = 0.0;
-        while next < sum {
-            chosen += 1.0;
-            next += 1.0;
-        }
-        if chosen > 0.0 {
-            aim(i, chosen / expected, number);
-        }
-    }
+    // All are one group.
+    let all = LampGroup(vec3f(0.0), 0.0, 0.0, 0.0, 0u, count);
+    choose_of_group(all, ray, number, uniform_number(), 0.0, f32(MOST_LAMPS));
 }
 
 /// Square of the distance of `point` from the nearest lamp, m².
