@@ -18,7 +18,7 @@ use uw_render::{
 
 /// Tests that one opened adapter serves: it keeps what it has compiled, which half of the time of many tests goes into, but also the
 /// memory for that, until it is closed.
-const MOST_TESTS: u32 = 16;
+const MOST_TESTS: u32 = 48;
 /// Opened adapters that wait for a test.
 static IDLE: Mutex<Vec<Lent>> = Mutex::new(Vec::new());
 

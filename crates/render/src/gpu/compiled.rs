@@ -1,11 +1,12 @@
 //! Compiled kernels, kept for the next scene that asks for the same: compiling takes longer than a first picture may.
 
 use std::{
+    borrow::Cow,
     collections::HashMap,
     sync::{Arc, Mutex, PoisonError},
 };
 
-use super::Gpu;
+use super::{Gpu, pruned::pruned};
 use crate::kernels::GpuError;
 
 /// The composed text and the constants, by name and bits. Constants are switches, so that there are few.
@@ -47,11 +48,15 @@ impl Gpu {
         if let Some(pipeline) = kept().get(&key) {
             return Ok(pipeline.clone());
         }
+        let shader = pruned(text, &declared).map_err(|reason| GpuError::Shader {
+            name: name.to_owned(),
+            reason,
+        })?;
         let module = self
             .device
             .create_shader_module(wgpu::ShaderModuleDescriptor {
                 label: Some(name),
-                source: wgpu::ShaderSource::Wgsl(text.into()),
+                source: wgpu::ShaderSource::Naga(Cow::Owned(shader)),
             });
         let pipeline = self
             .device
@@ -60,10 +65,7 @@ impl Gpu {
                 layout: Some(layout),
                 module: &module,
                 entry_point: Some("main"),
-                compilation_options: wgpu::PipelineCompilationOptions {
-                    constants: &declared,
-                    ..Default::default()
-                },
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
                 cache: None,
             });
         self.check()?;

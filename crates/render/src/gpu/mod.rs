@@ -13,6 +13,7 @@ mod faults;
 mod functions;
 mod held;
 mod pipeline;
+mod pruned;
 mod rays;
 mod render;
 mod shared;
