@@ -1,10 +1,13 @@
 //! What layers are made of: sums of carriers, each known without noise, times polynomials of the place in the picture.
 
-use super::guides::{Fragment, Guides, Shown};
+use super::guides::{Fragment, Guides, Sampled, Shown};
+use super::lanes::{Lanes, ZERO, lane};
 use super::samples::Points;
 
 /// Most terms of a basis.
 pub(super) const MOST_TERMS: usize = 16;
+/// Most different carriers of a basis.
+pub(super) const MOST_CARRIERS: usize = 12;
 /// Widths of the blurred copies of the straight light, standard deviations in pixels of a picture 240 pixels wide.
 const BLURS: [f64; 4] = [1.0, 2.5, 6.0, 16.0];
 /// Width of the picture that they are given for, pixels.
@@ -32,18 +35,27 @@ pub(super) enum Carrier {
 /// A carrier times u^i v^j, (u, v) the place in cells.
 pub(super) type Term = (Carrier, u8, u8);
 
-/// Where carriers are looked at, for which half of the samples.
+/// Where carriers are looked at, by each half of the samples.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum View {
     /// All over the pixel.
-    Shown(usize),
+    Shown,
     /// Where the samples looked.
-    Sampled(usize),
+    Sampled,
 }
+
+/// The carriers of a fragment, each once.
+pub(super) type Carried = [Lanes; MOST_CARRIERS];
 
 /// A basis.
 pub(super) struct Basis {
-    pub(super) terms: Vec<Term>,
+    terms: Vec<Term>,
+    /// The carriers of its terms, each once.
+    carriers: Vec<Carrier>,
+    /// Which carriers go with which powers of u: index of the carrier and power, each pair once.
+    slopes: Vec<(usize, u8)>,
+    /// Of each term the index of its carrier and of its slope.
+    places: Vec<(usize, usize)>,
     /// The image points that its light is seen at, but for sun and sky.
     points: Points,
     /// Whether all of the layer is straight light.
@@ -147,8 +159,17 @@ impl Basis {
 
     fn new(points: Points, terms: &[Term]) -> Self {
         debug_assert!(terms.len() <= MOST_TERMS);
+        let (mut carriers, mut slopes, mut places) = (Vec::new(), Vec::new(), Vec::new());
+        for &(carrier, power, _) in terms {
+            let carrier = place_in(&mut carriers, carrier);
+            places.push((carrier, place_in(&mut slopes, (carrier, power))));
+        }
+        debug_assert!(carriers.len() <= MOST_CARRIERS);
         Self {
             terms: terms.to_vec(),
+            carriers,
+            slopes,
+            places,
             points,
             is_straight: false,
         }
@@ -159,44 +180,48 @@ impl Basis {
         self.terms.len()
     }
 
-    /// The carriers of a fragment of a pixel in channel `k`, term by term, times the fragment's share of the pixel.
+    /// Number of different carriers.
+    pub(super) fn carrier_count(&self) -> usize {
+        self.carriers.len()
+    }
+
+    /// Which carriers go with which powers of u: index of the carrier and power.
+    pub(super) fn slopes(&self) -> &[(usize, u8)] {
+        &self.slopes
+    }
+
+    /// Of each term the index of its slope and its power of v.
+    pub(super) fn powers_of_v(&self) -> impl Iterator<Item = (usize, u8)> {
+        let places = self.places.iter().zip(&self.terms);
+        places.map(|(&(_, slope), &(.., power))| (slope, power))
+    }
+
+    /// The carriers of a fragment of a pixel, times the fragment's share of the pixel.
     pub(super) fn carriers(
         &self,
         fragment: &Fragment,
         blurred: &[[f32; 3]; BLURS.len()],
-        k: usize,
         view: View,
-    ) -> [f64; MOST_TERMS] {
-        let (shown, own, walked) = match view {
-            View::Shown(half) => {
-                let shown = &fragment.shown[half];
-                (shown, shown.sampled(), shown.sampled())
+    ) -> Carried {
+        let mut carried = [ZERO; MOST_CARRIERS];
+        for half in 0..2 {
+            let shown = &fragment.shown[half];
+            let (own, walked) = match view {
+                View::Shown => (shown.sampled(), shown.sampled()),
+                View::Sampled => match self.points {
+                    Points::Walks => (fragment.walked[half], fragment.walked[half]),
+                    Points::Lit => (fragment.lit[half], fragment.walked[half]),
+                },
+            };
+            for (values, carrier) in carried.iter_mut().zip(&self.carriers) {
+                let of = carrier_values(*carrier, fragment, blurred, (shown, &own, &walked));
+                (0..3).for_each(|k| values[lane(k, half)] = f64::from(of[k]));
             }
-            View::Sampled(half) => {
-                let (walked, lit) = (fragment.walked[half], fragment.lit[half]);
-                let own = match self.points {
-                    Points::Walks => walked,
-                    Points::Lit => lit,
-                };
-                (&fragment.shown[half], own, walked)
-            }
-        };
-        let mut values = [0.0; MOST_TERMS];
-        for (value, (carrier, ..)) in values.iter_mut().zip(&self.terms) {
-            *value = f64::from(match *carrier {
-                Carrier::One => own.share,
-                Carrier::Transmittance => own.share * shown.transmittance[k],
-                Carrier::Seen => own.share * own.seen[k],
-                Carrier::Turned(axis) => own.share * own.seen[k] * fragment.normal[axis],
-                Carrier::Lamps => own.share * own.seen[k] * shown.lamps[k],
-                Carrier::Day => walked.share * walked.seen[k] * shown.day[k],
-                Carrier::Blurred(width) => own.share * blurred[width][k],
-            });
         }
-        values
+        carried
     }
 
-    /// The carriers of a fragment that follows the fit of another one, term by term: its own; but where the straight light of both is known,
+    /// The carriers of a fragment that follows the fit of another one: its own; but where the straight light of both is known,
     /// and all of the layer is straight light, those of the other times the ratio of that, as what the other does not vary in is
     /// not told apart by its fit.
     pub(super) fn carriers_beside(
@@ -204,54 +229,52 @@ impl Basis {
         fragment: &Fragment,
         other: &Fragment,
         blurred: &[[f32; 3]; BLURS.len()],
-        k: usize,
         view: View,
-    ) -> [f64; MOST_TERMS] {
-        let own = self.carriers(fragment, blurred, k, view);
+    ) -> Carried {
+        let own = self.carriers(fragment, blurred, view);
         if !self.is_straight {
             return own;
         }
-        let others = self.carriers(other, blurred, k, view);
-        let light = |values: &[f64; MOST_TERMS]| {
-            let known = self.terms.iter().zip(values);
+        let others = self.carriers(other, blurred, view);
+        let light = |carried: &Carried, lane: usize| {
+            let known = self.carriers.iter().zip(carried);
             known
-                .filter(|(term, _)| matches!(term, (Carrier::Lamps | Carrier::Day, 0, 0)))
-                .map(|(_, value)| value)
+                .filter(|(carrier, _)| matches!(carrier, Carrier::Lamps | Carrier::Day))
+                .map(|(_, values)| values[lane])
                 .sum::<f64>()
         };
-        let of_other = light(&others);
-        match of_other > 0.0 {
-            true => others.map(|value| value * light(&own) / of_other),
-            false => own,
+        let mut beside = own;
+        for lane in 0..ZERO.len() {
+            let (of_own, of_other) = (light(&own, lane), light(&others, lane));
+            if of_other > 0.0 {
+                for (value, other) in beside.iter_mut().zip(&others) {
+                    value[lane] = other[lane] * of_own / of_other;
+                }
+            }
+        }
+        beside
+    }
+
+    /// Carriers times the monomials at (u, v), term by term.
+    pub(super) fn terms_at(&self, carried: &Carried, u: f64, v: f64, terms: &mut [Lanes]) {
+        let places = self.terms.iter().zip(&self.places);
+        for (term, (&(_, i, j), &(carrier, _))) in terms.iter_mut().zip(places) {
+            let monomial = power(u, i) * power(v, j);
+            *term = carried[carrier].map(|value| value * monomial);
         }
     }
 
-    /// The monomials at (u, v), term by term.
-    #[inline]
-    pub(super) fn monomials(&self, u: f64, v: f64) -> [f64; MOST_TERMS] {
-        let power = |x: f64, n: u8| match n {
-            0 => 1.0,
-            1 => x,
-            _ => x * x,
-        };
-        let mut values = [0.0; MOST_TERMS];
-        for (value, &(_, i, j)) in values.iter_mut().zip(&self.terms) {
-            *value = power(u, i) * power(v, j);
-        }
-        values
-    }
-
-    /// The terms that make each term where u and v are larger by `a` and `b`: (index, factor), itself first.
-    pub(super) fn shifted(&self, a: f64, b: f64) -> Vec<Vec<(usize, f64)>> {
+    /// The terms that make each term where (u, v) are `scale` times what they are there and larger by `a` and `b`: (index, factor).
+    pub(super) fn recast(&self, scale: f64, (a, b): (f64, f64)) -> Vec<Vec<(usize, f64)>> {
         let find = |wanted: Term| self.terms.iter().position(|&term| term == wanted);
+        let of_power = |n: u8, left: u8, shift: f64| {
+            binomial(n, left) * power(scale, left) * power(shift, n - left)
+        };
         let of_term = |&(carrier, i, j): &Term| {
             let mut parts = Vec::new();
             for p in (0..=i).rev() {
                 for q in (0..=j).rev() {
-                    let factor = binomial(i, p)
-                        * a.powi(i32::from(i - p))
-                        * binomial(j, q)
-                        * b.powi(i32::from(j - q));
+                    let factor = of_power(i, p, a) * of_power(j, q, b);
                     if let Some(index) = find((carrier, p, q)).filter(|_| factor != 0.0) {
                         parts.push((index, factor));
                     }
@@ -260,6 +283,44 @@ impl Basis {
             parts
         };
         self.terms.iter().map(of_term).collect()
+    }
+}
+
+/// x to the power of `n`, 2 at most.
+pub(super) fn power(x: f64, n: u8) -> f64 {
+    match n {
+        0 => 1.0,
+        1 => x,
+        _ => x * x,
+    }
+}
+
+/// Place of `value` in a list to which it is added where it is not there yet.
+fn place_in<T: PartialEq>(list: &mut Vec<T>, value: T) -> usize {
+    let found = list.iter().position(|own| *own == value);
+    found.unwrap_or_else(|| {
+        list.push(value);
+        list.len() - 1
+    })
+}
+
+/// A carrier of a fragment for a half of the samples, per channel, by what is shown, and by what the samples of the basis and walks saw.
+fn carrier_values(
+    carrier: Carrier,
+    fragment: &Fragment,
+    blurred: &[[f32; 3]; BLURS.len()],
+    (shown, own, walked): (&Shown, &Sampled, &Sampled),
+) -> [f32; 3] {
+    let seen: [f32; 3] = std::array::from_fn(|k| own.share * own.seen[k]);
+    let per_channel = |of: &dyn Fn(usize) -> f32| [of(0), of(1), of(2)];
+    match carrier {
+        Carrier::One => [own.share; 3],
+        Carrier::Transmittance => per_channel(&|k| own.share * shown.transmittance[k]),
+        Carrier::Seen => seen,
+        Carrier::Turned(axis) => per_channel(&|k| seen[k] * fragment.normal[axis]),
+        Carrier::Lamps => per_channel(&|k| seen[k] * shown.lamps[k]),
+        Carrier::Day => per_channel(&|k| walked.share * walked.seen[k] * shown.day[k]),
+        Carrier::Blurred(width) => per_channel(&|k| own.share * blurred[width][k]),
     }
 }
 

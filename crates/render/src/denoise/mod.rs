@@ -7,10 +7,12 @@
 
 mod basis;
 mod blur;
+mod cells;
 mod error;
 mod gather;
 mod guides;
 mod halves;
+mod lanes;
 mod look;
 mod regions;
 mod regression;
@@ -19,6 +21,7 @@ mod selection;
 mod solve;
 #[cfg(test)]
 mod tests;
+mod values;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -37,8 +40,6 @@ use regression::Problem;
 pub use samples::Half;
 use selection::{Chosen, Halves};
 
-/// Edges of cells, pixels: each candidate's window is three of them wide.
-const CELLS_PX: [usize; 6] = [4, 8, 16, 32, 64, 128];
 /// Radius over which the level of the picture is averaged that errors are weighed by, twice, pixels.
 const LEVEL_RADIUS_PX: usize = 6;
 /// Share of the picture's squared mean that is added to that squared level.
@@ -135,11 +136,7 @@ fn layers(
             weights: &weights,
             cancel,
         };
-        let largest = guides.width.max(guides.height);
-        let cells = CELLS_PX
-            .into_iter()
-            .filter(|cell| *cell <= CELLS_PX[0].max(largest / 4));
-        let fitted = cells.map_while(|cell| problem.fit(cell));
+        let fitted = problem.fit()?;
         let chosen = selection::select(problem.halves, fitted, &weights, guides.width);
         (!cancel.load(Ordering::Relaxed)).then_some(chosen)
     };

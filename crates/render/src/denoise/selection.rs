@@ -1,7 +1,9 @@
 //! Which fit to believe where: by what each half says of the other half's fit.
 
+use rayon::prelude::*;
+
 use super::blur::boxed;
-use super::regression::Fitted;
+use super::regression::{CROSSED, Fitted, OWN, SHOWN, Values};
 
 /// Radius over which the errors of candidates are averaged, pixels, and how often.
 const SCORE_RADIUS_PX: usize = 6;
@@ -25,88 +27,62 @@ pub(super) struct Chosen {
     pub(super) residuals: Halves,
 }
 
-/// A way to show the layer.
-struct Candidate {
-    shown: Halves,
-    /// The same where each half's samples looked.
-    own: Halves,
-    /// What its squared error is expected to be, see [`score`].
-    score: Vec<f32>,
-}
-
 /// Takes of every pixel the candidate with the least estimated error: the layer as it is, or one of `fitted`, which go from small
 /// cells to large ones.
 pub(super) fn select(
     raw: [&[[f32; 3]]; 2],
-    fitted: impl Iterator<Item = Fitted>,
+    mut fitted: Vec<Fitted>,
     weights: &[[f32; 3]],
     width: usize,
 ) -> Chosen {
-    let mut fitted: Vec<Fitted> = fitted.collect();
     fill_from_larger(&mut fitted);
-    let mut candidates: Vec<Candidate> = Vec::new();
-    let mut crossed = raw.map(<[_]>::to_vec);
-    for mut next in fitted {
-        if candidates.is_empty() {
-            candidates.push(Candidate {
-                score: score_of_samples(raw, &next, weights),
-                shown: crossed.clone(),
-                own: crossed.clone(),
-            });
-        }
+    let first = match fitted.first() {
+        Some(finest) => score_of_samples(raw, finest, weights),
+        None => vec![0.0; weights.len()],
+    };
+    let mut candidates = vec![samples(raw)];
+    for next in &fitted {
         let last = &candidates[candidates.len() - 1];
-        for i in (0..weights.len()).filter(|&i| !next.known[i]) {
-            for half in 0..2 {
-                next.shown[half][i] = last.shown[half][i];
-                next.own[half][i] = last.own[half][i];
-                next.crossed[half][i] = crossed[half][i];
-            }
-        }
-        candidates.push(Candidate {
-            score: score(&next, raw, weights),
-            shown: next.shown,
-            own: next.own,
-        });
-        crossed = next.crossed;
+        candidates.push(known_or(next, last));
     }
-    let scores: Vec<&[f32]> = candidates.iter().map(|c| &c.score[..]).collect();
+    let mut scores = vec![first];
+    scores.extend(
+        (candidates[1..]
+            .par_iter()
+            .map(|own| score(own, raw, weights)))
+        .collect::<Vec<_>>(),
+    );
     let choice = choose(&scores, width);
-    let shown = blend(candidates.iter().map(|c| &c.shown), &choice, width);
-    let mut residuals = blend(candidates.iter().map(|c| &c.own), &choice, width);
-    for (own, raw) in residuals.iter_mut().zip(raw) {
-        for (own, raw) in own.iter_mut().zip(raw) {
-            (0..3).for_each(|k| own[k] = raw[k] - own[k]);
-        }
-    }
-    Chosen { shown, residuals }
+    blend(&candidates, raw, &shares(&choice, candidates.len(), width))
+}
+
+/// The samples as they are.
+fn samples(raw: [&[[f32; 3]]; 2]) -> Vec<Values> {
+    let halves = raw[0].iter().zip(raw[1]);
+    halves.map(|(&a, &b)| [[a, b]; 3]).collect()
 }
 
 /// Where cells hold too few pixels of a surface for a fit, the next larger ones that have one stand in, before the samples themselves do.
 fn fill_from_larger(fitted: &mut [Fitted]) {
     for index in (1..fitted.len()).rev() {
         let (smaller, larger) = fitted.split_at_mut(index);
-        let (Some(smaller), Some(larger)) = (smaller.last_mut(), larger.first()) else {
-            continue;
-        };
-        for i in 0..smaller.known.len() {
-            if larger.known[i] && !smaller.known[i] {
-                smaller.known[i] = true;
-                for half in 0..2 {
-                    smaller.shown[half][i] = larger.shown[half][i];
-                    smaller.own[half][i] = larger.own[half][i];
-                    smaller.crossed[half][i] = larger.crossed[half][i];
-                }
-            }
+        for (own, other) in smaller[index - 1].iter_mut().zip(&larger[0]) {
+            *own = own.or(*other);
         }
     }
 }
 
+fn known_or(fitted: &Fitted, last: &[Values]) -> Vec<Values> {
+    let pairs = fitted.iter().zip(last);
+    pairs.map(|(own, last)| own.unwrap_or(*last)).collect()
+}
+
 /// For every pixel the last candidate, or the one before that is better than those after it by more than chance.
-fn choose(scores: &[&[f32]], width: usize) -> Vec<usize> {
+fn choose(scores: &[Vec<f32>], width: usize) -> Vec<usize> {
     let smooth = |plane: Vec<f32>| {
         (0..SCORE_PASSES).fold(plane, |plane, _| boxed(&plane, width, SCORE_RADIUS_PX))
     };
-    let pixels = scores.first().map_or(0, |score| score.len());
+    let pixels = scores.first().map_or(0, Vec::len);
     let mut choice = vec![scores.len().saturating_sub(1); pixels];
     for candidate in (0..scores.len().saturating_sub(1)).rev() {
         let gain: Vec<f32> = (0..pixels)
@@ -127,24 +103,23 @@ fn choose(scores: &[&[f32]], width: usize) -> Vec<usize> {
 /// For every pixel what is expected to be the squared error of the mean of the candidate's halves, and the variance of a half
 /// of the layer but for what is known of where its samples looked, which is the same for all candidates; weighted, summed over
 /// channels.
-fn score(fitted: &Fitted, raw: [&[[f32; 3]]; 2], weights: &[[f32; 3]]) -> Vec<f32> {
-    let ([a, b], [at_b, at_a]) = (&fitted.shown, &fitted.crossed);
+fn score(candidate: &[Values], raw: [&[[f32; 3]]; 2], weights: &[[f32; 3]]) -> Vec<f32> {
     sums(weights, |i, k| {
-        let (one, other) = (at_b[i][k] - raw[1][i][k], at_a[i][k] - raw[0][i][k]);
-        let spread = a[i][k] - b[i][k];
+        let ([a, b], [at_b, at_a]) = (&candidate[i][SHOWN], &candidate[i][CROSSED]);
+        let (one, other) = (at_b[k] - raw[1][i][k], at_a[k] - raw[0][i][k]);
+        let spread = a[k] - b[k];
         0.5 * (one * one + other * other) - 0.25 * spread * spread
     })
 }
 
 /// The same of the samples as they are. Where they looked is known, and what that does to their difference from `finest`.
 fn score_of_samples(raw: [&[[f32; 3]]; 2], finest: &Fitted, weights: &[[f32; 3]]) -> Vec<f32> {
-    let (own, crossed) = (&finest.own, &finest.crossed);
     sums(weights, |i, k| {
         let spread = raw[0][i][k] - raw[1][i][k];
-        let known = match finest.known[i] {
-            true => 0.5 * (own[0][i][k] + crossed[1][i][k] - own[1][i][k] - crossed[0][i][k]),
-            false => 0.0,
-        };
+        let known = finest[i].map_or(0.0, |values| {
+            let (own, crossed) = (&values[OWN], &values[CROSSED]);
+            0.5 * (own[0][k] + crossed[1][k] - own[1][k] - crossed[0][k])
+        });
         0.75 * spread * spread - 0.5 * known * known
     })
 }
@@ -155,26 +130,41 @@ fn sums(weights: &[[f32; 3]], of: impl Fn(usize, usize) -> f32) -> Vec<f32> {
     weights.iter().enumerate().map(weighted).collect()
 }
 
-/// The candidates by a smoothed choice.
-fn blend<'a>(
-    candidates: impl Iterator<Item = &'a Halves>,
-    choice: &[usize],
-    width: usize,
-) -> Halves {
-    let mut sum: Halves = [0, 1].map(|_| vec![[0.0; 3]; choice.len()]);
-    for (index, candidate) in candidates.enumerate() {
-        let chosen: Vec<f32> = choice
-            .iter()
-            .map(|&c| if c == index { 1.0 } else { 0.0 })
-            .collect();
-        let share = boxed(&chosen, width, CHOICE_RADIUS_PX);
-        for half in 0..2 {
-            for (i, value) in sum[half].iter_mut().enumerate() {
-                for k in 0..3 {
-                    value[k] += share[i] * candidate[half][i][k];
-                }
+/// How much each of `count` candidates is worth in every pixel, by a smoothed choice; none of one that is nowhere chosen.
+fn shares(choice: &[usize], count: usize, width: usize) -> Vec<Option<Vec<f32>>> {
+    let of = |index: usize| {
+        let is_chosen = |&own: &usize| if own == index { 1.0 } else { 0.0 };
+        let chosen: Vec<f32> = choice.iter().map(is_chosen).collect();
+        let is_needed = choice.contains(&index);
+        is_needed.then(|| boxed(&chosen, width, CHOICE_RADIUS_PX))
+    };
+    (0..count).map(of).collect()
+}
+
+/// The candidates by their shares.
+fn blend(candidates: &[Vec<Values>], raw: [&[[f32; 3]]; 2], shares: &[Option<Vec<f32>>]) -> Chosen {
+    let of_pixel = |i: usize| {
+        let (mut shown, mut own) = ([[0.0; 3]; 2], [[0.0; 3]; 2]);
+        for (candidate, share) in candidates.iter().zip(shares) {
+            let share = share.as_ref().map_or(0.0, |share| share[i]);
+            if share == 0.0 {
+                continue;
+            }
+            for (half, k) in [0, 1]
+                .into_iter()
+                .flat_map(|half| [0, 1, 2].map(|k| (half, k)))
+            {
+                shown[half][k] += share * candidate[i][SHOWN][half][k];
+                own[half][k] += share * candidate[i][OWN][half][k];
             }
         }
+        let residual = |half: usize| std::array::from_fn(|k| raw[half][i][k] - own[half][k]);
+        ((shown[0], shown[1]), (residual(0), residual(1)))
+    };
+    let pixels = (0..raw[0].len()).into_par_iter().map(of_pixel);
+    let ((a, b), (of_a, of_b)): ((Vec<_>, Vec<_>), (Vec<_>, Vec<_>)) = pixels.unzip();
+    Chosen {
+        shown: [a, b],
+        residuals: [of_a, of_b],
     }
-    sum
 }

@@ -1,97 +1,145 @@
-//! Small least-squares problems by their normal equations.
+//! Small least-squares problems by their normal equations, those of all channels and halves side by side.
 
-use super::basis::MOST_TERMS;
+use super::basis::{Basis, MOST_TERMS};
+use super::lanes::{Lanes, ZERO, add_product, add_scaled, product, take_product};
 
 /// Share of a term's square that must be left beside the terms before it; below it is one of them again and left out.
 const LEAST_SHARE: f64 = 1e-5;
 
-/// Sums of weighted products of terms with each other (upper triangle) and with values.
-#[derive(Clone, Copy, Debug)]
+/// Sums of weighted products of terms with each other and with values: of each term those with itself and the terms after it, then that
+/// with the values.
+#[derive(Clone, Debug)]
 pub(super) struct Moments {
-    /// Weighted products of terms.
-    pub(super) products: [[f64; MOST_TERMS]; MOST_TERMS],
-    /// Weighted products of terms with values.
-    pub(super) values: [f64; MOST_TERMS],
+    sums: Vec<Lanes>,
+    terms: usize,
+}
+
+/// How moments about one place are made of those about another: for each sum of the one the sums of the other and their factors.
+pub(super) struct Recast {
+    parts: Vec<(usize, f64)>,
+    /// Where the parts of each sum end.
+    ends: Vec<usize>,
+}
+
+/// Number of sums of as many terms.
+const fn size(terms: usize) -> usize {
+    terms * (terms + 3) / 2
+}
+
+/// Where the sums of a term begin.
+const fn start(terms: usize, term: usize) -> usize {
+    size(terms) - size(terms - term)
+}
+
+impl Recast {
+    /// To cells in which (u, v) are `scale` times what they are in the others, and larger by `shift`; with the weight of these.
+    pub(super) fn of(basis: &Basis, scale: f64, shift: (f64, f64), weight: f64) -> Self {
+        let terms = basis.len();
+        let mut of_terms = basis.recast(scale, shift);
+        // The values stay what they are.
+        of_terms.push(vec![(terms, 1.0)]);
+        let (mut parts, mut ends) = (Vec::new(), Vec::new());
+        for i in 0..terms {
+            for others in &of_terms[i..] {
+                for &(a, f) in &of_terms[i] {
+                    for &(b, g) in others {
+                        let sum = start(terms, a.min(b)) + a.abs_diff(b);
+                        parts.push((sum, weight * f * g));
+                    }
+                }
+                ends.push(parts.len());
+            }
+        }
+        Self { parts, ends }
+    }
 }
 
 impl Moments {
-    pub(super) const ZERO: Self = Self {
-        products: [[0.0; MOST_TERMS]; MOST_TERMS],
-        values: [0.0; MOST_TERMS],
-    };
+    /// Of nothing.
+    pub(super) fn none(terms: usize) -> Self {
+        Self {
+            sums: vec![ZERO; size(terms)],
+            terms,
+        }
+    }
 
-    /// Adds `terms` of weight `weight` whose `value` was seen.
+    /// Adds terms of weight `weight` whose values were seen: `row` holds the terms and then the values.
     #[inline]
-    pub(super) fn add(&mut self, terms: &[f64], weight: f64, value: f64) {
-        for (i, term) in terms.iter().enumerate() {
-            let weighted = weight * term;
-            for (sum, other) in self.products[i][i..terms.len()].iter_mut().zip(&terms[i..]) {
-                *sum += weighted * other;
+    pub(super) fn add(&mut self, row: &[Lanes], weight: &Lanes) {
+        let mut sums = &mut self.sums[..];
+        for i in 0..self.terms {
+            let others = &row[i..=self.terms];
+            let (own, rest) = sums.split_at_mut(others.len());
+            let weighted = product(weight, &others[0]);
+            for (sum, other) in own.iter_mut().zip(others) {
+                add_product(sum, &weighted, other);
             }
-            self.values[i] += weighted * value;
+            sums = rest;
         }
     }
 
-    /// Adds `factor` times the moments of terms each of which is a sum of terms of `other`.
-    pub(super) fn add_shifted(&mut self, other: &Self, factor: f64, parts: &[Vec<(usize, f64)>]) {
-        let product = |a: usize, b: usize| other.products[a.min(b)][a.max(b)];
-        for (i, own) in parts.iter().enumerate() {
-            for (j, theirs) in parts.iter().enumerate().skip(i) {
-                let mut sum = 0.0;
-                for &(a, f) in own {
-                    for &(b, g) in theirs {
-                        sum += f * g * product(a, b);
-                    }
-                }
-                self.products[i][j] += factor * sum;
+    /// Adds moments about another place.
+    pub(super) fn add_recast(&mut self, other: &Self, recast: &Recast) {
+        let mut from = 0;
+        for (sum, &end) in self.sums.iter_mut().zip(&recast.ends) {
+            for &(part, factor) in &recast.parts[from..end] {
+                add_scaled(sum, factor, &other.sums[part]);
             }
-            let sum: f64 = own.iter().map(|&(a, f)| f * other.values[a]).sum();
-            self.values[i] += factor * sum;
+            from = end;
         }
     }
 
-    /// The coefficients of `count` terms that fit the values best; terms that others make up have none.
-    pub(super) fn solve(&self, count: usize) -> [f64; MOST_TERMS] {
-        let mut factor = [[0.0; MOST_TERMS]; MOST_TERMS];
-        let mut kept = [false; MOST_TERMS];
-        for j in 0..count {
-            for i in 0..=j {
-                if i < j && !kept[i] {
-                    continue;
+    /// The coefficients of the first `count` terms that fit the values best; terms that others make up have none.
+    pub(super) fn solve(&self, count: usize) -> [Lanes; MOST_TERMS] {
+        let mut left = self.sums.clone();
+        let mut inverses = [ZERO; MOST_TERMS];
+        for i in 0..count {
+            let own = start(self.terms, i);
+            let square = self.sums[own];
+            inverses[i] = std::array::from_fn(|lane| inverse_root(left[own][lane], square[lane]));
+            let (done, rest) = left.split_at_mut(own + self.terms + 1 - i);
+            let row = &mut done[own..];
+            for value in row.iter_mut() {
+                *value = product(value, &inverses[i]);
+            }
+            let mut rest = rest;
+            for term in i + 1..count {
+                let row = &row[term - i..];
+                let (own, after) = rest.split_at_mut(row.len());
+                for (value, other) in own.iter_mut().zip(row) {
+                    take_product(value, &row[0], other);
                 }
-                let mut rest = self.products[i][j];
-                for k in 0..i {
-                    rest -= factor[i][k] * factor[j][k];
-                }
-                if i < j {
-                    factor[j][i] = rest / factor[i][i];
-                } else if rest > LEAST_SHARE * self.products[j][j] {
-                    factor[j][j] = rest.sqrt();
-                    kept[j] = true;
-                } else {
-                    factor[j] = [0.0; MOST_TERMS];
-                }
+                rest = after;
             }
         }
-        substitute(&factor, &kept, &self.values, count)
+        self.substitute(&left, &inverses, count)
+    }
+
+    /// Solves with the triangle of the elimination, whose rows end in the values that are left.
+    fn substitute(
+        &self,
+        triangle: &[Lanes],
+        inverses: &[Lanes; MOST_TERMS],
+        count: usize,
+    ) -> [Lanes; MOST_TERMS] {
+        let mut solution = [ZERO; MOST_TERMS];
+        for i in (0..count).rev() {
+            let row = &triangle[start(self.terms, i)..start(self.terms, i + 1)];
+            let mut rest = row[self.terms - i];
+            for (factor, known) in row[1..].iter().zip(&solution[i + 1..count]) {
+                take_product(&mut rest, factor, known);
+            }
+            solution[i] = product(&rest, &inverses[i]);
+        }
+        solution
     }
 }
 
-/// Solves with the Cholesky factor of the terms that are kept.
-fn substitute(
-    factor: &[[f64; MOST_TERMS]; MOST_TERMS],
-    kept: &[bool; MOST_TERMS],
-    values: &[f64; MOST_TERMS],
-    count: usize,
-) -> [f64; MOST_TERMS] {
-    let mut x = [0.0; MOST_TERMS];
-    for i in (0..count).filter(|&i| kept[i]) {
-        let sum: f64 = (0..i).map(|k| factor[i][k] * x[k]).sum();
-        x[i] = (values[i] - sum) / factor[i][i];
+/// One over the root of what is left of a square; none of what others make up.
+fn inverse_root(left: f64, square: f64) -> f64 {
+    if left > LEAST_SHARE * square {
+        1.0 / left.sqrt()
+    } else {
+        0.0
     }
-    for i in (0..count).rev().filter(|&i| kept[i]) {
-        let sum: f64 = (i + 1..count).map(|k| factor[k][i] * x[k]).sum();
-        x[i] = (x[i] - sum) / factor[i][i];
-    }
-    x
 }
