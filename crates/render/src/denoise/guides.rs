@@ -2,10 +2,13 @@
 //! ("fragments"), with what is known of each. Whatever rays have to find out, they find out twice, once for each half of the
 //! samples, so that what they miss is in the difference of the halves.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use glam::DVec2;
 use rayon::prelude::*;
 
+use super::face::Face;
 use super::gather::Gathered;
 use super::look::Look;
 use super::regions::Regions;
@@ -162,9 +165,7 @@ impl Looker<'_> {
         let light_varies = gathered.light_deviation() > VARIED;
         if gathered.deviation() > VARIED || light_varies {
             let lit_every = if light_varies { 1 } else { LIT_EVERY };
-            for half in 0..2 {
-                self.look_through(&mut gathered, half, (x, y), LOOKS..VARIED_LOOKS, lit_every);
-            }
+            self.look_closer(&mut gathered, (x, y), lit_every);
         }
         if gathered.has_edge() {
             for half in 0..2 {
@@ -179,20 +180,47 @@ impl Looker<'_> {
         (gathered.fragments(), varied)
     }
 
+    /// Adds rays to what is known of a pixel in which something varies. On one face all of them follow from those through the corners.
+    fn look_closer(&self, gathered: &mut Gathered, (x, y): (usize, usize), lit_every: u32) {
+        let looks = LOOKS..VARIED_LOOKS;
+        let corners = self.corners(gathered, (x, y));
+        let face = corners
+            .as_ref()
+            .and_then(|corners| Face::of(self.scene, corners))
+            .filter(|face| face.is_met(self.regions.centre(x, y)));
+        for half in 0..2 {
+            match &face {
+                Some(face) => self.look_at(gathered, face, half, (x, y), looks.clone(), lit_every),
+                None => self.look_through(gathered, half, (x, y), looks.clone(), lit_every),
+            }
+        }
+    }
+
+    /// What the corners of a pixel see, row by row; none where that says little of what is in between.
+    fn corners(&self, gathered: &Gathered, (x, y): (usize, usize)) -> Option<[Look; 4]> {
+        if gathered.has_edge() || self.has_opening() {
+            return None;
+        }
+        let corners = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)];
+        Some(corners.map(|offset| {
+            let on_opening = DVec2::ZERO;
+            self.look(x, y, &Aim { offset, on_opening })
+        }))
+    }
+
     /// Adds rays to what is known for a half.
     fn look_through(
         &self,
         gathered: &mut Gathered,
         half: usize,
         (x, y): (usize, usize),
-        looks: std::ops::Range<u32>,
+        looks: Range<u32>,
         lit_every: u32,
     ) {
-        let pixel = (y * self.regions.width + x) as u32;
-        let key = Rng::new(LOOK_SEED, pixel, half as u32, 0).bits();
+        let key = self.key(half, (x, y));
         for index in looks {
             let number = |dimension| scrambled(index, dimension, key);
-            let look = self.look(x, y, &Aim::of(number));
+            let look = self.look(x, y, &Aim::of(self.has_opening(), number));
             let found = gathered.of_region(self.regions.of_look(&look, x, y));
             found.show(half, &look);
             if index % lit_every == 0 || found.is_dark(half) {
@@ -202,11 +230,45 @@ impl Looker<'_> {
         }
     }
 
+    /// The same in a pixel that shows one face alone.
+    fn look_at(
+        &self,
+        gathered: &mut Gathered,
+        face: &Face<'_>,
+        half: usize,
+        (x, y): (usize, usize),
+        looks: Range<u32>,
+        lit_every: u32,
+    ) {
+        let key = self.key(half, (x, y));
+        let region = self.regions.of_look(self.regions.centre(x, y), x, y);
+        let found = gathered.of_region(region);
+        for index in looks {
+            let number = |dimension| scrambled(index, dimension, key);
+            let look = face.look((number(0), number(1)));
+            found.show(half, &look);
+            if index % lit_every == 0 {
+                let light = look.straight_light(self.scene, (number(2), number(3)));
+                found.light(half, &look, &light);
+            }
+        }
+    }
+
+    /// What the numbers of the rays through a pixel for a half are keyed by.
+    fn key(&self, half: usize, (x, y): (usize, usize)) -> u32 {
+        let pixel = (y * self.regions.width + x) as u32;
+        Rng::new(LOOK_SEED, pixel, half as u32, 0).bits()
+    }
+
+    fn has_opening(&self) -> bool {
+        self.scene.camera.opening.is_some()
+    }
+
     /// Looks along the rays of the samples.
     fn follow_samples(&self, gathered: &mut Gathered, (x, y): (usize, usize)) {
         let clear = is_clear(self.scene, self.regions.centre(x, y));
         for (half, samples) in self.halves.iter().enumerate() {
-            for aim in samples.points(x, y, Points::Walks) {
+            for aim in samples.points((x, y), self.has_opening(), Points::Walks) {
                 let look = self.look(x, y, &aim);
                 let found = gathered.of_region(self.regions.of_look(&look, x, y));
                 found.walked[half].add(&look);
@@ -215,7 +277,7 @@ impl Looker<'_> {
                 }
             }
             if clear == Some(true) && !self.scene.lamps.is_empty() {
-                for aim in samples.points(x, y, Points::Lit) {
+                for aim in samples.points((x, y), self.has_opening(), Points::Lit) {
                     let look = self.look(x, y, &aim);
                     let found = gathered.of_region(self.regions.of_look(&look, x, y));
                     found.lit[half].add(&look);

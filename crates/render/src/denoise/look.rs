@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 use uw_media::Spectrum;
 
-use crate::prepare::{AirWay, Hit, Prepared, PreparedLamp, Primitive};
+use crate::prepare::{AirWay, Hit, Prepared, PreparedLamp, Primitive, SurfacePoint};
 use crate::sampling::circle;
 use crate::scene::CameraRay;
 
@@ -39,7 +39,11 @@ pub(super) struct Look {
     /// where there is no such part.
     pub(super) wet_m: Option<f64>,
     primitive: Primitive,
+    /// The point on the primitive, as [`Hit`] has it.
+    local: [f64; 2],
     point: DVec3,
+    /// Direction in which the ray came to it.
+    direction: DVec3,
     emission: Spectrum,
 }
 
@@ -106,7 +110,9 @@ impl Look {
                 reflectance: [0.0; 3],
                 wet_m,
                 primitive: Primitive::None,
+                local: [0.0; 2],
                 point: eye,
+                direction: sight,
                 emission: [0.0; 3],
             };
         };
@@ -119,7 +125,7 @@ impl Look {
         let point = ray.origin + hit.t * ray.direction;
         let wet = |from: DVec3, along: DVec3, length_m: f64| {
             let middle = from + 0.5 * length_m * along;
-            if scene.in_air(middle) {
+            if length_m == 0.0 || scene.in_air(middle) {
                 [1.0; 3]
             } else {
                 scene.transmittance(&scene.way(from, along, length_m))
@@ -135,14 +141,55 @@ impl Look {
             facing: -surface.normal.dot(ray.direction),
             shading_normal: surface.shading_normal,
             transmittance: std::array::from_fn(|k| before[k] * after[k]),
-            reflectance: match &scene.spectrum {
-                Some(spectrum) => spectrum.reflectance(surface.reflectance, surface.material),
-                None => surface.reflectance,
-            },
+            reflectance: reflectance(scene, &surface),
             wet_m,
             primitive: hit.primitive,
+            local: hit.local,
+            point,
+            direction: ray.direction,
+            emission: surface.emission,
+        }
+    }
+
+    /// Whether another look meets the same primitive in the same way.
+    pub(super) fn is_beside(&self, other: &Self) -> bool {
+        self.primitive != Primitive::None
+            && self.primitive == other.primitive
+            && self.kind == other.kind
+    }
+
+    /// The point that is met, m.
+    pub(super) fn point(&self) -> DVec3 {
+        self.point
+    }
+
+    /// The point that is met on its primitive.
+    pub(super) fn local(&self) -> [f64; 2] {
+        self.local
+    }
+
+    /// What is met a little beside, on the same primitive at about the same range, with the light that the water leaves of it.
+    pub(super) fn moved(
+        &self,
+        scene: &Prepared,
+        local: [f64; 2],
+        point: DVec3,
+        transmittance: Spectrum,
+    ) -> Self {
+        let hit = Hit {
+            t: self.range_m,
+            primitive: self.primitive,
+            local,
+        };
+        let surface = scene.geometry.surface_point(&hit, self.direction);
+        Self {
+            shading_normal: surface.shading_normal,
+            transmittance,
+            reflectance: reflectance(scene, &surface),
+            local,
             point,
             emission: surface.emission,
+            ..*self
         }
     }
 
@@ -250,10 +297,21 @@ impl Look {
     }
 
     fn of_sky(&self, scene: &Prepared) -> Spectrum {
+        if scene.sky == [0.0; 3] {
+            return [0.0; 3];
+        }
         let seen = 0.5 * (1.0 + self.shading_normal.z);
         let depth_m = scene.depth(self.point);
         let left = scene.transmittance(&scene.way(self.point, DVec3::Z, depth_m));
         std::array::from_fn(|k| seen * std::f64::consts::PI * scene.sky[k] * left[k])
+    }
+}
+
+/// Reflectance of the channels of a surface.
+fn reflectance(scene: &Prepared, surface: &SurfacePoint) -> Spectrum {
+    match &scene.spectrum {
+        Some(spectrum) => spectrum.reflectance(surface.reflectance, surface.material),
+        None => surface.reflectance,
     }
 }
 

@@ -136,11 +136,12 @@ impl Regions {
             return one.range_m == other.range_m;
         }
         let gap = other.apparent - one.apparent;
-        let length = gap.length();
-        let aside = |look: &Look| look.normal.dot(gap).abs();
+        let square = gap.length_squared();
+        let aside = |look: &Look| look.normal.dot(gap).powi(2);
         let cosine = one.facing.max(other.facing).max(LEAST_COSINE);
-        let spacing = self.angle * one.range_m.min(other.range_m) / cosine;
-        aside(one).max(aside(other)) <= LARGEST_SLOPE * length && length <= LARGEST_GAP * spacing
+        let spacing = self.angle * one.range_m.min(other.range_m);
+        aside(one).max(aside(other)) <= LARGEST_SLOPE * LARGEST_SLOPE * square
+            && square * cosine * cosine <= (LARGEST_GAP * spacing).powi(2)
     }
 }
 

@@ -39,12 +39,15 @@ pub(super) struct Aim {
 }
 
 impl Aim {
-    /// From numbers in (0, 1) by their dimension, as samples have it.
-    pub(super) fn of(number: impl Fn(usize) -> f64) -> Self {
-        let [u, v] = OPENING_NUMBERS.map(&number);
+    /// From numbers in (0, 1) by their dimension, as samples have it, where the lens `has_opening` or not.
+    pub(super) fn of(has_opening: bool, number: impl Fn(usize) -> f64) -> Self {
+        let of_opening = || {
+            let [u, v] = OPENING_NUMBERS.map(&number);
+            on_opening(u, v)
+        };
         Self {
             offset: (number(0), number(1)),
-            on_opening: on_opening(u, v),
+            on_opening: has_opening.then(of_opening).unwrap_or_default(),
         }
     }
 }
@@ -70,7 +73,12 @@ impl Points {
 
 impl Half<'_> {
     /// Where the samples of pixel (`x`, `y`) looked; none where there are too many.
-    pub(super) fn points(&self, x: usize, y: usize, points: Points) -> Vec<Aim> {
+    pub(super) fn points(
+        &self,
+        (x, y): (usize, usize),
+        has_opening: bool,
+        points: Points,
+    ) -> Vec<Aim> {
         let (stream, each) = match points {
             Points::Walks => (WALK_STREAM, 1),
             Points::Lit => (LIT_STREAM, LIT_POINTS),
@@ -87,7 +95,7 @@ impl Half<'_> {
             let draws = Draws::new(self.seed, pixel, batch as u32, 0, stream);
             (0..samples * each).map(move |index| {
                 let own = draws.at(index);
-                Aim::of(|dimension| own.leading(dimension))
+                Aim::of(has_opening, |dimension| own.leading(dimension))
             })
         };
         batches.iter().enumerate().flat_map(of_batch).collect()
