@@ -68,16 +68,20 @@ fn slide(line: &[f32], out: &mut [f32], radius: usize) {
     let n = line.len();
     let mut sum: f64 = line.iter().take(radius).map(|&v| f64::from(v)).sum();
     let mut count = radius.min(n);
+    let mut share = 1.0 / count.max(1) as f64;
     for x in 0..n {
-        if x + radius < n {
-            sum += f64::from(line[x + radius]);
-            count += 1;
+        let enters = line.get(x + radius).copied();
+        let leaves = (x > radius).then(|| line[x - radius - 1]);
+        sum += f64::from(enters.unwrap_or(0.0)) - f64::from(leaves.unwrap_or(0.0));
+        if enters.is_some() != leaves.is_some() {
+            count = if enters.is_some() {
+                count + 1
+            } else {
+                count - 1
+            };
+            share = 1.0 / count as f64;
         }
-        if x > radius {
-            sum -= f64::from(line[x - radius - 1]);
-            count -= 1;
-        }
-        out[x] = (sum / count as f64) as f32;
+        out[x] = (sum * share) as f32;
     }
 }
 

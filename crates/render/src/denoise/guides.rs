@@ -8,16 +8,17 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::face::Face;
 use super::gather::Gathered;
 use super::look::Look;
+use super::patch::Patch;
 use super::regions::Regions;
 use super::samples::{Aim, Half, Points, is_clear};
 use crate::prepare::Prepared;
 use crate::sampling::{Rng, sobol::scrambled};
 
-/// Rays through a pixel for each half, where they differ, and where there is an edge: a sliver of a bright surface before a
-/// dark one rules the pixel.
+/// Rays through a pixel for each half: those that are followed in any case, all, as many where they differ, and where there is an
+/// edge: a sliver of a bright surface before a dark one rules the pixel.
+const FIRST_LOOKS: u32 = 4;
 const LOOKS: u32 = 8;
 pub(super) const VARIED_LOOKS: u32 = 32;
 const EDGE_LOOKS: u32 = 128;
@@ -25,6 +26,8 @@ const EDGE_LOOKS: u32 = 128;
 const LIT_EVERY: u32 = 4;
 /// Relative deviation of reflectance in a pixel, and relative difference of light, above which more rays are sent.
 const VARIED: f64 = 0.02;
+/// Rows of pixels that are looked through at once.
+const ROWS_AT_ONCE: usize = 8;
 /// Key of the rays' numbers.
 const LOOK_SEED: u64 = 0x6c6f_6f6b;
 
@@ -92,7 +95,7 @@ pub(super) struct Guides {
     varied: Vec<bool>,
 }
 
-/// Per pixel of a row its fragments, and whether light or reflectance varies in it.
+/// Per pixel of some rows its fragments, and whether light or reflectance varies in it.
 type Row = Vec<(Vec<Fragment>, bool)>;
 
 impl Guides {
@@ -108,11 +111,13 @@ impl Guides {
             regions: Regions::of(scene),
         };
         let (width, height) = (looker.regions.width, looker.regions.height);
-        let row = |y: usize| {
+        let bands: Vec<usize> = (0..height).step_by(ROWS_AT_ONCE).collect();
+        let band = |first: usize| {
+            let rows = first..(first + ROWS_AT_ONCE).min(height);
             let is_wanted = !cancel.load(Ordering::Relaxed);
-            is_wanted.then(|| (0..width).map(|x| looker.pixel(x, y)).collect())
+            is_wanted.then(|| looker.band(rows))
         };
-        let rows: Option<Vec<Row>> = (0..height).into_par_iter().map(row).collect();
+        let rows: Option<Vec<Row>> = bands.into_par_iter().map(band).collect();
         let mut guides = Self {
             width,
             height,
@@ -156,22 +161,53 @@ struct Looker<'a> {
 }
 
 impl Looker<'_> {
-    /// The fragments of a pixel, and whether samples have seen something else.
-    fn pixel(&self, x: usize, y: usize) -> (Vec<Fragment>, bool) {
+    /// The pixels of some rows.
+    fn band(&self, rows: Range<usize>) -> Row {
+        let width = self.regions.width;
+        let corners: Vec<Look> = match self.has_opening() {
+            true => Vec::new(),
+            false => (rows.start..=rows.end)
+                .flat_map(|y| (0..=width).map(move |x| (x, y)))
+                .map(|(x, y)| Look::through(self.scene, (x as f64, y as f64), DVec2::ZERO))
+                .collect(),
+        };
+        let corners_of = |x: usize, y: usize| {
+            let above = (y - rows.start) * (width + 1) + x;
+            let below = above + width + 1;
+            let corner = |index: usize| corners.get(index);
+            Some([
+                corner(above)?,
+                corner(above + 1)?,
+                corner(below)?,
+                corner(below + 1)?,
+            ])
+        };
+        rows.clone()
+            .flat_map(|y| (0..width).map(move |x| (x, y)))
+            .map(|(x, y)| self.pixel((x, y), corners_of(x, y)))
+            .collect()
+    }
+
+    /// The fragments of a pixel, whose corners show `corners`, and whether samples have seen something else.
+    fn pixel(&self, (x, y): (usize, usize), corners: Option<[&Look; 4]>) -> (Vec<Fragment>, bool) {
         let mut gathered = Gathered::default();
-        for half in 0..2 {
-            self.look_through(&mut gathered, half, (x, y), 0..LOOKS, LIT_EVERY);
-        }
+        self.look_through(&mut gathered, (x, y), 0..FIRST_LOOKS, LIT_EVERY);
+        let patch = corners
+            .filter(|_| !gathered.has_edge())
+            .and_then(|corners| Patch::of(self.scene, corners, self.regions.centre(x, y)));
+        let look_on = |gathered: &mut Gathered, looks, lit_every| match &patch {
+            Some(patch) => self.look_at(gathered, patch, (x, y), looks, lit_every),
+            None => self.look_through(gathered, (x, y), looks, lit_every),
+        };
+        look_on(&mut gathered, FIRST_LOOKS..LOOKS, LIT_EVERY);
         let light_varies = gathered.light_deviation() > VARIED;
         if gathered.deviation() > VARIED || light_varies {
             let lit_every = if light_varies { 1 } else { LIT_EVERY };
-            self.look_closer(&mut gathered, (x, y), lit_every);
+            look_on(&mut gathered, LOOKS..VARIED_LOOKS, lit_every);
         }
         if gathered.has_edge() {
-            for half in 0..2 {
-                let looks = VARIED_LOOKS..EDGE_LOOKS;
-                self.look_through(&mut gathered, half, (x, y), looks, LIT_EVERY);
-            }
+            let looks = VARIED_LOOKS..EDGE_LOOKS;
+            self.look_through(&mut gathered, (x, y), looks, LIT_EVERY);
         }
         let varied = gathered.deviation() > 0.0;
         if varied {
@@ -180,77 +216,68 @@ impl Looker<'_> {
         (gathered.fragments(), varied)
     }
 
-    /// Adds rays to what is known of a pixel in which something varies. On one face all of them follow from those through the corners.
-    fn look_closer(&self, gathered: &mut Gathered, (x, y): (usize, usize), lit_every: u32) {
-        let looks = LOOKS..VARIED_LOOKS;
-        let corners = self.corners(gathered, (x, y));
-        let face = corners
-            .as_ref()
-            .and_then(|corners| Face::of(self.scene, corners))
-            .filter(|face| face.is_met(self.regions.centre(x, y)));
-        for half in 0..2 {
-            match &face {
-                Some(face) => self.look_at(gathered, face, half, (x, y), looks.clone(), lit_every),
-                None => self.look_through(gathered, half, (x, y), looks.clone(), lit_every),
-            }
-        }
-    }
-
-    /// What the corners of a pixel see, row by row; none where that says little of what is in between.
-    fn corners(&self, gathered: &Gathered, (x, y): (usize, usize)) -> Option<[Look; 4]> {
-        if gathered.has_edge() || self.has_opening() {
-            return None;
-        }
-        let corners = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)];
-        Some(corners.map(|offset| {
-            let on_opening = DVec2::ZERO;
-            self.look(x, y, &Aim { offset, on_opening })
-        }))
-    }
-
-    /// Adds rays to what is known for a half.
+    /// Adds rays to what is known for both halves.
     fn look_through(
         &self,
         gathered: &mut Gathered,
-        half: usize,
         (x, y): (usize, usize),
         looks: Range<u32>,
         lit_every: u32,
     ) {
-        let key = self.key(half, (x, y));
-        for index in looks {
-            let number = |dimension| scrambled(index, dimension, key);
-            let look = self.look(x, y, &Aim::of(self.has_opening(), number));
-            let found = gathered.of_region(self.regions.of_look(&look, x, y));
-            found.show(half, &look);
-            if index % lit_every == 0 || found.is_dark(half) {
-                let light = look.straight_light(self.scene, (number(2), number(3)));
-                found.light(half, &look, &light);
+        for half in 0..2 {
+            let key = self.key(half, (x, y));
+            for index in looks.clone() {
+                let number = |dimension| scrambled(index, dimension, key);
+                self.add(gathered, half, (x, y), number, index % lit_every == 0);
             }
         }
     }
 
-    /// The same in a pixel that shows one face alone.
+    /// The same in a pixel that shows one surface alone.
     fn look_at(
         &self,
         gathered: &mut Gathered,
-        face: &Face<'_>,
-        half: usize,
+        patch: &Patch<'_>,
         (x, y): (usize, usize),
         looks: Range<u32>,
         lit_every: u32,
     ) {
-        let key = self.key(half, (x, y));
-        let region = self.regions.of_look(self.regions.centre(x, y), x, y);
-        let found = gathered.of_region(region);
-        for index in looks {
-            let number = |dimension| scrambled(index, dimension, key);
-            let look = face.look((number(0), number(1)));
-            found.show(half, &look);
-            if index % lit_every == 0 {
-                let light = look.straight_light(self.scene, (number(2), number(3)));
-                found.light(half, &look, &light);
+        let region = self.regions.label(x, y);
+        for half in 0..2 {
+            let key = self.key(half, (x, y));
+            for index in looks.clone() {
+                let number = |dimension| scrambled(index, dimension, key);
+                let is_lit = index % lit_every == 0;
+                if is_lit && !patch.knows_light() {
+                    self.add(gathered, half, (x, y), number, true);
+                    continue;
+                }
+                let look = patch.look((number(0), number(1)));
+                let found = gathered.of_region(region);
+                found.show(half, &look);
+                if is_lit {
+                    let light = look.straight_light(self.scene, (number(2), number(3)));
+                    found.light(half, &look, &light);
+                }
             }
+        }
+    }
+
+    /// Adds one ray with these numbers, with the straight light at its end where that `is_lit` or nothing is known of it yet.
+    fn add(
+        &self,
+        gathered: &mut Gathered,
+        half: usize,
+        (x, y): (usize, usize),
+        number: impl Fn(usize) -> f64,
+        is_lit: bool,
+    ) {
+        let look = self.look(x, y, &Aim::of(self.has_opening(), &number));
+        let found = gathered.of_region(self.regions.of_look(&look, x, y));
+        found.show(half, &look);
+        if is_lit || found.is_dark(half) {
+            let light = look.straight_light(self.scene, (number(2), number(3)));
+            found.light(half, &look, &light);
         }
     }
 

@@ -56,6 +56,16 @@ pub(super) struct StraightLight {
     pub(super) day: Spectrum,
 }
 
+/// A point of a surface near one that is known.
+pub(super) struct Ground {
+    /// Its place on the primitive, or in the texture.
+    pub(super) place: DVec2,
+    /// The point, m.
+    pub(super) point: DVec3,
+    /// Transmittance of the water up to there.
+    pub(super) transmittance: Spectrum,
+}
+
 /// The part of a ray before and after the water surface.
 struct Ray {
     origin: DVec3,
@@ -153,9 +163,7 @@ impl Look {
 
     /// Whether another look meets the same primitive in the same way.
     pub(super) fn is_beside(&self, other: &Self) -> bool {
-        self.primitive != Primitive::None
-            && self.primitive == other.primitive
-            && self.kind == other.kind
+        self.primitive == other.primitive && self.kind == other.kind
     }
 
     /// The point that is met, m.
@@ -163,31 +171,42 @@ impl Look {
         self.point
     }
 
-    /// The point that is met on its primitive.
-    pub(super) fn local(&self) -> [f64; 2] {
-        self.local
+    /// The place on its primitive of what is met.
+    pub(super) fn on_primitive(&self, _: &Prepared) -> Option<DVec2> {
+        Some(DVec2::from(self.local))
     }
 
-    /// What is met a little beside, on the same primitive at about the same range, with the light that the water leaves of it.
-    pub(super) fn moved(
-        &self,
-        scene: &Prepared,
-        local: [f64; 2],
-        point: DVec3,
-        transmittance: Spectrum,
-    ) -> Self {
+    /// The place in the texture of what is met of a mesh whose normals follow from its shape alone.
+    pub(super) fn on_mesh(&self, scene: &Prepared) -> Option<DVec2> {
+        match self.primitive {
+            Primitive::Triangle(index) => scene.geometry.place_on_mesh(index as usize, self.local),
+            _ => None,
+        }
+    }
+
+    /// What is met a little beside: on the same primitive or, with a shading normal, at a place in the texture of the same mesh.
+    #[inline]
+    pub(super) fn moved(&self, scene: &Prepared, ground: &Ground, normal: Option<DVec3>) -> Self {
+        let local = ground.place.to_array();
         let hit = Hit {
             t: self.range_m,
             primitive: self.primitive,
             local,
         };
-        let surface = scene.geometry.surface_point(&hit, self.direction);
+        let surface = match normal {
+            None => scene.geometry.surface_point(&hit, self.direction),
+            Some(normal) => {
+                let material = ((self.kind & !TRIANGLE) >> 2) as usize;
+                let geometry = &scene.geometry;
+                geometry.material_point(material, Some(ground.place), self.normal, normal)
+            }
+        };
         Self {
             shading_normal: surface.shading_normal,
-            transmittance,
+            transmittance: ground.transmittance,
             reflectance: reflectance(scene, &surface),
             local,
-            point,
+            point: ground.point,
             emission: surface.emission,
             ..*self
         }

@@ -107,6 +107,11 @@ impl Regions {
         &self.centres[y * self.width + x]
     }
 
+    /// The region at the centre of pixel (`x`, `y`).
+    pub(super) fn label(&self, x: usize, y: usize) -> u32 {
+        self.labels[y * self.width + x]
+    }
+
     fn connected(&self) -> Vec<u32> {
         let mut parents: Vec<u32> = (0..self.centres.len() as u32).collect();
         for y in 0..self.height {

@@ -33,12 +33,17 @@ pub(super) const SHOWN: usize = 0;
 pub(super) const OWN: usize = 1;
 pub(super) const CROSSED: usize = 2;
 
-/// A layer as the fits of one size of cells show it, pixel by pixel; none where there was no fit for all of a pixel.
-pub(super) type Fitted = Vec<Option<Values>>;
+/// A layer as the fits of all sizes of cells show it.
+pub(super) struct Fitted {
+    /// Number of sizes.
+    pub(super) sizes: usize,
+    /// Pixel by pixel, from small cells to large ones; none where there was no fit for all of a pixel.
+    pub(super) values: Vec<Option<Values>>,
+}
 
 impl Problem<'_> {
     /// Fits at all sizes of cells, from small to large; none where it is cancelled.
-    pub(super) fn fit(&self) -> Option<Vec<Fitted>> {
+    pub(super) fn fit(&self) -> Option<Fitted> {
         let longest = self.guides.width.max(self.guides.height);
         let largest = (longest / FEWEST_CELLS).min(LARGEST_CELL_PX);
         let mut summed = Summed::of(self, SMALLEST_CELL_PX)?;
@@ -52,6 +57,9 @@ impl Problem<'_> {
             sizes.push(summed.fits(self.basis));
             cell_px *= 2;
         }
-        Some(self.values(&sizes))
+        Some(Fitted {
+            sizes: sizes.len(),
+            values: self.values(&sizes),
+        })
     }
 }

@@ -31,62 +31,53 @@ pub(super) struct Chosen {
 /// cells to large ones.
 pub(super) fn select(
     raw: [&[[f32; 3]]; 2],
-    mut fitted: Vec<Fitted>,
+    mut fitted: Fitted,
     weights: &[[f32; 3]],
     width: usize,
 ) -> Chosen {
-    fill_from_larger(&mut fitted);
-    let first = match fitted.first() {
-        Some(finest) => score_of_samples(raw, finest, weights),
-        None => vec![0.0; weights.len()],
-    };
-    let mut candidates = vec![samples(raw)];
-    for next in &fitted {
-        let last = &candidates[candidates.len() - 1];
-        candidates.push(known_or(next, last));
-    }
-    let mut scores = vec![first];
-    scores.extend(
-        (candidates[1..]
-            .par_iter()
-            .map(|own| score(own, raw, weights)))
-        .collect::<Vec<_>>(),
-    );
-    let choice = choose(&scores, width);
-    blend(&candidates, raw, &shares(&choice, candidates.len(), width))
+    let (pixels, count) = (weights.len(), fitted.sizes + 1);
+    let mut scores = vec![0.0; pixels * count];
+    let of_pixels = fitted.values.par_chunks_mut(fitted.sizes);
+    let with_scores = of_pixels.zip(scores.par_chunks_mut(count)).enumerate();
+    with_scores.for_each(|(i, (fitted, scores))| {
+        let samples = [raw[0][i], raw[1][i]];
+        fill(fitted, &samples, &weights[i], scores);
+    });
+    let choice = choose(&scores, count, width);
+    blend(&fitted, raw, &shares(&choice, count, width))
 }
 
-/// The samples as they are.
-fn samples(raw: [&[[f32; 3]]; 2]) -> Vec<Values> {
-    let halves = raw[0].iter().zip(raw[1]);
-    halves.map(|(&a, &b)| [[a, b]; 3]).collect()
-}
-
-/// Where cells hold too few pixels of a surface for a fit, the next larger ones that have one stand in, before the samples themselves do.
-fn fill_from_larger(fitted: &mut [Fitted]) {
+/// Says of a pixel what candidates are worth, the samples as they are first. Where cells hold too few pixels of a surface for a fit,
+/// the next larger ones that have one stand in, and where there are none, the samples themselves do.
+fn fill(
+    fitted: &mut [Option<Values>],
+    samples: &[[f32; 3]; 2],
+    weight: &[f32; 3],
+    scores: &mut [f32],
+) {
     for index in (1..fitted.len()).rev() {
-        let (smaller, larger) = fitted.split_at_mut(index);
-        for (own, other) in smaller[index - 1].iter_mut().zip(&larger[0]) {
-            *own = own.or(*other);
+        fitted[index - 1] = fitted[index - 1].or(fitted[index]);
+    }
+    if let [of_samples, scores @ ..] = scores {
+        *of_samples = score_of_samples(samples, fitted.first().unwrap_or(&None), weight);
+        for (own, score) in fitted.iter_mut().zip(scores) {
+            let values = own.get_or_insert([*samples; 3]);
+            *score = self::score(values, samples, weight);
         }
     }
 }
 
-fn known_or(fitted: &Fitted, last: &[Values]) -> Vec<Values> {
-    let pairs = fitted.iter().zip(last);
-    pairs.map(|(own, last)| own.unwrap_or(*last)).collect()
-}
-
-/// For every pixel the last candidate, or the one before that is better than those after it by more than chance.
-fn choose(scores: &[Vec<f32>], width: usize) -> Vec<usize> {
+/// For every pixel the last candidate, or the one before that is better than those after it by more than chance, by the scores of
+/// `count` candidates of each.
+fn choose(scores: &[f32], count: usize, width: usize) -> Vec<usize> {
     let smooth = |plane: Vec<f32>| {
         (0..SCORE_PASSES).fold(plane, |plane, _| boxed(&plane, width, SCORE_RADIUS_PX))
     };
-    let pixels = scores.first().map_or(0, Vec::len);
-    let mut choice = vec![scores.len().saturating_sub(1); pixels];
-    for candidate in (0..scores.len().saturating_sub(1)).rev() {
-        let gain: Vec<f32> = (0..pixels)
-            .map(|i| scores[choice[i]][i] - scores[candidate][i])
+    let mut choice = vec![count - 1; scores.len() / count];
+    for candidate in (0..count - 1).rev() {
+        let of_pixels = scores.chunks(count).zip(&choice);
+        let gain: Vec<f32> = of_pixels
+            .map(|(scores, &choice)| scores[choice] - scores[candidate])
             .collect();
         let squares = smooth(gain.iter().map(|gain| gain * gain).collect());
         let gain = smooth(gain);
@@ -100,23 +91,23 @@ fn choose(scores: &[Vec<f32>], width: usize) -> Vec<usize> {
     choice
 }
 
-/// For every pixel what is expected to be the squared error of the mean of the candidate's halves, and the variance of a half
+/// What is expected to be the squared error of the mean of the candidate's halves, and the variance of a half
 /// of the layer but for what is known of where its samples looked, which is the same for all candidates; weighted, summed over
 /// channels.
-fn score(candidate: &[Values], raw: [&[[f32; 3]]; 2], weights: &[[f32; 3]]) -> Vec<f32> {
-    sums(weights, |i, k| {
-        let ([a, b], [at_b, at_a]) = (&candidate[i][SHOWN], &candidate[i][CROSSED]);
-        let (one, other) = (at_b[k] - raw[1][i][k], at_a[k] - raw[0][i][k]);
+fn score(candidate: &Values, samples: &[[f32; 3]; 2], weight: &[f32; 3]) -> f32 {
+    let ([a, b], [at_b, at_a]) = (&candidate[SHOWN], &candidate[CROSSED]);
+    weighted(weight, |k| {
+        let (one, other) = (at_b[k] - samples[1][k], at_a[k] - samples[0][k]);
         let spread = a[k] - b[k];
         0.5 * (one * one + other * other) - 0.25 * spread * spread
     })
 }
 
 /// The same of the samples as they are. Where they looked is known, and what that does to their difference from `finest`.
-fn score_of_samples(raw: [&[[f32; 3]]; 2], finest: &Fitted, weights: &[[f32; 3]]) -> Vec<f32> {
-    sums(weights, |i, k| {
-        let spread = raw[0][i][k] - raw[1][i][k];
-        let known = finest[i].map_or(0.0, |values| {
+fn score_of_samples(samples: &[[f32; 3]; 2], finest: &Option<Values>, weight: &[f32; 3]) -> f32 {
+    weighted(weight, |k| {
+        let spread = samples[0][k] - samples[1][k];
+        let known = finest.map_or(0.0, |values| {
             let (own, crossed) = (&values[OWN], &values[CROSSED]);
             0.5 * (own[0][k] + crossed[1][k] - own[1][k] - crossed[0][k])
         });
@@ -124,10 +115,9 @@ fn score_of_samples(raw: [&[[f32; 3]]; 2], finest: &Fitted, weights: &[[f32; 3]]
     })
 }
 
-/// Weighted sums over channels.
-fn sums(weights: &[[f32; 3]], of: impl Fn(usize, usize) -> f32) -> Vec<f32> {
-    let weighted = |(i, w): (usize, &[f32; 3])| (0..3).map(|k| w[k] * of(i, k)).sum();
-    weights.iter().enumerate().map(weighted).collect()
+/// Weighted sum over channels.
+fn weighted(weight: &[f32; 3], of: impl Fn(usize) -> f32) -> f32 {
+    (0..3).map(|k| weight[k] * of(k)).sum()
 }
 
 /// How much each of `count` candidates is worth in every pixel, by a smoothed choice; none of one that is nowhere chosen.
@@ -142,22 +132,26 @@ fn shares(choice: &[usize], count: usize, width: usize) -> Vec<Option<Vec<f32>>>
 }
 
 /// The candidates by their shares.
-fn blend(candidates: &[Vec<Values>], raw: [&[[f32; 3]]; 2], shares: &[Option<Vec<f32>>]) -> Chosen {
+fn blend(fitted: &Fitted, raw: [&[[f32; 3]]; 2], shares: &[Option<Vec<f32>>]) -> Chosen {
     let of_pixel = |i: usize| {
-        let (mut shown, mut own) = ([[0.0; 3]; 2], [[0.0; 3]; 2]);
-        for (candidate, share) in candidates.iter().zip(shares) {
+        let samples = [[raw[0][i], raw[1][i]]; 3];
+        let own = &fitted.values[i * fitted.sizes..(i + 1) * fitted.sizes];
+        let candidates = [Some(&samples)]
+            .into_iter()
+            .chain(own.iter().map(Option::as_ref));
+        let mut sum = [[[0.0; 3]; 2]; 2];
+        for (candidate, share) in candidates.zip(shares) {
             let share = share.as_ref().map_or(0.0, |share| share[i]);
-            if share == 0.0 {
+            let Some(candidate) = candidate.filter(|_| share > 0.0) else {
                 continue;
-            }
-            for (half, k) in [0, 1]
-                .into_iter()
-                .flat_map(|half| [0, 1, 2].map(|k| (half, k)))
-            {
-                shown[half][k] += share * candidate[i][SHOWN][half][k];
-                own[half][k] += share * candidate[i][OWN][half][k];
+            };
+            for (sum, way) in sum.iter_mut().zip([SHOWN, OWN]) {
+                for (sum, half) in sum.iter_mut().zip(&candidate[way]) {
+                    (0..3).for_each(|k| sum[k] += share * half[k]);
+                }
             }
         }
+        let [shown, own] = sum;
         let residual = |half: usize| std::array::from_fn(|k| raw[half][i][k] - own[half][k]);
         ((shown[0], shown[1]), (residual(0), residual(1)))
     };

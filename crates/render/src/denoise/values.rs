@@ -6,7 +6,7 @@ use super::basis::{Carried, MOST_CARRIERS, MOST_TERMS, View, power};
 use super::cells::FittedCells;
 use super::guides::{Fragment, NO_REGION};
 use super::lanes::{Lanes, ZERO, add_product, add_scaled, crossed, lane};
-use super::regression::{CROSSED, Fitted, OWN, Problem, SHOWN, Values};
+use super::regression::{CROSSED, OWN, Problem, SHOWN, Values};
 
 /// What a fit may say of a pixel, over the largest value of the layer in the cells that it was made from: beyond, it speaks of what it
 /// has not seen.
@@ -50,33 +50,26 @@ struct Viewed<'a> {
 }
 
 impl Problem<'_> {
-    /// What the fits of each size of cells say of all pixels.
-    pub(super) fn values(&self, sizes: &[FittedCells]) -> Vec<Fitted> {
-        let height = self.guides.height;
-        let rows: Vec<Vec<Fitted>> = (0..height)
-            .into_par_iter()
-            .map(|y| self.row(sizes, y))
-            .collect();
-        let of_size = |size: usize| {
-            let rows = rows.iter().flat_map(|row| &row[size]);
-            rows.copied().collect()
-        };
-        (0..sizes.len()).into_par_iter().map(of_size).collect()
+    /// What the fits of each size of cells say, pixel by pixel.
+    pub(super) fn values(&self, sizes: &[FittedCells]) -> Vec<Option<Values>> {
+        let (width, height) = (self.guides.width, self.guides.height);
+        let mut values = vec![None; width * height * sizes.len()];
+        let rows = values.par_chunks_mut(width * sizes.len());
+        rows.enumerate()
+            .for_each(|(y, values)| self.row(sizes, y, values));
+        values
     }
 
     /// The same of a row of pixels.
-    fn row(&self, sizes: &[FittedCells], y: usize) -> Vec<Fitted> {
-        let width = self.guides.width;
+    fn row(&self, sizes: &[FittedCells], y: usize, values: &mut [Option<Values>]) {
         let lines: Vec<Line<'_>> = sizes.iter().map(|cells| self.line(cells, y)).collect();
-        let mut values: Vec<Fitted> = sizes.iter().map(|_| Vec::with_capacity(width)).collect();
         let (mut viewed, mut said) = (Vec::new(), Vec::new());
-        for x in 0..width {
+        for (x, values) in values.chunks_mut(sizes.len()).enumerate() {
             self.view((x, y), &mut viewed);
-            for (line, values) in lines.iter().zip(&mut values) {
-                values.push(self.value(line, (x, y), &viewed, &mut said));
+            for (line, value) in lines.iter().zip(values) {
+                *value = self.value(line, (x, y), &viewed, &mut said);
             }
         }
-        values
     }
 
     fn line<'a>(&self, cells: &'a FittedCells, y: usize) -> Line<'a> {
@@ -171,6 +164,7 @@ impl Problem<'_> {
     }
 
     /// The mean of the fits of a region in the cells near a pixel; none where they have none.
+    #[inline]
     fn coefficients(&self, line: &Line<'_>, near: &[Near; 2], region: u32) -> Option<Coefficients> {
         if region == NO_REGION {
             return None;
@@ -228,6 +222,7 @@ impl Problem<'_> {
     }
 
     /// Adds what `coefficients` say of a fragment in every way; where samples have seen nothing else, only all over the pixel.
+    #[inline]
     fn add(&self, sum: &mut [Lanes; 3], viewed: &Viewed<'_>, coefficients: &Coefficients) {
         let known = || (coefficients.iter()).take(self.basis.carrier_count());
         for (own, carrier) in known().zip(&viewed.shown) {

@@ -284,7 +284,21 @@ impl Geometry {
         }
     }
 
-    fn material_point(
+    /// The place in the texture of a point on a triangle whose normals no map bends; the origin where there is no texture.
+    pub(crate) fn place_on_mesh(&self, index: usize, [v, w]: [f64; 2]) -> Option<DVec2> {
+        let shading = &self.shading[index];
+        if self.materials[shading.material as usize]
+            .normal_map
+            .is_some()
+        {
+            return None;
+        }
+        let at = |t: [DVec2; 3]| (1.0 - v - w) * t[0] + v * t[1] + w * t[2];
+        Some(shading.uvs.map_or(DVec2::ZERO, at))
+    }
+
+    /// A point of a material at a place in its textures.
+    pub(crate) fn material_point(
         &self,
         material: usize,
         uv: Option<DVec2>,
