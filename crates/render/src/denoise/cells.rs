@@ -1,6 +1,7 @@
 //! Sums over cells of the picture, surface by surface, and the fits that follow from them: larger cells are made of smaller ones, and
 //! a fit of those around it.
 
+use std::ops::Range;
 use std::sync::atomic::Ordering;
 
 use rayon::prelude::*;
@@ -8,7 +9,7 @@ use rayon::prelude::*;
 use super::basis::{Basis, MOST_TERMS, View};
 use super::lanes::{Lanes, ZERO, lanes};
 use super::regression::Problem;
-use super::solve::{Moments, Recast};
+use super::solve::{Recast, add, add_recast, size, solve};
 
 /// Pixels that a fit needs, over its number of terms.
 const PIXELS_PER_TERM: f64 = 12.0;
@@ -25,18 +26,25 @@ pub(super) struct Grid {
 }
 
 /// What is known of a region in a cell.
-#[derive(Clone)]
 struct Block {
     region: u32,
     pixels: f64,
-    moments: Moments,
+    /// Where its moments begin among those of its row.
+    start: usize,
 }
 
-/// Cells with what is known of their regions, which are in order.
+/// A row of cells, each with what is known of its regions, which are in order.
+#[derive(Default)]
+struct Row {
+    cells: Vec<Vec<Block>>,
+    moments: Vec<Lanes>,
+}
+
+/// Cells with what is known of their regions.
 pub(super) struct Summed {
     grid: Grid,
-    blocks: Vec<Vec<Block>>,
-    /// Largest size of the layer's values, per channel.
+    rows: Vec<Row>,
+    /// Largest size of the layer's values, per channel, row by row.
     most: Vec<[f32; 3]>,
 }
 
@@ -77,27 +85,34 @@ impl Grid {
         (pixel as f64 + 0.5) / self.cell_px as f64 - (cell as f64 + 0.5)
     }
 
+    /// What `of` says of every row.
+    fn rows<T: Send>(self, of: impl Fn(usize) -> T + Sync + Send) -> Vec<T> {
+        (0..self.rows).into_par_iter().map(of).collect()
+    }
+
     /// What `of` says of every cell, a column and a row, row by row.
-    fn map<T: Send>(self, of: impl Fn(usize, usize) -> T + Sync) -> Vec<T> {
-        let of_row = |row: usize| (0..self.columns).map(|x| of(x, row)).collect::<Vec<T>>();
-        let rows: Vec<Vec<T>> = (0..self.rows).into_par_iter().map(of_row).collect();
-        rows.into_iter().flatten().collect()
+    fn cells<T>(self, of: impl Fn(usize, usize) -> T) -> Vec<T> {
+        let rows = 0..self.rows;
+        rows.flat_map(|row| (0..self.columns).map(move |column| (column, row)))
+            .map(|(column, row)| of(column, row))
+            .collect()
     }
 }
 
-impl Block {
-    fn none(region: u32, terms: usize) -> Self {
+impl Row {
+    /// With room for one region in each of as many cells.
+    fn of(columns: usize, terms: usize) -> Self {
         Self {
-            region,
-            pixels: 0.0,
-            moments: Moments::none(terms),
+            cells: Vec::with_capacity(columns),
+            moments: Vec::with_capacity(columns * size(terms)),
         }
     }
 }
 
-/// Another cell's blocks, how their moments come to this one, and with which weight.
+/// A cell of another row, how its moments come to those of a cell here, and with which weight.
 struct Part<'a> {
-    blocks: &'a [Block],
+    row: &'a Row,
+    column: usize,
     recast: &'a Recast,
     weight: f64,
 }
@@ -107,18 +122,19 @@ impl Summed {
     pub(super) fn of(problem: &Problem<'_>, cell_px: usize) -> Option<Self> {
         let guides = problem.guides;
         let grid = Grid::of(guides.width, guides.height, cell_px);
-        let of_cell = |column: usize, row: usize| {
-            if problem.cancel.load(Ordering::Relaxed) {
-                return (Vec::new(), [0.0; 3]);
+        let rows = grid.rows(|y| {
+            let mut row = Row::of(grid.columns, problem.basis.len());
+            if !problem.cancel.load(Ordering::Relaxed) {
+                for column in 0..grid.columns {
+                    let blocks = blocks(problem, grid, (column, y), &mut row.moments);
+                    row.cells.push(blocks);
+                }
             }
-            (
-                blocks(problem, grid, (column, row)),
-                most(problem, grid, (column, row)),
-            )
-        };
-        let (blocks, most) = grid.map(of_cell).into_iter().unzip();
+            row
+        });
+        let most = grid.cells(|column, row| most(problem, grid, (column, row)));
         let is_wanted = !problem.cancel.load(Ordering::Relaxed);
-        is_wanted.then_some(Self { grid, blocks, most })
+        is_wanted.then_some(Self { grid, rows, most })
     }
 
     /// The same of cells of twice the size.
@@ -127,119 +143,136 @@ impl Summed {
         // From the middle of a cell to those of its quarters, cells.
         let off = |quarter: usize| 0.5 * quarter as f64 - 0.25;
         let recasts = quarters.map(|(x, y)| Recast::of(basis, 0.5, (off(x), off(y)), 1.0));
-        let grid = self.grid.larger();
-        let quarters_of = |column: usize, row: usize| {
-            let places = quarters.map(|(x, y)| (2 * column + x, 2 * row + y));
-            let with_recasts = places.into_iter().zip(&recasts);
-            with_recasts.filter_map(|((x, y), recast)| Some((self.index(x, y)?, recast)))
-        };
-        let blocks = grid.map(|column, row| {
-            let parts = quarters_of(column, row).map(|(index, recast)| Part {
-                blocks: &self.blocks[index],
-                recast,
-                weight: 1.0,
-            });
-            joined(parts, basis.len())
+        let (grid, terms) = (self.grid.larger(), basis.len());
+        let rows = grid.rows(|y| {
+            let mut row = Row::of(grid.columns, terms);
+            for column in 0..grid.columns {
+                let parts = quarters.iter().zip(&recasts).filter_map(|(step, recast)| {
+                    let column = 2 * column + step.0;
+                    (column < self.grid.columns).then_some(Part {
+                        row: self.rows.get(2 * y + step.1)?,
+                        column,
+                        recast,
+                        weight: 1.0,
+                    })
+                });
+                let blocks = joined(parts, terms, &mut row.moments);
+                row.cells.push(blocks);
+            }
+            row
         });
-        let most = grid.map(|column, row| {
-            let parts = quarters_of(column, row).map(|(index, _)| &self.most[index]);
-            parts.fold([0.0; 3], larger)
-        });
-        Self { grid, blocks, most }
+        let most = grid
+            .cells(|column, row| self.largest(2 * column..2 * column + 2, 2 * row..2 * row + 2));
+        Self { grid, rows, most }
     }
 
     /// The fits, each from a cell and those around it.
     pub(super) fn fits(&self, basis: &Basis) -> FittedCells {
-        let beside = |along: &dyn Fn(f64) -> (f64, f64)| {
-            [-1.0_f64, 0.0, 1.0].map(|step| {
-                let weight = WEIGHT_BESIDE.powf(step.abs());
-                (Recast::of(basis, 1.0, along(step), weight), weight)
-            })
+        let (grid, terms) = (self.grid, basis.len());
+        let steps = [-1.0_f64, 0.0, 1.0];
+        let weights = steps.map(|step| WEIGHT_BESIDE.powf(step.abs()));
+        let beside = |along: fn(f64) -> (f64, f64)| {
+            [0, 1, 2].map(|i| Recast::of(basis, 1.0, along(steps[i]), weights[i]))
         };
-        let terms = basis.len();
-        let across = beside(&|step| (step, 0.0));
-        let aside = self.grid.map(|column, row| {
-            joined(
-                three(&across, |step| {
-                    let index = self.index((column + step).checked_sub(1)?, row)?;
-                    Some(&self.blocks[index][..])
-                }),
-                terms,
-            )
+        let (across, down) = (beside(|step| (step, 0.0)), beside(|step| (0.0, step)));
+        let aside = grid.rows(|y| {
+            let mut row = Row::of(grid.columns, terms);
+            for column in 0..grid.columns {
+                let parts = (0..3).filter_map(|i| {
+                    let column = (column + i).checked_sub(1)?;
+                    (column < grid.columns).then_some(Part {
+                        row: &self.rows[y],
+                        column,
+                        recast: &across[i],
+                        weight: weights[i],
+                    })
+                });
+                let blocks = joined(parts, terms, &mut row.moments);
+                row.cells.push(blocks);
+            }
+            row
         });
-        let down = beside(&|step| (0.0, step));
-        let fits = self.grid.map(|column, row| {
-            let around = three(&down, |step| {
-                let index = self.index(column, (row + step).checked_sub(1)?)?;
-                Some(&aside[index][..])
-            });
-            let blocks = joined(around, terms);
-            blocks
-                .iter()
-                .filter_map(|block| fit(block, terms))
-                .collect()
+        let fits = grid.rows(|y| {
+            let mut moments = Vec::new();
+            let of_cell = |column: usize| {
+                let parts = (0..3).filter_map(|i| {
+                    Some(Part {
+                        row: aside.get((y + i).checked_sub(1)?)?,
+                        column,
+                        recast: &down[i],
+                        weight: weights[i],
+                    })
+                });
+                moments.clear();
+                let blocks = joined(parts, terms, &mut moments);
+                let fits = blocks.iter().map(|block| fit(block, terms, &mut moments));
+                fits.flatten().collect()
+            };
+            (0..grid.columns).map(of_cell).collect::<Vec<Vec<Fit>>>()
         });
         FittedCells {
-            grid: self.grid,
-            fits,
-            seen: self.largest_around(),
+            grid,
+            fits: fits.into_iter().flatten().collect(),
+            seen: grid.cells(|column, row| {
+                let around = |at: usize| at.saturating_sub(1)..at + 2;
+                self.largest(around(column), around(row))
+            }),
         }
     }
 
-    fn largest_around(&self) -> Vec<[f32; 3]> {
-        let Grid { columns, rows, .. } = self.grid;
-        self.grid.map(|column, row| {
-            let mut seen = [0.0; 3];
-            for y in row.saturating_sub(1)..(row + 2).min(rows) {
-                for x in column.saturating_sub(1)..(column + 2).min(columns) {
-                    seen = larger(seen, &self.most[y * columns + x]);
-                }
+    /// Largest size of the layer's values in some columns and rows, as far as there are such.
+    fn largest(&self, columns: Range<usize>, rows: Range<usize>) -> [f32; 3] {
+        let mut most = [0.0; 3];
+        for row in rows.start..rows.end.min(self.grid.rows) {
+            for column in columns.start..columns.end.min(self.grid.columns) {
+                most = larger(most, &self.most[row * self.grid.columns + column]);
             }
-            seen
-        })
-    }
-
-    /// Index of a cell; none beyond the picture.
-    fn index(&self, column: usize, row: usize) -> Option<usize> {
-        let is_inside = column < self.grid.columns && row < self.grid.rows;
-        is_inside.then(|| row * self.grid.columns + column)
+        }
+        most
     }
 }
 
-/// The parts of a sum over a cell and the two beside it, whose blocks `of` says.
-fn three<'a>(
-    beside: &'a [(Recast, f64); 3],
-    of: impl Fn(usize) -> Option<&'a [Block]>,
-) -> impl Iterator<Item = Part<'a>> {
-    let parts = beside.iter().enumerate();
-    parts.filter_map(move |(step, (recast, weight))| {
-        Some(Part {
-            blocks: of(step)?,
-            recast,
-            weight: *weight,
-        })
-    })
-}
-
-/// Sums over cells, region by region.
-fn joined<'a>(parts: impl Iterator<Item = Part<'a>>, terms: usize) -> Vec<Block> {
+/// Sums over cells, region by region, added to `moments`.
+fn joined<'a>(
+    parts: impl Iterator<Item = Part<'a>>,
+    terms: usize,
+    moments: &mut Vec<Lanes>,
+) -> Vec<Block> {
     let mut all: Vec<Block> = Vec::new();
     for part in parts {
-        for block in part.blocks {
-            let own = of_region(&mut all, block.region, terms);
+        for block in &part.row.cells[part.column] {
+            let own = of_region(&mut all, block.region, terms, moments);
             own.pixels += part.weight * block.pixels;
-            own.moments.add_recast(&block.moments, part.recast);
+            let start = own.start;
+            let others = &part.row.moments[block.start..];
+            add_recast(
+                &mut moments[start..start + size(terms)],
+                others,
+                part.recast,
+            );
         }
     }
     all
 }
 
 /// The block of a region in a list in order, to which it is added where it is not there yet.
-fn of_region(blocks: &mut Vec<Block>, region: u32, terms: usize) -> &mut Block {
+fn of_region<'b>(
+    blocks: &'b mut Vec<Block>,
+    region: u32,
+    terms: usize,
+    moments: &mut Vec<Lanes>,
+) -> &'b mut Block {
     let index = match blocks.binary_search_by_key(&region, |block| block.region) {
         Ok(index) => index,
         Err(index) => {
-            blocks.insert(index, Block::none(region, terms));
+            let start = moments.len();
+            moments.resize(start + size(terms), ZERO);
+            let none = Block {
+                region,
+                pixels: 0.0,
+                start,
+            };
+            blocks.insert(index, none);
             index
         }
     };
@@ -247,11 +280,12 @@ fn of_region(blocks: &mut Vec<Block>, region: u32, terms: usize) -> &mut Block {
 }
 
 /// The fit of a region; none of too few pixels. A surface of few has its first terms alone.
-fn fit(block: &Block, terms: usize) -> Option<Fit> {
-    let terms = ((block.pixels / PIXELS_PER_TERM) as usize).min(terms);
-    (terms > 0).then(|| Fit {
+fn fit(block: &Block, terms: usize, moments: &mut [Lanes]) -> Option<Fit> {
+    let count = ((block.pixels / PIXELS_PER_TERM) as usize).min(terms);
+    let own = &mut moments[block.start..block.start + size(terms)];
+    (count > 0).then(|| Fit {
         region: block.region,
-        coefficients: block.moments.solve(terms),
+        coefficients: solve(own, terms, count),
     })
 }
 
@@ -268,8 +302,13 @@ fn pixels(
     rows.flat_map(move |y| columns.clone().map(move |x| (y * width + x, x, y)))
 }
 
-/// What the pixels of a cell say that show one region.
-fn blocks(problem: &Problem<'_>, grid: Grid, cell: (usize, usize)) -> Vec<Block> {
+/// What the pixels of a cell say that show one region, with sums added to `moments`.
+fn blocks(
+    problem: &Problem<'_>,
+    grid: Grid,
+    cell: (usize, usize),
+    moments: &mut Vec<Lanes>,
+) -> Vec<Block> {
     let basis = problem.basis;
     let terms = basis.len();
     let mut blocks: Vec<Block> = Vec::new();
@@ -283,9 +322,14 @@ fn blocks(problem: &Problem<'_>, grid: Grid, cell: (usize, usize)) -> Vec<Block>
         basis.terms_at(&carried, u, v, &mut row);
         row[terms] = lanes(|k, half| f64::from(problem.halves[half][pixel][k]));
         let weight = lanes(|k, _| f64::from(problem.weights[pixel][k]));
-        let block = of_region(&mut blocks, fragment.region, terms);
+        let block = of_region(&mut blocks, fragment.region, terms, moments);
         block.pixels += 1.0;
-        block.moments.add(&row, &weight);
+        let start = block.start;
+        add(
+            &mut moments[start..start + size(terms)],
+            &row[..=terms],
+            &weight,
+        );
     }
     blocks
 }

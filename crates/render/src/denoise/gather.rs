@@ -1,7 +1,7 @@
 //! Sums of what rays through a pixel see, surface by surface.
 
 use super::guides::{Fragment, Sampled, Shown};
-use super::look::{Look, StraightLight};
+use super::look::{Look, Seen, StraightLight};
 
 /// What rays through a pixel have seen of its surfaces.
 #[derive(Default)]
@@ -15,7 +15,9 @@ pub(super) struct Found {
     region: u32,
     normal: [f64; 3],
     shown: [Sums; 2],
-    lights: [Vec<StraightLight>; 2],
+    lights: [Lights; 2],
+    /// Straight light of lamps and day together.
+    light: Range,
     pub(super) walked: [Sums; 2],
     pub(super) lit: [Sums; 2],
     reflectance: Range,
@@ -30,17 +32,25 @@ pub(super) struct Sums {
 }
 
 impl Sums {
-    pub(super) fn add(&mut self, look: &Look) {
+    pub(super) fn add(&mut self, seen: &Seen) {
         self.count += 1.0;
         for k in 0..3 {
-            self.transmittance[k] += look.transmittance[k];
-            self.seen[k] += look.reflectance[k] * look.transmittance[k];
+            self.transmittance[k] += seen.transmittance[k];
+            self.seen[k] += seen.reflectance[k] * seen.transmittance[k];
         }
     }
 
     fn mean(&self, sum: [f64; 3]) -> [f32; 3] {
         sum.map(|sum| (sum / self.count.max(1.0)) as f32)
     }
+}
+
+/// Sums of straight light over rays.
+#[derive(Clone, Copy, Default)]
+struct Lights {
+    count: f64,
+    lamps: [f64; 3],
+    day: [f64; 3],
 }
 
 /// Sums over all rays of both halves.
@@ -114,14 +124,8 @@ impl Gathered {
 
     /// Largest relative deviation of the light of a surface.
     pub(super) fn light_deviation(&self) -> f64 {
-        let of = |found: &Found| {
-            let mut range = Range::default();
-            for light in found.lights.iter().flatten() {
-                range.add(std::array::from_fn(|k| light.lamps[k] + light.day[k]));
-            }
-            range.deviation()
-        };
-        self.found.iter().map(of).fold(0.0, f64::max)
+        let deviations = self.found.iter().map(|found| found.light.deviation());
+        deviations.fold(0.0, f64::max)
     }
 
     /// The fragments.
@@ -157,30 +161,34 @@ impl Gathered {
 
 impl Found {
     /// Adds a ray to what is known for a half.
-    pub(super) fn show(&mut self, half: usize, look: &Look) {
-        self.shown[half].add(look);
-        self.reflectance.add(look.reflectance);
-        let normal = look.shading_normal.to_array();
+    pub(super) fn show(&mut self, half: usize, seen: &Seen) {
+        self.shown[half].add(seen);
+        self.reflectance.add(seen.reflectance);
+        let normal = seen.shading_normal.to_array();
         (0..3).for_each(|k| self.normal[k] += normal[k]);
     }
 
     /// Whether nothing is known of its light for a half.
     pub(super) fn is_dark(&self, half: usize) -> bool {
-        self.lights[half].is_empty()
+        self.lights[half].count == 0.0
     }
 
     /// Adds the straight light at the end of a ray, over the reflectance that it is proportional to.
     pub(super) fn light(&mut self, half: usize, look: &Look, light: &StraightLight) {
-        let over = |light: [f64; 3]| {
+        let over = |light: [f64; 3]| -> [f64; 3] {
             std::array::from_fn(|k| {
                 let seen = look.reflectance[k] * look.transmittance[k];
                 if seen > 0.0 { light[k] / seen } else { 0.0 }
             })
         };
-        self.lights[half].push(StraightLight {
-            lamps: over(light.lamps),
-            day: over(light.day),
-        });
+        let (lamps, day) = (over(light.lamps), over(light.day));
+        let sums = &mut self.lights[half];
+        sums.count += 1.0;
+        for k in 0..3 {
+            sums.lamps[k] += lamps[k];
+            sums.day[k] += day[k];
+        }
+        self.light.add([0, 1, 2].map(|k| lamps[k] + day[k]));
     }
 
     /// What is known for a half, of whose rays there are `rays`; a surface that none of them has met is as the other half's.
@@ -190,16 +198,13 @@ impl Found {
             false => 1 - half,
         };
         let (sums, lights) = (&self.shown[known], &self.lights[known]);
-        let light = |of: fn(&StraightLight) -> [f64; 3]| {
-            let n = lights.len().max(1) as f64;
-            std::array::from_fn(|k| (lights.iter().map(|l| of(l)[k]).sum::<f64>() / n) as f32)
-        };
+        let light = |sum: [f64; 3]| sum.map(|sum| (sum / lights.count.max(1.0)) as f32);
         Shown {
             share: (self.shown[half].count / rays.max(1.0)) as f32,
             seen: sums.mean(sums.seen),
             transmittance: sums.mean(sums.transmittance),
-            lamps: light(|light| light.lamps),
-            day: light(|light| light.day),
+            lamps: light(lights.lamps),
+            day: light(lights.day),
         }
     }
 }

@@ -252,10 +252,11 @@ impl Looker<'_> {
                     self.add(gathered, half, (x, y), number, true);
                     continue;
                 }
-                let look = patch.look((number(0), number(1)));
                 let found = gathered.of_region(region);
-                found.show(half, &look);
+                let offset = (number(0), number(1));
+                found.show(half, &patch.seen(offset));
                 if is_lit {
+                    let look = patch.look(offset);
                     let light = look.straight_light(self.scene, (number(2), number(3)));
                     found.light(half, &look, &light);
                 }
@@ -274,7 +275,7 @@ impl Looker<'_> {
     ) {
         let look = self.look(x, y, &Aim::of(self.has_opening(), &number));
         let found = gathered.of_region(self.regions.of_look(&look, x, y));
-        found.show(half, &look);
+        found.show(half, &look.seen());
         if is_lit || found.is_dark(half) {
             let light = look.straight_light(self.scene, (number(2), number(3)));
             found.light(half, &look, &light);
@@ -298,16 +299,16 @@ impl Looker<'_> {
             for aim in samples.points((x, y), self.has_opening(), Points::Walks) {
                 let look = self.look(x, y, &aim);
                 let found = gathered.of_region(self.regions.of_look(&look, x, y));
-                found.walked[half].add(&look);
+                found.walked[half].add(&look.seen());
                 if clear == Some(false) {
-                    found.lit[half].add(&look);
+                    found.lit[half].add(&look.seen());
                 }
             }
             if clear == Some(true) && !self.scene.lamps.is_empty() {
                 for aim in samples.points((x, y), self.has_opening(), Points::Lit) {
                     let look = self.look(x, y, &aim);
                     let found = gathered.of_region(self.regions.of_look(&look, x, y));
-                    found.lit[half].add(&look);
+                    found.lit[half].add(&look.seen());
                 }
             }
         }

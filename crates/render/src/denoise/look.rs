@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 use uw_media::Spectrum;
 
-use crate::prepare::{AirWay, Hit, Prepared, PreparedLamp, Primitive, SurfacePoint};
+use crate::prepare::{AirWay, Hit, Prepared, PreparedLamp, Primitive};
 use crate::sampling::circle;
 use crate::scene::CameraRay;
 
@@ -42,8 +42,6 @@ pub(super) struct Look {
     /// The point on the primitive, as [`Hit`] has it.
     local: [f64; 2],
     point: DVec3,
-    /// Direction in which the ray came to it.
-    direction: DVec3,
     emission: Spectrum,
 }
 
@@ -56,14 +54,15 @@ pub(super) struct StraightLight {
     pub(super) day: Spectrum,
 }
 
-/// A point of a surface near one that is known.
-pub(super) struct Ground {
-    /// Its place on the primitive, or in the texture.
-    pub(super) place: DVec2,
-    /// The point, m.
-    pub(super) point: DVec3,
-    /// Transmittance of the water up to there.
+/// What a ray through a pixel tells of a surface.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Seen {
+    /// Transmittance of the water before it.
     pub(super) transmittance: Spectrum,
+    /// Reflectance.
+    pub(super) reflectance: Spectrum,
+    /// Shading normal.
+    pub(super) shading_normal: DVec3,
 }
 
 /// The part of a ray before and after the water surface.
@@ -122,7 +121,6 @@ impl Look {
                 primitive: Primitive::None,
                 local: [0.0; 2],
                 point: eye,
-                direction: sight,
                 emission: [0.0; 3],
             };
         };
@@ -151,12 +149,11 @@ impl Look {
             facing: -surface.normal.dot(ray.direction),
             shading_normal: surface.shading_normal,
             transmittance: std::array::from_fn(|k| before[k] * after[k]),
-            reflectance: reflectance(scene, &surface),
+            reflectance: reflectance(scene, surface.reflectance, surface.material),
             wet_m,
             primitive: hit.primitive,
             local: hit.local,
             point,
-            direction: ray.direction,
             emission: surface.emission,
         }
     }
@@ -171,42 +168,35 @@ impl Look {
         self.point
     }
 
-    /// The place on its primitive of what is met.
-    pub(super) fn on_primitive(&self, _: &Prepared) -> Option<DVec2> {
-        Some(DVec2::from(self.local))
+    /// The material that is met and the place in its textures; none where that says too little.
+    pub(super) fn place_in_texture(&self, scene: &Prepared) -> Option<(usize, DVec2)> {
+        scene.geometry.place_in_texture(self.primitive, self.local)
     }
 
-    /// The place in the texture of what is met of a mesh whose normals follow from its shape alone.
-    pub(super) fn on_mesh(&self, scene: &Prepared) -> Option<DVec2> {
-        match self.primitive {
-            Primitive::Triangle(index) => scene.geometry.place_on_mesh(index as usize, self.local),
-            _ => None,
+    /// What tells of a surface.
+    pub(super) fn seen(&self) -> Seen {
+        Seen {
+            transmittance: self.transmittance,
+            reflectance: self.reflectance,
+            shading_normal: self.shading_normal,
         }
     }
 
-    /// What is met a little beside: on the same primitive or, with a shading normal, at a place in the texture of the same mesh.
-    #[inline]
-    pub(super) fn moved(&self, scene: &Prepared, ground: &Ground, normal: Option<DVec3>) -> Self {
-        let local = ground.place.to_array();
-        let hit = Hit {
-            t: self.range_m,
-            primitive: self.primitive,
-            local,
-        };
-        let surface = match normal {
-            None => scene.geometry.surface_point(&hit, self.direction),
-            Some(normal) => {
-                let material = ((self.kind & !TRIANGLE) >> 2) as usize;
-                let geometry = &scene.geometry;
-                geometry.material_point(material, Some(ground.place), self.normal, normal)
-            }
-        };
+    /// What is met a little beside, on the same primitive: a point of a material at a place in its textures.
+    pub(super) fn moved(
+        &self,
+        scene: &Prepared,
+        (material, place): (usize, DVec2),
+        seen: &Seen,
+        point: DVec3,
+    ) -> Self {
+        let geometry = &scene.geometry;
+        let surface = geometry.material_point(material, Some(place), self.normal, self.normal);
         Self {
-            shading_normal: surface.shading_normal,
-            transmittance: ground.transmittance,
-            reflectance: reflectance(scene, &surface),
-            local,
-            point: ground.point,
+            shading_normal: seen.shading_normal,
+            transmittance: seen.transmittance,
+            reflectance: seen.reflectance,
+            point,
             emission: surface.emission,
             ..*self
         }
@@ -326,11 +316,11 @@ impl Look {
     }
 }
 
-/// Reflectance of the channels of a surface.
-fn reflectance(scene: &Prepared, surface: &SurfacePoint) -> Spectrum {
+/// Reflectance of the channels of a surface of a material that is mixed of `rgb`.
+pub(super) fn reflectance(scene: &Prepared, rgb: Spectrum, material: usize) -> Spectrum {
     match &scene.spectrum {
-        Some(spectrum) => spectrum.reflectance(surface.reflectance, surface.material),
-        None => surface.reflectance,
+        Some(spectrum) => spectrum.reflectance(rgb, material),
+        None => rgb,
     }
 }
 

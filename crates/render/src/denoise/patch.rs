@@ -1,33 +1,33 @@
 //! The part of one smooth surface that a pixel shows: what rays meet there follows from what the pixel's corners see.
 
+use std::ops::Range;
+
 use glam::{DVec2, DVec3};
 
-use super::look::{Ground, Look};
+use super::look::{Look, Seen, reflectance};
 use crate::prepare::Prepared;
 
 /// Largest ratio of the ranges, and of the transmittances, at the corners: beyond, what is in between is not known well enough.
 const LARGEST_RATIO: f64 = 1.05;
 /// Largest distance of what the centre shows from the mean of the corners, over the extent of the corners.
-const LARGEST_BEND: f64 = 0.1;
+const LARGEST_BEND: f64 = 0.05;
 
 /// A pixel all of whose corners show one surface.
 pub(super) struct Patch<'a> {
     scene: &'a Prepared,
     /// At the upper left corner.
     first: &'a Look,
-    surface: Surface,
+    /// None where nothing is met.
+    surface: Option<Surface>,
 }
 
-enum Surface {
-    /// Nothing is met.
-    None,
-    /// One primitive.
-    Primitive { ground: Bilinear<8> },
-    /// Several triangles of a mesh.
-    Mesh {
-        ground: Bilinear<8>,
-        normal: Bilinear<3>,
-    },
+struct Surface {
+    material: usize,
+    /// Places in the textures, transmittances and shading normals.
+    seen: Bilinear<8>,
+    points: Bilinear<3>,
+    /// Whether it is one primitive.
+    is_whole: bool,
 }
 
 /// Numbers known at the corners of a pixel, in between linear along rows and along columns.
@@ -47,6 +47,16 @@ impl<const N: usize> Bilinear<N> {
         }
     }
 
+    /// Whether some of the numbers of the centre are about those that follow from the corners.
+    fn is_near(&self, centre: [f64; N], of: Range<usize>) -> bool {
+        let distance = |a: [f64; N], b: [f64; N]| {
+            let gaps = of.clone().map(|n| (a[n] - b[n]).powi(2));
+            gaps.sum::<f64>().sqrt()
+        };
+        let extent = distance(self.at((0.0, 0.0)), self.at((1.0, 1.0)));
+        distance(self.at((0.5, 0.5)), centre) <= LARGEST_BEND * extent
+    }
+
     #[inline]
     fn at(&self, (x, y): (f64, f64)) -> [f64; N] {
         let [first, right, down, both] = &self.parts;
@@ -61,18 +71,10 @@ impl<'a> Patch<'a> {
         if !corners.into_iter().all(|look| look.kind == centre.kind) {
             return None;
         }
-        let surface = if corners.into_iter().all(|look| look.is_beside(centre)) {
-            match first.range_m.is_infinite() {
-                true => Surface::None,
-                false => Surface::Primitive {
-                    ground: ground(scene, corners, centre, Look::on_primitive)?,
-                },
-            }
-        } else {
-            Surface::Mesh {
-                ground: ground(scene, corners, centre, Look::on_mesh)?,
-                normal: Bilinear::of(corners.map(|look| look.shading_normal.to_array())),
-            }
+        let is_open = |look: &Look| look.range_m.is_infinite();
+        let surface = match corners.into_iter().all(is_open) && is_open(centre) {
+            true => None,
+            false => Some(Surface::of(scene, corners, centre)?),
         };
         Some(Self {
             scene,
@@ -83,64 +85,68 @@ impl<'a> Patch<'a> {
 
     /// Whether the light that comes straight from what is met can be told too.
     pub(super) fn knows_light(&self) -> bool {
-        !matches!(self.surface, Surface::Mesh { .. })
+        self.surface.as_ref().is_none_or(|surface| surface.is_whole)
     }
 
-    /// What a ray through the point `offset` from the upper left corner meets.
+    /// What a ray through the point `offset` from the upper left corner tells.
     #[inline]
-    pub(super) fn look(&self, offset: (f64, f64)) -> Look {
+    pub(super) fn seen(&self, offset: (f64, f64)) -> Seen {
         match &self.surface {
-            Surface::None => *self.first,
-            Surface::Primitive { ground } => {
-                self.first.moved(self.scene, &told(ground.at(offset)), None)
-            }
-            Surface::Mesh { ground, normal } => {
-                let normal = DVec3::from_array(normal.at(offset));
-                (self.first).moved(self.scene, &told(ground.at(offset)), Some(normal))
-            }
+            None => self.first.seen(),
+            Some(surface) => surface.seen(self.scene, offset).0,
         }
     }
-}
 
-/// What the corners have in `on` surfaces; none where one of them has nothing there, or where they and the centre do not agree.
-fn ground(
-    scene: &Prepared,
-    corners: [&Look; 4],
-    centre: &Look,
-    on: fn(&Look, &Prepared) -> Option<DVec2>,
-) -> Option<Bilinear<8>> {
-    let is_even = is_even(corners.map(|look| look.range_m))
-        && (0..3).all(|k| is_even(corners.map(|look| look.transmittance[k])));
-    if !is_even {
-        return None;
-    }
-    let numbers = |look: &Look| {
-        let place = on(look, scene)?.to_array();
-        let point = look.point().to_array();
-        let (p, q, t) = (place, point, look.transmittance);
-        Some([p[0], p[1], q[0], q[1], q[2], t[0], t[1], t[2]])
-    };
-    let [first, right, below, last] = corners.map(numbers);
-    let of_corners = [first?, right?, below?, last?];
-    let ground = Bilinear::of(of_corners);
-    let (middle, centre) = (ground.at((0.5, 0.5)), numbers(centre)?);
-    let is_smooth = [0..2, 2..5].into_iter().all(|range| {
-        let distance = |a: &[f64; 8], b: &[f64; 8]| {
-            let gaps = range.clone().map(|n| (a[n] - b[n]).powi(2));
-            gaps.sum::<f64>().sqrt()
+    /// What it meets.
+    pub(super) fn look(&self, offset: (f64, f64)) -> Look {
+        let Some(surface) = &self.surface else {
+            return *self.first;
         };
-        let extent = distance(&of_corners[0], &of_corners[3]);
-        distance(&middle, &centre) <= LARGEST_BEND * extent
-    });
-    is_smooth.then_some(ground)
+        let (seen, place) = surface.seen(self.scene, offset);
+        let point = DVec3::from_array(surface.points.at(offset));
+        (self.first).moved(self.scene, (surface.material, place), &seen, point)
+    }
 }
 
-fn told(numbers: [f64; 8]) -> Ground {
-    let [a, b, x, y, z, red, green, blue] = numbers;
-    Ground {
-        place: DVec2::new(a, b),
-        point: DVec3::new(x, y, z),
-        transmittance: [red, green, blue],
+impl Surface {
+    fn of(scene: &Prepared, corners: [&Look; 4], centre: &Look) -> Option<Self> {
+        let is_even = is_even(corners.map(|look| look.range_m))
+            && (0..3).all(|k| is_even(corners.map(|look| look.transmittance[k])));
+        if !is_even {
+            return None;
+        }
+        let [first, right, below, last] = corners.map(|look| look.place_in_texture(scene));
+        let places = [first?, right?, below?, last?];
+        let (material, place) = centre.place_in_texture(scene)?;
+        let numbers = |look: &Look, place: DVec2| {
+            let (t, n) = (look.transmittance, look.shading_normal);
+            [place.x, place.y, t[0], t[1], t[2], n.x, n.y, n.z]
+        };
+        let seen = [0, 1, 2, 3].map(|i| numbers(corners[i], places[i].1));
+        let points = Bilinear::of(corners.map(|look| look.point().to_array()));
+        let seen = Bilinear::of(seen);
+        let is_smooth = points.is_near(centre.point().to_array(), 0..3)
+            && seen.is_near(numbers(centre, place), 0..2);
+        is_smooth.then_some(Self {
+            material,
+            seen,
+            points,
+            is_whole: corners.into_iter().all(|look| look.is_beside(centre)),
+        })
+    }
+
+    /// What is seen of a point, and its place in the textures.
+    #[inline]
+    fn seen(&self, scene: &Prepared, offset: (f64, f64)) -> (Seen, DVec2) {
+        let [u, v, red, green, blue, x, y, z] = self.seen.at(offset);
+        let place = DVec2::new(u, v);
+        let rgb = scene.geometry.reflectance(self.material, place);
+        let seen = Seen {
+            transmittance: [red, green, blue],
+            reflectance: reflectance(scene, rgb, self.material),
+            shading_normal: DVec3::new(x, y, z),
+        };
+        (seen, place)
     }
 }
 

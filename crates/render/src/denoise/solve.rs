@@ -6,14 +6,6 @@ use super::lanes::{Lanes, ZERO, add_product, add_scaled, product, take_product};
 /// Share of a term's square that must be left beside the terms before it; below it is one of them again and left out.
 const LEAST_SHARE: f64 = 1e-5;
 
-/// Sums of weighted products of terms with each other and with values: of each term those with itself and the terms after it, then that
-/// with the values.
-#[derive(Clone, Debug)]
-pub(super) struct Moments {
-    sums: Vec<Lanes>,
-    terms: usize,
-}
-
 /// How moments about one place are made of those about another: for each sum of the one the sums of the other and their factors.
 pub(super) struct Recast {
     parts: Vec<(usize, f64)>,
@@ -21,8 +13,9 @@ pub(super) struct Recast {
     ends: Vec<usize>,
 }
 
-/// Number of sums of as many terms.
-const fn size(terms: usize) -> usize {
+/// Number of moments of as many terms: sums of weighted products, of each term those with itself and the terms after it, then that with
+/// the values.
+pub(super) const fn size(terms: usize) -> usize {
     terms * (terms + 3) / 2
 }
 
@@ -54,85 +47,80 @@ impl Recast {
     }
 }
 
-impl Moments {
-    /// Of nothing.
-    pub(super) fn none(terms: usize) -> Self {
-        Self {
-            sums: vec![ZERO; size(terms)],
-            terms,
+/// Adds terms of weight `weight` whose values were seen to `moments`: `row` holds the terms and then the values.
+#[inline]
+pub(super) fn add(moments: &mut [Lanes], row: &[Lanes], weight: &Lanes) {
+    let mut sums = moments;
+    for (i, term) in row[..row.len() - 1].iter().enumerate() {
+        let others = &row[i..];
+        let (own, rest) = sums.split_at_mut(others.len());
+        let weighted = product(weight, term);
+        for (sum, other) in own.iter_mut().zip(others) {
+            add_product(sum, &weighted, other);
         }
+        sums = rest;
     }
+}
 
-    /// Adds terms of weight `weight` whose values were seen: `row` holds the terms and then the values.
-    #[inline]
-    pub(super) fn add(&mut self, row: &[Lanes], weight: &Lanes) {
-        let mut sums = &mut self.sums[..];
-        for i in 0..self.terms {
-            let others = &row[i..=self.terms];
-            let (own, rest) = sums.split_at_mut(others.len());
-            let weighted = product(weight, &others[0]);
-            for (sum, other) in own.iter_mut().zip(others) {
-                add_product(sum, &weighted, other);
-            }
-            sums = rest;
+/// Adds moments about another place.
+pub(super) fn add_recast(moments: &mut [Lanes], other: &[Lanes], recast: &Recast) {
+    let mut from = 0;
+    for (sum, &end) in moments.iter_mut().zip(&recast.ends) {
+        for &(part, factor) in &recast.parts[from..end] {
+            add_scaled(sum, factor, &other[part]);
         }
+        from = end;
     }
+}
 
-    /// Adds moments about another place.
-    pub(super) fn add_recast(&mut self, other: &Self, recast: &Recast) {
-        let mut from = 0;
-        for (sum, &end) in self.sums.iter_mut().zip(&recast.ends) {
-            for &(part, factor) in &recast.parts[from..end] {
-                add_scaled(sum, factor, &other.sums[part]);
-            }
-            from = end;
-        }
+/// The coefficients of the first `count` of `terms` terms that fit the values best; terms that others make up have none. The moments
+/// are used up.
+pub(super) fn solve(moments: &mut [Lanes], terms: usize, count: usize) -> [Lanes; MOST_TERMS] {
+    let mut squares = [ZERO; MOST_TERMS];
+    for (i, square) in squares.iter_mut().enumerate().take(count) {
+        *square = moments[start(terms, i)];
     }
+    let mut inverses = [ZERO; MOST_TERMS];
+    let mut left = &mut moments[..];
+    for i in 0..count {
+        let (row, rest) = left.split_at_mut(terms + 1 - i);
+        for (lane, inverse) in inverses[i].iter_mut().enumerate() {
+            *inverse = inverse_root(row[0][lane], squares[i][lane]);
+        }
+        for value in row.iter_mut() {
+            *value = product(value, &inverses[i]);
+        }
+        let mut below = &mut *rest;
+        for term in i + 1..count {
+            let row = &row[term - i..];
+            let (own, after) = below.split_at_mut(row.len());
+            for (value, other) in own.iter_mut().zip(row) {
+                take_product(value, &row[0], other);
+            }
+            below = after;
+        }
+        left = rest;
+    }
+    substitute(moments, &inverses, terms, count)
+}
 
-    /// The coefficients of the first `count` terms that fit the values best; terms that others make up have none.
-    pub(super) fn solve(&self, count: usize) -> [Lanes; MOST_TERMS] {
-        let mut left = self.sums.clone();
-        let mut inverses = [ZERO; MOST_TERMS];
-        for i in 0..count {
-            let own = start(self.terms, i);
-            let square = self.sums[own];
-            inverses[i] = std::array::from_fn(|lane| inverse_root(left[own][lane], square[lane]));
-            let (done, rest) = left.split_at_mut(own + self.terms + 1 - i);
-            let row = &mut done[own..];
-            for value in row.iter_mut() {
-                *value = product(value, &inverses[i]);
-            }
-            let mut rest = rest;
-            for term in i + 1..count {
-                let row = &row[term - i..];
-                let (own, after) = rest.split_at_mut(row.len());
-                for (value, other) in own.iter_mut().zip(row) {
-                    take_product(value, &row[0], other);
-                }
-                rest = after;
-            }
+/// Solves with the triangle of the elimination, whose rows end in the values that are left.
+fn substitute(
+    triangle: &[Lanes],
+    inverses: &[Lanes; MOST_TERMS],
+    terms: usize,
+    count: usize,
+) -> [Lanes; MOST_TERMS] {
+    let mut solution = [ZERO; MOST_TERMS];
+    for i in (0..count).rev() {
+        let row = &triangle[start(terms, i)..start(terms, i + 1)];
+        let mut rest = row[terms - i];
+        for (factor, known) in row[1..].iter().zip(&solution[i + 1..count]) {
+            take_product(&mut rest, factor, known);
         }
-        self.substitute(&left, &inverses, count)
+        solution[i] = product(&rest, &inverses[i]);
     }
-
-    /// Solves with the triangle of the elimination, whose rows end in the values that are left.
-    fn substitute(
-        &self,
-        triangle: &[Lanes],
-        inverses: &[Lanes; MOST_TERMS],
-        count: usize,
-    ) -> [Lanes; MOST_TERMS] {
-        let mut solution = [ZERO; MOST_TERMS];
-        for i in (0..count).rev() {
-            let row = &triangle[start(self.terms, i)..start(self.terms, i + 1)];
-            let mut rest = row[self.terms - i];
-            for (factor, known) in row[1..].iter().zip(&solution[i + 1..count]) {
-                take_product(&mut rest, factor, known);
-            }
-            solution[i] = product(&rest, &inverses[i]);
-        }
-        solution
-    }
+    solution
 }
 
 /// One over the root of what is left of a square; none of what others make up.

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::basis::{Carried, MOST_CARRIERS, MOST_TERMS, View, power};
+use super::basis::{Carried, MOST_TERMS, View, power};
 use super::cells::FittedCells;
 use super::guides::{Fragment, NO_REGION};
 use super::lanes::{Lanes, ZERO, add_product, add_scaled, crossed, lane};
@@ -17,8 +17,12 @@ const BELOW_NONE: f64 = 0.02;
 /// are then alike.
 const ALIKE: f32 = 0.05;
 
-/// Of the carriers at a place.
-type Coefficients = Carried;
+/// Of the carriers at a place, where there are fits.
+#[derive(Default)]
+struct Coefficients {
+    are_known: bool,
+    of: Carried,
+}
 
 /// What the fits of a region in a column of cells say along a row of pixels: the mean of those above and below.
 struct Span {
@@ -120,18 +124,20 @@ impl Problem<'_> {
         line: &Line<'_>,
         (x, y): (usize, usize),
         viewed: &[Viewed<'_>],
-        said: &mut Vec<Option<Coefficients>>,
+        said: &mut Vec<Coefficients>,
     ) -> Option<Values> {
         let grid = line.cells.grid;
         let near = nearest(x, grid.cell_px, grid.columns)
             .map(|(column, weight)| (column, weight, grid.place(x, column)));
-        said.clear();
-        said.extend((viewed.iter()).map(|own| self.coefficients(line, &near, own.fragment.region)));
+        said.resize_with(viewed.len(), Coefficients::default);
+        for (own, said) in viewed.iter().zip(said.iter_mut()) {
+            self.say(line, &near, own.fragment.region, said);
+        }
         let mut sum = [ZERO; 3];
         for (own, coefficients) in viewed.iter().zip(said.iter()) {
-            match coefficients {
-                Some(coefficients) => self.add(&mut sum, own, coefficients),
-                None => {
+            match coefficients.are_known {
+                true => self.add(&mut sum, own, coefficients),
+                false => {
                     let (other, coefficients) = stand_in(own.fragment, viewed, said)?;
                     let beside = self.view_beside(own, other, (x, y));
                     self.add(&mut sum, &beside, coefficients);
@@ -163,11 +169,11 @@ impl Problem<'_> {
         })
     }
 
-    /// The mean of the fits of a region in the cells near a pixel; none where they have none.
-    #[inline]
-    fn coefficients(&self, line: &Line<'_>, near: &[Near; 2], region: u32) -> Option<Coefficients> {
+    /// Makes of `said` the mean of the fits of a region in the cells near a pixel.
+    fn say(&self, line: &Line<'_>, near: &[Near; 2], region: u32, said: &mut Coefficients) {
+        said.are_known = false;
         if region == NO_REGION {
-            return None;
+            return;
         }
         let found = near.map(|(column, share, u)| {
             let spans = &line.spans[column];
@@ -177,14 +183,14 @@ impl Problem<'_> {
         });
         let known = || found.iter().flatten();
         let weight: f64 = known().map(|(span, share, _)| share * span.weight).sum();
-        let mut mean = [ZERO; MOST_CARRIERS];
+        said.are_known = weight > 0.0;
+        said.of[..self.basis.carrier_count()].fill(ZERO);
         for &(span, share, u) in known() {
             let factors = [0, 1, 2].map(|n| share / weight * power(u, n));
             for (&(carrier, n), slope) in self.basis.slopes().iter().zip(&span.slopes) {
-                add_scaled(&mut mean[carrier], factors[usize::from(n)], slope);
+                add_scaled(&mut said.of[carrier], factors[usize::from(n)], slope);
             }
         }
-        (weight > 0.0).then_some(mean)
     }
 
     /// The pixel beside (x, y) that shows nothing but `region`, itself where none does. Blurred light jumps at the edge of what is
@@ -224,7 +230,7 @@ impl Problem<'_> {
     /// Adds what `coefficients` say of a fragment in every way; where samples have seen nothing else, only all over the pixel.
     #[inline]
     fn add(&self, sum: &mut [Lanes; 3], viewed: &Viewed<'_>, coefficients: &Coefficients) {
-        let known = || (coefficients.iter()).take(self.basis.carrier_count());
+        let known = || coefficients.of.iter().take(self.basis.carrier_count());
         for (own, carrier) in known().zip(&viewed.shown) {
             add_product(&mut sum[SHOWN], own, carrier);
         }
@@ -257,7 +263,7 @@ fn of_region(spans: &mut Vec<Span>, region: u32) -> &mut Span {
 fn stand_in<'c>(
     fragment: &Fragment,
     all: &[Viewed<'c>],
-    coefficients: &'c [Option<Coefficients>],
+    coefficients: &'c [Coefficients],
 ) -> Option<(&'c Fragment, &'c Coefficients)> {
     let share = |fragment: &Fragment| fragment.shown[0].share + fragment.shown[1].share;
     let alike = |other: &Fragment| {
@@ -268,8 +274,7 @@ fn stand_in<'c>(
     };
     let known = all.iter().map(|viewed| viewed.fragment).zip(coefficients);
     known
-        .filter(|(other, _)| alike(other))
-        .filter_map(|(other, own)| Some((other, own.as_ref()?)))
+        .filter(|(other, own)| own.are_known && alike(other))
         .max_by(|(a, _), (b, _)| share(a).total_cmp(&share(b)))
 }
 

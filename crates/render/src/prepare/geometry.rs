@@ -284,17 +284,43 @@ impl Geometry {
         }
     }
 
-    /// The place in the texture of a point on a triangle whose normals no map bends; the origin where there is no texture.
-    pub(crate) fn place_on_mesh(&self, index: usize, [v, w]: [f64; 2]) -> Option<DVec2> {
-        let shading = &self.shading[index];
-        if self.materials[shading.material as usize]
-            .normal_map
-            .is_some()
-        {
-            return None;
+    /// The material of a primitive and the place in its textures of a point there, the origin where it has none; `None` where a map
+    /// bends normals.
+    pub(crate) fn place_in_texture(
+        &self,
+        primitive: Primitive,
+        local: [f64; 2],
+    ) -> Option<(usize, DVec2)> {
+        match primitive {
+            Primitive::None => None,
+            Primitive::Quad(index) => {
+                let quad = &self.quads[index as usize].quad;
+                Some((quad.material, quad.texture_coordinates(local)))
+            }
+            Primitive::Triangle(index) => {
+                let shading = &self.shading[index as usize];
+                let material = &self.materials[shading.material as usize];
+                let [v, w] = local;
+                let at = |t: [DVec2; 3]| (1.0 - v - w) * t[0] + v * t[1] + w * t[2];
+                let place = shading.uvs.map(at);
+                let is_plain = material.texture.is_none() && material.emission_texture.is_none();
+                let place = place.or(is_plain.then_some(DVec2::ZERO));
+                let place = place.filter(|_| material.normal_map.is_none());
+                Some((shading.material as usize, place?))
+            }
         }
-        let at = |t: [DVec2; 3]| (1.0 - v - w) * t[0] + v * t[1] + w * t[2];
-        Some(shading.uvs.map_or(DVec2::ZERO, at))
+    }
+
+    /// Reflectance of a material at a place in its texture.
+    pub(crate) fn reflectance(&self, material: usize, place: DVec2) -> Spectrum {
+        let material = &self.materials[material];
+        match material.texture {
+            None => material.reflectance,
+            Some(texture) => {
+                let colour = self.textures[texture].sample(place.x, place.y);
+                [0, 1, 2].map(|k| material.reflectance[k] * colour[k])
+            }
+        }
     }
 
     /// A point of a material at a place in its textures.
