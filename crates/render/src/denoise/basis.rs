@@ -1,7 +1,7 @@
 //! What layers are made of: sums of carriers, each known without noise, times polynomials of the place in the picture.
 
 use super::guides::{Fragment, Guides, Sampled, Shown};
-use super::lanes::{Lanes, ZERO, lane};
+use super::lanes::{Lanes, ZERO, lane, scaled};
 use super::samples::Points;
 
 /// Most terms of a basis.
@@ -260,7 +260,7 @@ impl Basis {
         let places = self.terms.iter().zip(&self.places);
         for (term, (&(_, i, j), &(carrier, _))) in terms.iter_mut().zip(places) {
             let monomial = power(u, i) * power(v, j);
-            *term = carried[carrier].map(|value| value * monomial);
+            *term = scaled(&carried[carrier], monomial);
         }
     }
 

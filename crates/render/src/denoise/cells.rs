@@ -344,3 +344,43 @@ fn most(problem: &Problem<'_>, grid: Grid, cell: (usize, usize)) -> [f32; 3] {
 fn larger(a: [f32; 3], b: &[f32; 3]) -> [f32; 3] {
     std::array::from_fn(|k| a[k].max(b[k]))
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::AtomicBool;
+
+    use super::*;
+    use crate::denoise::tests::{evenly_lit, guides, rendered};
+    use crate::denoise::{basis, single};
+    use crate::film::FilmLayer;
+
+    /// Sums over cells of any size are the same whether they are made of smaller ones or of pixels.
+    #[test]
+    fn cells_are_what_their_quarters_are() {
+        let scene = evenly_lit();
+        let film = rendered(&scene, 2, 1);
+        let guides = guides(&scene, &film);
+        let values = single(film.layer(FilmLayer::Total));
+        let weights = vec![[1.0, 2.0, 3.0]; values.len()];
+        for basis in [Basis::of_veil(), Basis::of_straight(1)] {
+            let problem = Problem {
+                guides: &guides,
+                blurred: &basis::blurred_light(&guides),
+                basis: &basis,
+                halves: [&values, &values],
+                weights: &weights,
+                cancel: &AtomicBool::new(false),
+            };
+            let made = Summed::of(&problem, 8).expect("wanted").merged(&basis);
+            let summed = Summed::of(&problem, 16).expect("wanted");
+            assert_eq!((made.grid.columns, made.grid.rows), (4, 3));
+            assert_eq!(made.most, summed.most);
+            for (made, summed) in made.rows.iter().zip(&summed.rows) {
+                let pairs = made.moments.iter().zip(&summed.moments);
+                for (a, b) in pairs.flat_map(|(a, b)| a.iter().zip(b)) {
+                    assert!((a - b).abs() <= 1e-9 * (1.0 + b.abs()), "{a} {b}");
+                }
+            }
+        }
+    }
+}

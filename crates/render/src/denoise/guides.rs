@@ -254,9 +254,10 @@ impl Looker<'_> {
                 }
                 let found = gathered.of_region(region);
                 let offset = (number(0), number(1));
-                found.show(half, &patch.seen(offset));
+                let seen = patch.seen(offset);
+                found.show(half, &seen);
                 if is_lit {
-                    let look = patch.look(offset);
+                    let look = patch.look(offset, &seen);
                     let light = look.straight_light(self.scene, (number(2), number(3)));
                     found.light(half, &look, &light);
                 }

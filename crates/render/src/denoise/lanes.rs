@@ -15,18 +15,29 @@ pub(super) const fn lane(k: usize, half: usize) -> usize {
 /// Lanes of what a function says of each channel and half.
 #[inline]
 pub(super) fn lanes(of: impl Fn(usize, usize) -> f64) -> Lanes {
-    std::array::from_fn(|lane| of(lane / 2, lane % 2))
+    let mut values = ZERO;
+    for k in 0..3 {
+        for half in 0..2 {
+            values[lane(k, half)] = of(k, half);
+        }
+    }
+    values
 }
 
 /// Every half's number where that of the other half was.
 #[inline]
 pub(super) fn crossed(values: &Lanes) -> Lanes {
-    std::array::from_fn(|lane| values[lane ^ 1])
+    let [a, b, c, d, e, f] = *values;
+    [b, a, d, c, f, e]
 }
 
 #[inline]
 pub(super) fn product(a: &Lanes, b: &Lanes) -> Lanes {
-    std::array::from_fn(|lane| a[lane] * b[lane])
+    let mut product = *a;
+    for lane in 0..product.len() {
+        product[lane] *= b[lane];
+    }
+    product
 }
 
 /// Adds a product to `sum`.
@@ -43,6 +54,13 @@ pub(super) fn take_product(sum: &mut Lanes, a: &Lanes, b: &Lanes) {
     for lane in 0..sum.len() {
         sum[lane] -= a[lane] * b[lane];
     }
+}
+
+#[inline]
+pub(super) fn scaled(values: &Lanes, factor: f64) -> Lanes {
+    let mut scaled = *values;
+    scaled.iter_mut().for_each(|value| *value *= factor);
+    scaled
 }
 
 /// Adds `factor` times `values` to `sum`.

@@ -182,22 +182,14 @@ impl Look {
         }
     }
 
-    /// What is met a little beside, on the same primitive: a point of a material at a place in its textures.
-    pub(super) fn moved(
-        &self,
-        scene: &Prepared,
-        (material, place): (usize, DVec2),
-        seen: &Seen,
-        point: DVec3,
-    ) -> Self {
-        let geometry = &scene.geometry;
-        let surface = geometry.material_point(material, Some(place), self.normal, self.normal);
+    /// What is met a little beside, at `point` of the same primitive.
+    pub(super) fn moved(&self, point: DVec3, seen: &Seen, emission: Spectrum) -> Self {
         Self {
             shading_normal: seen.shading_normal,
             transmittance: seen.transmittance,
             reflectance: seen.reflectance,
             point,
-            emission: surface.emission,
+            emission,
             ..*self
         }
     }

@@ -1,9 +1,11 @@
 //! A clean picture from few samples (docs/denoise.md): layers of a film are regressed on what is known of the first surfaces
 //! without noise, and never on anything beyond an edge in depth or of an object. The result is biased; its error is estimated.
 //!
-//! [`guides`] is what is known ([`look`]: where a ray ends and the light that comes straight from there; [`regions`]: connected
-//! surfaces), [`basis`] what a layer is made of, [`regression`] fits it cell by cell ([`solve`]), [`selection`] chooses among the
-//! sizes of cells by what each half of the samples says of the other's fit, [`error`] estimates what is wrong. [`halves`] renders.
+//! [`guides`] is what is known ([`look`]: where a ray ends and the light that comes straight from there; [`patch`]: where all rays
+//! through a pixel end, from those through its corners; [`regions`]: connected surfaces), [`basis`] what a layer is made of,
+//! [`regression`] fits it cell by cell ([`cells`]: sums; [`solve`]: coefficients; [`values`]: what they say of pixels), [`selection`]
+//! chooses among the sizes of cells by what each half of the samples says of the other's fit, [`error`] estimates what is wrong.
+//! [`halves`] renders.
 
 mod basis;
 mod blur;

@@ -60,7 +60,11 @@ impl<const N: usize> Bilinear<N> {
     #[inline]
     fn at(&self, (x, y): (f64, f64)) -> [f64; N] {
         let [first, right, down, both] = &self.parts;
-        std::array::from_fn(|n| first[n] + x * right[n] + y * (down[n] + x * both[n]))
+        let mut numbers = *first;
+        for n in 0..N {
+            numbers[n] += x * right[n] + y * (down[n] + x * both[n]);
+        }
+        numbers
     }
 }
 
@@ -93,18 +97,19 @@ impl<'a> Patch<'a> {
     pub(super) fn seen(&self, offset: (f64, f64)) -> Seen {
         match &self.surface {
             None => self.first.seen(),
-            Some(surface) => surface.seen(self.scene, offset).0,
+            Some(surface) => surface.seen(self.scene, offset),
         }
     }
 
-    /// What it meets.
-    pub(super) fn look(&self, offset: (f64, f64)) -> Look {
+    /// What it meets, which tells `seen`.
+    pub(super) fn look(&self, offset: (f64, f64), seen: &Seen) -> Look {
         let Some(surface) = &self.surface else {
             return *self.first;
         };
-        let (seen, place) = surface.seen(self.scene, offset);
+        let [u, v, ..] = surface.seen.at(offset);
+        let emission = (self.scene.geometry).emission(surface.material, DVec2::new(u, v));
         let point = DVec3::from_array(surface.points.at(offset));
-        (self.first).moved(self.scene, (surface.material, place), &seen, point)
+        self.first.moved(point, seen, emission)
     }
 }
 
@@ -135,18 +140,15 @@ impl Surface {
         })
     }
 
-    /// What is seen of a point, and its place in the textures.
     #[inline]
-    fn seen(&self, scene: &Prepared, offset: (f64, f64)) -> (Seen, DVec2) {
+    fn seen(&self, scene: &Prepared, offset: (f64, f64)) -> Seen {
         let [u, v, red, green, blue, x, y, z] = self.seen.at(offset);
-        let place = DVec2::new(u, v);
-        let rgb = scene.geometry.reflectance(self.material, place);
-        let seen = Seen {
+        let rgb = (scene.geometry).reflectance(self.material, DVec2::new(u, v));
+        Seen {
             transmittance: [red, green, blue],
             reflectance: reflectance(scene, rgb, self.material),
             shading_normal: DVec3::new(x, y, z),
-        };
-        (seen, place)
+        }
     }
 }
 
@@ -155,4 +157,79 @@ fn is_even(values: [f64; 4]) -> bool {
     let least = values.into_iter().fold(f64::INFINITY, f64::min);
     let most = values.into_iter().fold(0.0, f64::max);
     most.is_finite() && most <= LARGEST_RATIO * least
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Scene;
+
+    /// A textured floor that is seen aslant, with a post before it.
+    fn scene() -> Prepared {
+        let text = r#"
+            format = "uw-scene/1"
+            water = { a = [0.3, 0.2, 0.25], b = [0.6, 0.7, 0.8], phase = { model = "fournier-forand", n = 1.10, backscatter_fraction = 0.0183 } }
+            camera = { position_m = [0, 0, 2], forward = [1, 0, -1], up = [0, 0, 1], hfov_deg = 40, width = 320, height = 240 }
+            [[object]]
+            plane = { center_m = [2, 0, 0], normal = [0, 0, 1], up = [1, 0, 0], size_m = [9, 9] }
+            reflectance = { texture = "../../assets/textures/coral_rock.png", encoding = "srgb", tile_m = [5, 5] }
+            [[object]]
+            plane = { center_m = [1, 0, 1], normal = [-1, 0, 0], up = [0, 0, 1], size_m = [0.2, 8] }
+            reflectance = [0.9, 0.9, 0.9]
+        "#;
+        let folder = env!("CARGO_MANIFEST_DIR");
+        Prepared::build(&Scene::parse(text, folder.as_ref(), "test").expect("valid"))
+    }
+
+    fn look(scene: &Prepared, x: f64, y: f64) -> Look {
+        Look::through(scene, (x, y), DVec2::ZERO)
+    }
+
+    fn corners(scene: &Prepared, x: f64, y: f64) -> [Look; 4] {
+        [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)]
+            .map(|(right, down)| look(scene, x + right, y + down))
+    }
+
+    #[test]
+    fn rays_meet_what_follows_from_the_corners() {
+        let scene = scene();
+        for (x, y) in [(15.0, 25.0), (250.0, 40.0), (40.0, 200.0), (300.0, 220.0)] {
+            let corners = corners(&scene, x, y);
+            let centre = look(&scene, x + 0.5, y + 0.5);
+            let patch = Patch::of(&scene, corners.each_ref(), &centre).expect("one surface");
+            for offset in [(0.1, 0.8), (0.5, 0.5), (0.9, 0.3)] {
+                let exact = look(&scene, x + offset.0, y + offset.1);
+                let seen = patch.seen(offset);
+                let met = patch.look(offset, &seen);
+                let extent_m = corners[0].point().distance(corners[3].point());
+                let off_m = met.point().distance(exact.point());
+                assert!(off_m < 0.01 * extent_m, "{x} {y}: {off_m} of {extent_m}");
+                for k in 0..3 {
+                    let of = |a: f64, b: f64| (a / b - 1.0).abs();
+                    let off = of(seen.transmittance[k], exact.transmittance[k]);
+                    assert!(off < 1e-3, "{x} {y}: {off}");
+                    let off = of(seen.reflectance[k], exact.reflectance[k]);
+                    assert!(off < 0.01, "{x} {y}: {off}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_follows_from_corners_of_two_surfaces_or_beside_a_bend() {
+        let scene = scene();
+        let (x, y) = (15.0, 25.0);
+        let of = |corners: [Look; 4], centre: Look| {
+            Patch::of(&scene, corners.each_ref(), &centre).is_some()
+        };
+        let centre = |right: f64| look(&scene, x + right, y + 0.5);
+        assert!(of(corners(&scene, x, y), centre(0.5)));
+        assert!(!of(corners(&scene, x, y), centre(0.6)));
+        let post = (0..320).find(|&x| look(&scene, f64::from(x), 100.5).kind != centre(0.5).kind);
+        let edge = f64::from(post.expect("the post is in view")) - 1.0;
+        assert!(!of(
+            corners(&scene, edge, 20.0),
+            look(&scene, edge + 0.5, 20.5)
+        ));
+    }
 }

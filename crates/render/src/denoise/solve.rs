@@ -131,3 +131,44 @@ fn inverse_root(left: f64, square: f64) -> f64 {
         0.0
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::denoise::lanes::lanes;
+
+    /// Numbers in no order.
+    fn numbers(seed: usize) -> Lanes {
+        lanes(|k, half| (((seed * 7 + k * 3 + half) as f64).powi(2) * 0.7133).sin())
+    }
+
+    #[test]
+    fn the_coefficients_come_back_and_what_others_make_up_has_none() {
+        const TERMS: usize = 4;
+        let wanted = |term: usize| numbers(100 + term);
+        let mut moments = vec![ZERO; size(TERMS)];
+        for i in 0..50 {
+            let mut row = [
+                numbers(3 * i),
+                numbers(3 * i + 1),
+                ZERO,
+                numbers(3 * i + 2),
+                ZERO,
+            ];
+            // The third is the first again.
+            row[2] = row[0];
+            for term in [0, 1, 3] {
+                let own = row[term];
+                add_product(&mut row[TERMS], &own, &wanted(term));
+            }
+            add(&mut moments, &row, &[1.5; 6]);
+        }
+        let found = solve(&mut moments, TERMS, TERMS);
+        for term in [0, 1, 3] {
+            for (found, wanted) in found[term].iter().zip(wanted(term)) {
+                assert!((found - wanted).abs() < 1e-9, "{term}: {found} {wanted}");
+            }
+        }
+        assert_eq!(found[2], ZERO);
+    }
+}

@@ -57,7 +57,7 @@ fn denoised_on(device: &Device, scene: &Prepared, samples: u32, seed: u64) -> Fi
     rendered.expect("rendered").0
 }
 
-fn rendered(scene: &Prepared, samples: u32, seed: u64) -> Film {
+pub(super) fn rendered(scene: &Prepared, samples: u32, seed: u64) -> Film {
     let cancel = AtomicBool::new(false);
     render_lanes(scene, &plan(samples, seed), &cancel, &|_| {})
         .expect("rendered")
@@ -163,7 +163,7 @@ fn specks_far_away_are_no_noisier_than_what_is_behind_them() {
 }
 
 /// What is known without noise, but for where samples looked.
-fn guides(scene: &Prepared, film: &Film) -> Guides {
+pub(super) fn guides(scene: &Prepared, film: &Film) -> Guides {
     let nowhere = || Half {
         film,
         seed: 0,
@@ -174,7 +174,7 @@ fn guides(scene: &Prepared, film: &Film) -> Guides {
 }
 
 /// A textured plane under a lamp so far away that its light is even to 1e-7.
-fn evenly_lit() -> Prepared {
+pub(super) fn evenly_lit() -> Prepared {
     let text = r#"
         format = "uw-scene/1"
         camera = { position_m = [0, 0, 2], forward = [0, 0, -1], up = [1, 0, 0], hfov_deg = 60, width = 64, height = 48 }

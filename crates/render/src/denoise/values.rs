@@ -147,7 +147,12 @@ impl Problem<'_> {
         if viewed.iter().all(|own| own.sampled.is_none()) {
             (sum[OWN], sum[CROSSED]) = (sum[SHOWN], sum[SHOWN]);
         }
-        let values = sum.map(|way| [0, 1].map(|half| [0, 1, 2].map(|k| way[lane(k, half)] as f32)));
+        let mut values = [[[0.0; 3]; 2]; 3];
+        for (values, lanes) in values.iter_mut().zip(&sum) {
+            for (half, values) in values.iter_mut().enumerate() {
+                (0..3).for_each(|k| values[k] = lanes[lane(k, half)] as f32);
+            }
+        }
         self.is_near(line, &near, &sum).then_some(values)
     }
 
@@ -164,8 +169,8 @@ impl Problem<'_> {
         (0..3).all(|k| {
             let seen = f64::from(seen[k]);
             let range = -BELOW_NONE * seen..=MOST_OF_SEEN * seen;
-            let both = |way: &Lanes| [0, 1].map(|half| way[lane(k, half)]);
-            values.iter().flat_map(both).all(|v| range.contains(&v))
+            let is_near = |way: &Lanes| (0..2).all(|half| range.contains(&way[lane(k, half)]));
+            values.iter().all(is_near)
         })
     }
 

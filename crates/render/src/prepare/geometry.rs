@@ -311,20 +311,28 @@ impl Geometry {
         }
     }
 
-    /// Reflectance of a material at a place in its texture.
+    /// Reflectance of a material at a place in its textures.
     pub(crate) fn reflectance(&self, material: usize, place: DVec2) -> Spectrum {
         let material = &self.materials[material];
-        match material.texture {
-            None => material.reflectance,
-            Some(texture) => {
-                let colour = self.textures[texture].sample(place.x, place.y);
-                [0, 1, 2].map(|k| material.reflectance[k] * colour[k])
-            }
-        }
+        self.textured(material.reflectance, material.texture, place)
     }
 
-    /// A point of a material at a place in its textures.
-    pub(crate) fn material_point(
+    /// Light that a material emits at a place in its textures, W/(m² sr).
+    pub(crate) fn emission(&self, material: usize, place: DVec2) -> Spectrum {
+        let material = &self.materials[material];
+        self.textured(material.emission, material.emission_texture, place)
+    }
+
+    /// What a texture makes of values, where there is one.
+    fn textured(&self, values: Spectrum, texture: Option<usize>, place: DVec2) -> Spectrum {
+        let Some(texture) = texture else {
+            return values;
+        };
+        let [red, green, blue] = self.textures[texture].sample(place.x, place.y);
+        [values[0] * red, values[1] * green, values[2] * blue]
+    }
+
+    fn material_point(
         &self,
         material: usize,
         uv: Option<DVec2>,

@@ -52,13 +52,26 @@ const fn directions() -> [[u32; 32]; DIMENSIONS] {
     v
 }
 
+/// The same with their bits in the opposite order, from which scrambling starts.
+const REVERSED: [[u32; 32]; DIMENSIONS] = reversed();
+
+const fn reversed() -> [[u32; 32]; DIMENSIONS] {
+    let mut v = DIRECTIONS;
+    let mut i = 0;
+    while i < 32 * DIMENSIONS {
+        v[i / 32][i % 32] = v[i / 32][i % 32].reverse_bits();
+        i += 1;
+    }
+    v
+}
+
 /// Coordinate `dimension` of point `index`, scrambled by `seed`, in (0, 1).
 #[inline]
 pub fn scrambled(index: u32, dimension: usize, seed: u32) -> f64 {
     let mut bits = 0;
     let mut rest = index;
     while rest != 0 {
-        bits ^= DIRECTIONS[dimension][rest.trailing_zeros() as usize];
+        bits ^= REVERSED[dimension][rest.trailing_zeros() as usize];
         rest &= rest - 1;
     }
     let own = seed.wrapping_add((dimension as u32).wrapping_mul(0x9e37_79b9));
@@ -74,10 +87,10 @@ fn mix(mut x: u32) -> u32 {
 }
 
 /// Nested uniform scrambling: every bit is flipped or not by a hash of the bits above it (Laine and Karras 2011, with
-/// the constants of Vegdahl 2021).
+/// the constants of Vegdahl 2021). The bits come in the opposite order.
 #[inline]
-fn owen(bits: u32, seed: u32) -> u32 {
-    let mut x = bits.reverse_bits();
+fn owen(reversed: u32, seed: u32) -> u32 {
+    let mut x = reversed;
     x ^= x.wrapping_mul(0x3d20_adea);
     x = x.wrapping_add(seed);
     x = x.wrapping_mul((seed >> 16) | 1);

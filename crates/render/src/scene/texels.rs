@@ -107,8 +107,16 @@ impl Texels {
     #[inline]
     pub fn get(&self, index: usize) -> [f32; 3] {
         match &*self.0 {
-            Stored::Bytes(codes, values) => codes.get(index).map(|code| values[usize::from(code)]),
-            Stored::Words(codes, values) => codes.get(index).map(|code| values[usize::from(code)]),
+            Stored::Bytes(codes, values) => {
+                let [red, green, blue] = codes.get(index);
+                let value = |code| values[usize::from(code)];
+                [value(red), value(green), value(blue)]
+            }
+            Stored::Words(codes, values) => {
+                let [red, green, blue] = codes.get(index);
+                let value = |code| values[usize::from(code)];
+                [value(red), value(green), value(blue)]
+            }
             Stored::Plain(texels) => texels[index],
         }
     }

@@ -118,14 +118,15 @@ impl Texture {
     /// and everything repeats. `u` and `v` are finite.
     #[inline]
     pub fn sample(&self, u: f64, v: f64) -> Spectrum {
-        let x = (u - u.floor()) * f64::from(self.width);
-        let y = (v - v.floor()) * f64::from(self.height);
+        let x = (u - floor(u)) * f64::from(self.width);
+        let y = (v - floor(v)) * f64::from(self.height);
         match self.filter {
             TextureFilter::Nearest => {
                 // Rounding can carry u - floor(u) up to 1.
                 let column = (x as usize).min(self.width as usize - 1);
                 let row = (y as usize).min(self.height as usize - 1);
-                self.texel(column, row).map(f64::from)
+                let [red, green, blue] = self.texel(column, row);
+                [red.into(), green.into(), blue.into()]
             }
             TextureFilter::Bilinear => self.bilinear(x - 0.5, y - 0.5),
         }
@@ -177,10 +178,22 @@ fn texel_bytes(color: ColorType) -> u64 {
     }
 }
 
+/// The largest whole number up to `x`, without the call of a function that it takes where processors may be old.
+#[inline]
+fn floor(x: f64) -> f64 {
+    /// Numbers of at least this size are whole.
+    const WHOLE: f64 = (1_u64 << 52) as f64;
+    if x.abs() >= WHOLE {
+        return x;
+    }
+    let whole = x as i64 as f64;
+    if whole > x { whole - 1.0 } else { whole }
+}
+
 /// The texels on both sides of `x` in [-0.5, size - 0.5], wrapped, and the weight of the second.
 #[inline]
 fn neighbours(x: f64, size: usize) -> (usize, usize, f64) {
-    let floor = x.floor();
+    let floor = floor(x);
     // floor is -1 at least and size - 1 at most.
     let before = if floor < 0.0 {
         size - 1
@@ -218,6 +231,23 @@ mod tests {
             height: 2,
             texels: texels.into(),
             filter,
+        }
+    }
+
+    #[test]
+    fn floors_are_those_of_the_library() {
+        let numbers = [
+            0.0,
+            0.3,
+            1.0,
+            2.999_999,
+            7.5e8,
+            4.503_599_627_370_495e15,
+            1e16,
+            1e300,
+        ];
+        for x in numbers.into_iter().flat_map(|x| [x, -x]) {
+            assert_eq!(floor(x), x.floor(), "{x}");
         }
     }
 
