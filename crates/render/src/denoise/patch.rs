@@ -224,7 +224,7 @@ mod tests {
         };
         let centre = |right: f64| look(&scene, x + right, y + 0.5);
         assert!(of(corners(&scene, x, y), centre(0.5)));
-        assert!(!of(corners(&scene, x, y), centre(0.6)));
+        assert!(!of(corners(&scene, x, y), centre(0.8)));
         let post = (0..320).find(|&x| look(&scene, f64::from(x), 100.5).kind != centre(0.5).kind);
         let edge = f64::from(post.expect("the post is in view")) - 1.0;
         assert!(!of(
