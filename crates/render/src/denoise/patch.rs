@@ -228,8 +228,8 @@ mod tests {
         let post = (0..320).find(|&x| look(&scene, f64::from(x), 100.5).kind != centre(0.5).kind);
         let edge = f64::from(post.expect("the post is in view")) - 1.0;
         assert!(!of(
-            corners(&scene, edge, 20.0),
-            look(&scene, edge + 0.5, 20.5)
+            corners(&scene, edge, 100.0),
+            look(&scene, edge + 0.5, 100.5)
         ));
     }
 }
