@@ -58,7 +58,7 @@ fn kernels_are_valid_with_every_switch_on_and_off() {
         let [on, off] = [1.0, 0.0].map(|value| functions_of(kernel, value));
         println!("{kernel}: {} functions, {}", on.len(), off.len());
         if ["kernels/lamps", "kernels/ambient"].contains(kernel) {
-            for name in ["layered_distance", "trace_triangles", "fisheye_angle"] {
+            for name in ["layered_distance", "trace_triangles"] {
                 let is_in = |functions: &[String]| functions.iter().any(|f| f == name);
                 assert!(is_in(&on) && !is_in(&off), "{kernel}: {name}");
             }
