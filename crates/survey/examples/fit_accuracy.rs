@@ -102,12 +102,23 @@ fn other_target(truth: &Truth) -> Result<Pattern, Box<dyn Error>> {
     Err("no other texture".into())
 }
 
-/// Predictions of all scenes: from nearer, from the same distance and from farther than the picture.
+/// Kinds of predictions, up to so many times nearer than the picture.
+const WAYS: [(&str, f64); 5] = [
+    ("farther", 1.0 - 1e-9),
+    ("same", 1.0 + 1e-9),
+    ("up to 1.8 times nearer", 1.8),
+    ("up to 3.2 times nearer", 3.2),
+    ("nearer still", f64::INFINITY),
+];
+
+/// Predictions of all scenes by kind.
 #[derive(Default)]
 struct Predictions {
-    off: [f64; 3],
-    within: [f64; 3],
-    n: [f64; 3],
+    off: [f64; WAYS.len()],
+    within: [f64; WAYS.len()],
+    n: [f64; WAYS.len()],
+    /// Sum of counts found above those seen.
+    above: [f64; WAYS.len()],
 }
 
 impl Predictions {
@@ -141,36 +152,34 @@ impl Predictions {
             let unknown = predictor.unknown();
             for (there, _, seen) in &shots {
                 let found = predictor.contrast(there);
-                let way = match there.distance_m.total_cmp(&here.distance_m) {
-                    std::cmp::Ordering::Less => 0,
-                    std::cmp::Ordering::Equal => 1,
-                    std::cmp::Ordering::Greater => 2,
-                };
+                let times = here.distance_m / there.distance_m;
+                let way = WAYS.partition_point(|(_, most)| *most < times);
                 for k in (0..3).filter(|&k| unknown[k].is_none()) {
                     let off = (found.counts[k] - seen[k]).abs();
                     let within = off <= NINETY * found.error_counts[k];
                     self.off[way] += off / 15.0;
                     self.within[way] += f64::from(u8::from(within));
+                    self.above[way] += found.counts[k] - seen[k];
                     self.n[way] += 1.0;
                 }
             }
         }
-        let of = |way: usize| (self.off[way] - before.0[way]) / (self.n[way] - before.1[way]);
-        println!(
-            "    {}: MAE/15 nearer {:.4}, same {:.4}, farther {:.4}",
-            truth.pattern.name(),
-            of(0),
-            of(1),
-            of(2)
-        );
+        let told: Vec<String> = (0..WAYS.len())
+            .map(|way| {
+                let error = (self.off[way] - before.0[way]) / (self.n[way] - before.1[way]);
+                format!("{} {error:.4}", WAYS[way].0)
+            })
+            .collect();
+        println!("    {}: MAE/15 {}", truth.pattern.name(), told.join(", "));
         Ok(())
     }
 
     fn tell(&self) {
-        for (way, name) in ["nearer", "same", "farther"].iter().enumerate() {
+        for (way, (name, _)) in WAYS.iter().enumerate() {
             println!(
-                "contrast {name}: MAE/15 {:.4}, {:.2} of {} within 90 % intervals",
+                "contrast {name}: MAE/15 {:.4}, {:+.2} counts on average, {:.2} of {} within 90 % intervals",
                 self.off[way] / self.n[way],
+                self.above[way] / self.n[way],
                 self.within[way] / self.n[way],
                 self.n[way]
             );

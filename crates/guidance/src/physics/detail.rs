@@ -478,3 +478,6 @@ fn channel(
         clipped: cleared.clipped,
     }
 }
+
+#[cfg(test)]
+mod tests;
