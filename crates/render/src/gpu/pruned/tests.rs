@@ -56,7 +56,6 @@ fn functions_of(kernel: &str, value: f64) -> Vec<String> {
 fn kernels_are_valid_with_every_switch_on_and_off() {
     for kernel in KERNELS {
         let [on, off] = [1.0, 0.0].map(|value| functions_of(kernel, value));
-        println!("{kernel}: {} functions, {}", on.len(), off.len());
         if ["kernels/lamps", "kernels/ambient"].contains(kernel) {
             for name in ["layered_distance", "trace_triangles"] {
                 let is_in = |functions: &[String]| functions.iter().any(|f| f == name);
