@@ -10,9 +10,9 @@ light that was scattered or reflected at most 2, 3, 4, 6, 8, 16 times. Parts sha
 """
 
 import argparse
-import re
 import subprocess
 import tempfile
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -51,8 +51,8 @@ def variance(uw, scene, spp, options, level=None):
 
 def textured(scene):
     """The numbers of the objects that have a texture."""
-    objects = Path(scene).read_text(encoding="utf-8").split("[[object]]")[1:]
-    return [i for i, text in enumerate(objects) if re.search(r"^reflectance\s*=\s*\{", text, re.M)]
+    objects = tomllib.loads(Path(scene).read_text(encoding="utf-8")).get("object", [])
+    return [i for i, thing in enumerate(objects) if isinstance(thing.get("reflectance"), dict)]
 
 
 def main():
@@ -69,7 +69,7 @@ def main():
         plain = f"[{asked.reflectance}, {asked.reflectance}, {asked.reflectance}]"
         even = [part for i in textured(scene) for part in ("--set", f"object.{i}.reflectance={plain}")]
         row = [found[name] for name in ("all", "direct", "scattered", "veil")]
-        row.append(variance(asked.uw, scene, asked.spp, even, None)[0]["all"])
+        row.append(variance(asked.uw, scene, asked.spp, even)[0]["all"])
         row += [variance(asked.uw, scene, asked.spp, ["--max-bounces", str(n)], level)[0]["all"] for n in ORDERS]
         print(f"| {Path(scene).stem} |", *(f"{value:.3g} |" for value in row), flush=True)
 

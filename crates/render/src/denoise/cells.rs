@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use super::basis::{Basis, MOST_TERMS, View};
 use super::lanes::{Lanes, ZERO, lanes};
+use super::regions::entry;
 use super::regression::Problem;
 use super::solve::{Recast, add, add_recast, size, solve};
 
@@ -262,21 +263,16 @@ fn of_region<'b>(
     terms: usize,
     moments: &mut Vec<Lanes>,
 ) -> &'b mut Block {
-    let index = match blocks.binary_search_by_key(&region, |block| block.region) {
-        Ok(index) => index,
-        Err(index) => {
-            let start = moments.len();
-            moments.resize(start + size(terms), ZERO);
-            let none = Block {
-                region,
-                pixels: 0.0,
-                start,
-            };
-            blocks.insert(index, none);
-            index
+    let none = || {
+        let start = moments.len();
+        moments.resize(start + size(terms), ZERO);
+        Block {
+            region,
+            pixels: 0.0,
+            start,
         }
     };
-    &mut blocks[index]
+    entry(blocks, region, |block| block.region, none)
 }
 
 /// The fit of a region; none of too few pixels. A surface of few has its first terms alone.

@@ -158,3 +158,20 @@ fn root(parents: &mut [u32], index: usize) -> usize {
     }
     index
 }
+
+/// The element of a region in a list in order of regions, to which `none` is added where it is not there yet.
+pub(super) fn entry<T>(
+    list: &mut Vec<T>,
+    region: u32,
+    region_of: impl Fn(&T) -> u32,
+    none: impl FnOnce() -> T,
+) -> &mut T {
+    let index = match list.binary_search_by_key(&region, region_of) {
+        Ok(index) => index,
+        Err(index) => {
+            list.insert(index, none());
+            index
+        }
+    };
+    &mut list[index]
+}

@@ -6,6 +6,7 @@ use super::basis::{Carried, MOST_TERMS, View, power};
 use super::cells::FittedCells;
 use super::guides::{Fragment, NO_REGION};
 use super::lanes::{Lanes, ZERO, add_product, add_scaled, crossed, lane};
+use super::regions::entry;
 use super::regression::{CROSSED, OWN, Problem, SHOWN, Values};
 
 /// What a fit may say of a pixel, over the largest value of the layer in the cells that it was made from: beyond, it speaks of what it
@@ -84,7 +85,12 @@ impl Problem<'_> {
             for (row, weight) in near_rows.into_iter().filter(|(_, weight)| *weight > 0.0) {
                 let v = grid.place(y, row);
                 for fit in &cells.fits[row * grid.columns + column] {
-                    let span = of_region(&mut spans, fit.region);
+                    let none = || Span {
+                        region: fit.region,
+                        weight: 0.0,
+                        slopes: [ZERO; MOST_TERMS],
+                    };
+                    let span = entry(&mut spans, fit.region, |span| span.region, none);
                     span.weight += weight;
                     let terms = self.basis.powers_of_v().zip(&fit.coefficients);
                     for ((slope, n), coefficients) in terms {
@@ -244,23 +250,6 @@ impl Problem<'_> {
             add_product(&mut sum[CROSSED], own, &crossed(carrier));
         }
     }
-}
-
-/// The span of a region in a list in order, to which it is added where it is not there yet.
-fn of_region(spans: &mut Vec<Span>, region: u32) -> &mut Span {
-    let index = match spans.binary_search_by_key(&region, |span| span.region) {
-        Ok(index) => index,
-        Err(index) => {
-            let none = Span {
-                region,
-                weight: 0.0,
-                slopes: [ZERO; MOST_TERMS],
-            };
-            spans.insert(index, none);
-            index
-        }
-    };
-    &mut spans[index]
 }
 
 /// The fragment whose fit one without a fit follows, such as a speck far away: the largest one in its pixel that has a fit and

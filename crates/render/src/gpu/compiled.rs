@@ -31,7 +31,7 @@ impl Gpu {
         layout: &wgpu::PipelineLayout,
         constants: &[(&'static str, f64)],
     ) -> Result<wgpu::ComputePipeline, GpuError> {
-        // A constant that the shader does not have would be refused.
+        // Those that the shader does not have make no other kernel of it.
         let declared: Vec<_> = constants
             .iter()
             .filter(|(constant, _)| text.contains(&format!("override {constant}:")))

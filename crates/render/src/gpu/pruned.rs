@@ -11,13 +11,12 @@ use naga::{
 /// functions that are then not called.
 ///
 /// # Errors
-/// The shader's first fault, with its place.
+/// The shader's first fault, with its place, or a switch that it does not have.
 pub(super) fn pruned(text: &str, switches: &[(&str, f64)]) -> Result<Module, String> {
-    let text = switches
-        .iter()
-        .fold(text.to_owned(), |text, &(name, value)| {
-            fixed(&text, name, value != 0.0)
-        });
+    let mut text = text.to_owned();
+    for &(name, value) in switches {
+        text = fixed(&text, name, value != 0.0).ok_or_else(|| format!("no switch {name}"))?;
+    }
     let mut module = naga::front::wgsl::parse_str(&text).map_err(|e| e.emit_to_string(&text))?;
     let constants = Constants {
         all: &module.constants,
@@ -33,15 +32,11 @@ pub(super) fn pruned(text: &str, switches: &[(&str, f64)]) -> Result<Module, Str
     Ok(module)
 }
 
-/// The text with a constant in the place of the switch that can be set.
-fn fixed(text: &str, name: &str, value: bool) -> String {
-    let declared = format!("override {name}: bool = ");
-    let Some(start) = text.find(&declared) else {
-        return text.to_owned();
-    };
-    let length = text[start..].find(';').unwrap_or(text.len() - start);
-    let (before, after) = (&text[..start], &text[start + length..]);
-    format!("{before}const {name}: bool = {value}{after}")
+/// The text with a constant in the place of the switch that can be set; none where it has no such switch.
+fn fixed(text: &str, name: &str, value: bool) -> Option<String> {
+    let (before, rest) = text.split_once(&format!("override {name}: bool = "))?;
+    let (_, after) = rest.split_once(';')?;
+    Some(format!("{before}const {name}: bool = {value};{after}"))
 }
 
 /// A module's constants.

@@ -38,6 +38,12 @@ fn functions_stay_where_they_can_be_called() {
     assert_eq!(functions(&no_sun), ["fog", "early"]);
 }
 
+#[test]
+fn a_switch_that_is_none_is_named() {
+    let known = pruned(SHADER, &[("HAS_MOON", 1.0)]);
+    assert_eq!(known.err().as_deref(), Some("no switch HAS_MOON"));
+}
+
 /// Functions of a kernel's module whose switches are all `value`.
 fn functions_of(kernel: &str, value: f64) -> Vec<String> {
     let text = compose(kernel).expect("composed");
