@@ -7,8 +7,6 @@ use uw_calib::response::CountResponse;
 use super::grid;
 use super::light::Seen;
 
-/// Quantiles that stand for how the target's values are distributed in a patch.
-pub(super) const QUANTILES: usize = 7;
 /// Linear signal from which a pixel counts as clipped.
 const FULL_SCALE: f64 = 0.995;
 /// Side of the blocks by whose mean noise is known, pixels.
@@ -213,49 +211,4 @@ impl Sums {
             false => (variance, 1.0),
         }
     }
-}
-
-/// Every so many-th pixel enters the quantiles.
-const QUANTILE_STEP: usize = 5;
-
-/// Means of equal parts of the sorted deviations from the patches' means, over the patches' deviations.
-pub(super) fn quantiles(cleared: &Cleared, (w, h): (usize, usize)) -> [f64; QUANTILES] {
-    let mut all = Vec::new();
-    for row in 0..cleared.height / h {
-        for column in 0..cleared.width / w {
-            let pixel =
-                |y: usize, x: usize| cleared.values[(row * h + y) * cleared.width + column * w + x];
-            let mut own = Vec::new();
-            for y in (0..h).step_by(QUANTILE_STEP.min(h / 4).max(1)) {
-                for x in (0..w).step_by(QUANTILE_STEP.min(w / 4).max(1)) {
-                    own.push(pixel(y, x));
-                }
-            }
-            let n = own.len() as f64;
-            let mean = own.iter().sum::<f64>() / n;
-            let deviation = (own.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt();
-            if deviation > 0.0 {
-                all.extend(own.iter().map(|v| (v - mean) / deviation));
-            }
-        }
-    }
-    if all.is_empty() {
-        return [0.0; QUANTILES];
-    }
-    all.sort_by(f64::total_cmp);
-    let n = all.len();
-    let part = |q: usize| {
-        let (from, to) = (
-            q * n / QUANTILES,
-            ((q + 1) * n / QUANTILES).max(q * n / QUANTILES + 1),
-        );
-        let some = &all[from..to.min(n)];
-        some.iter().sum::<f64>() / some.len().max(1) as f64
-    };
-    let mut parts: [f64; QUANTILES] = std::array::from_fn(part);
-    let mean = parts.iter().sum::<f64>() / QUANTILES as f64;
-    let square = parts.iter().map(|p| (p - mean).powi(2)).sum::<f64>() / QUANTILES as f64;
-    let scale = 1.0 / square.sqrt().max(1e-12);
-    parts.iter_mut().for_each(|p| *p = (*p - mean) * scale);
-    parts
 }

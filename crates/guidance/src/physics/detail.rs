@@ -4,14 +4,18 @@
 //! inside windows of w is what lies between the two scales, of which contrast, the deviation inside patches, is the sum. So what
 //! a picture at another distance shows inside its patches follows from the same windows at another size.
 
+use std::sync::OnceLock;
+
 use serde::{Deserialize, Serialize};
 use uw_calib::response::CountResponse;
 use uw_calib::stats::{PATCH_COLUMNS, PATCH_ROWS};
 
-use super::cleared::{Cleared, LinearPicture, QUANTILES, Sums, clear, quantiles};
+use super::cleared::{Cleared, LinearPicture, Sums, clear};
 use super::grid::{self, PATCHES};
 use super::light::Seen;
+use super::shape::{Shape, quantiles};
 use super::water::WaterTables;
+use super::waves::{Waves, mean};
 
 /// Waves that stand for what lies between a window and the next, per side of the smaller one: the peak of a Haar wavelet.
 const WAVES_PER_WINDOW: f64 = 0.35;
@@ -21,14 +25,16 @@ const FINER: [f64; 2] = [0.2, 1.0];
 /// contrast from six times nearer comes out 22 % too high in pictures of 320 pixels, in air, with this 10 %; of 1280 pixels 2 and 1 %
 /// (`tools/nearer_contrast.py`).
 const SMOOTHING: f64 = 0.8;
+/// Octaves finer than a pixel.
+const FINER_OCTAVES: usize = 5;
 /// Each part of a picture is so much narrower than the one before.
-pub(super) const CROP: f64 = std::f64::consts::FRAC_1_SQRT_2;
+const CROP: f64 = 0.8;
 /// Error of the logarithm of a deviation of which nothing is known.
 pub(super) const UNKNOWN: f64 = 10.0;
 /// Largest deviation of a patch over their root mean square.
 const MOST_UNEVEN: f64 = 4.0;
 /// Most parts.
-const MOST_CROPS: i32 = 6;
+const MOST_CROPS: i32 = 9;
 /// Relative error of the variance that a sensor's noise is taken to have.
 const NOISE_ERROR: f64 = 0.15;
 /// What is open of the variance of an octave finer than a pixel, as a share of it.
@@ -37,18 +43,19 @@ const FINER_DOUBT: f64 = 0.3;
 const LEAST_LEFT: f64 = 0.02;
 /// Standard errors from 0 beyond which a variance is none, or is what was measured.
 const FAR_FROM_NONE: f64 = 6.0;
-/// Least square of a quarter's deviation over that of the picture, and mean over the picture's: less is not told from none.
-const LEAST_QUARTER: f64 = 0.01;
+/// Error of the logarithm of a deviation from which on noise hides which patches have it.
+const HIDDEN_ERROR: f64 = 0.5;
 /// Largest windows, in patches.
 const MOST_PATCHES: usize = 3;
 /// What a scale is expected to hold of the variance of the next coarser one, octave for octave, before the picture is asked: natural
 /// scenes have nearly as much in each octave (Field 1987, J. Opt. Soc. Am. A 4, 2379).
 const EXPECTED_FALL: f64 = 0.85;
-/// How well that is expected, as a share of it.
-const EXPECTED_DOUBT: f64 = 0.5;
+/// How well that is expected, as a share of it: octaves of the ten targets of `assets/textures` hold 0.6 to 2.3 of the next coarser one
+/// (nine in ten), a few ten times as much.
+const EXPECTED_DOUBT: f64 = 1.0;
 /// What is open of a scale's variance for each unit by which the logarithm of what the water leaves of its waves' variance differs between
-/// the picture and a prediction: one wave stands for a whole scale.
-const BLUR_DOUBT: f64 = 0.2;
+/// the picture and a prediction: which waves it consists of is known roughly.
+const BLUR_DOUBT: f64 = 0.1;
 
 /// Detail of one channel.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -75,6 +82,48 @@ pub(super) struct ChannelDetail {
     pub(super) shape: Shape,
     /// Share of pixels at full scale.
     pub(super) clipped: f64,
+    #[serde(skip)]
+    pub(super) bands: OnceLock<Bands>,
+}
+
+/// Variance by scale as sums of waves, with octaves finer than a pixel of the picture.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Bands {
+    windows_m: Vec<f64>,
+    variance: Vec<f64>,
+    waves: Waves,
+    /// Per band what each wave's power counts.
+    weights: Vec<Vec<f64>>,
+}
+
+impl Bands {
+    /// Of what a picture shows between `windows_m`.
+    fn new(windows_m: &[f64], variance: &[f64]) -> Self {
+        let [least, most] = FINER;
+        let falling = match variance {
+            [finest, next, ..] if *next > 0.0 => (finest / next).clamp(least, most),
+            _ => least,
+        };
+        let (mut windows, mut all) = (windows_m.to_vec(), variance.to_vec());
+        for _ in 0..FINER_OCTAVES {
+            windows.insert(0, 0.5 * windows[0]);
+            all.insert(0, SMOOTHING * falling * all[0]);
+        }
+        let waves = Waves::new(&windows);
+        let weights = waves.weights(&all, &waves.each(|_| 1.0));
+        Self {
+            windows_m: windows,
+            variance: all,
+            waves,
+            weights,
+        }
+    }
+
+    /// Share of each band's variance that is left where `left` of a wave's contrast is.
+    fn left(&self, left: &dyn Fn(f64) -> f64) -> Vec<f64> {
+        let power = self.waves.each(|frequency| left(frequency).powi(2));
+        self.weights.iter().map(|own| mean(own, &power)).collect()
+    }
 }
 
 /// What a target looks like from a distance without water: one channel.
@@ -92,6 +141,8 @@ pub(super) struct Look<'a> {
     pub(super) open: f64,
     /// How both are spread.
     pub(super) shape: &'a Shape,
+    /// Whether noise hides how the detail is spread.
+    pub(super) is_hidden: bool,
 }
 
 impl<'a> Look<'a> {
@@ -101,80 +152,25 @@ impl<'a> Look<'a> {
         by_share.max(self.deviation.hypot(self.open))
     }
 
-    /// Between this and another one.
+    /// Between this and another one. Half-way between them a quarter of what they differ by is open.
     pub(super) fn towards(&self, other: &Self, share: f64) -> Self {
         let between = |a: f64, b: f64| grid::between(a, b, share);
+        let differ = match self.deviation > 0.0 && other.deviation > 0.0 {
+            true => (self.deviation / other.deviation).ln(),
+            false => 0.0,
+        };
         Self {
             mean: between(self.mean, other.mean),
             deviation: between(self.deviation, other.deviation),
-            error: between(self.error, other.error),
+            error: between(self.error, other.error).hypot(share * (1.0 - share) * differ),
             from_m: between(self.from_m, other.from_m),
             open: between(self.open, other.open),
             shape: match share < 0.5 {
                 true => self.shape,
                 false => other.shape,
             },
+            is_hidden: self.is_hidden || other.is_hidden,
         }
-    }
-}
-
-/// How a target's values are spread over patches and in them.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Shape {
-    /// Per patch the mean over that of the picture.
-    pub(super) means: Vec<f64>,
-    /// Per patch the deviation over their root mean square.
-    pub(super) deviations: Vec<f64>,
-    /// Deviations from a patch's mean over its deviation, mean 0, mean square 1.
-    pub(super) quantiles: [f64; QUANTILES],
-}
-
-impl Shape {
-    /// Standard deviation of the patches' means over that of the picture.
-    pub(super) fn spread(&self) -> f64 {
-        spread(&self.means)
-    }
-
-    /// Whether no patch shows more than noise, so that nothing tells how the detail is spread.
-    pub(super) fn is_hidden(&self) -> bool {
-        self.deviations.iter().all(|deviation| *deviation == 0.0)
-    }
-
-    /// Standard deviation of the patches' deviations over their mean.
-    pub(super) fn unevenness(&self) -> f64 {
-        spread(&self.deviations)
-    }
-
-    /// How much the quarters of the picture differ: the standard deviation of the logarithm of their contrast, as counts have it.
-    pub(super) fn unlikeness(&self) -> f64 {
-        let quarter = |q: usize| {
-            let (columns, rows) = (PATCH_COLUMNS / 2, PATCH_ROWS / 2);
-            let (mut square, mut mean) = (0.0, 0.0);
-            for i in 0..columns * rows {
-                let row = q / 2 * rows + i / columns;
-                let patch = row * PATCH_COLUMNS + q % 2 * columns + i % columns;
-                square += self.deviations[patch].powi(2);
-                mean += self.means[patch];
-            }
-            let n = (columns * rows) as f64;
-            (square / n).max(LEAST_QUARTER).sqrt().ln() - 0.5 * (mean / n).max(LEAST_QUARTER).ln()
-        };
-        let all = [0, 1, 2, 3].map(quarter);
-        let mean = all.iter().sum::<f64>() / 4.0;
-        (all.iter().map(|q| (q - mean).powi(2)).sum::<f64>() / 3.0).sqrt()
-    }
-}
-
-/// Standard deviation over the mean; 0 of nothing.
-fn spread(values: &[f64]) -> f64 {
-    let n = values.len().max(1) as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let square = |value: &f64| (value - mean).powi(2);
-    let deviation = (values.iter().map(square).sum::<f64>() / n).sqrt();
-    match mean > 0.0 {
-        true => deviation / mean,
-        false => 0.0,
     }
 }
 
@@ -194,7 +190,6 @@ impl ChannelDetail {
     fn is_right(&self) -> bool {
         let n = self.windows_m.len();
         let lists = [&self.variance, &self.doubt, &self.evenness];
-        let shape = [&self.shape.means, &self.shape.deviations];
         let finite = |list: &&Vec<f64>| list.iter().all(|v| v.is_finite());
         n > MOST_PATCHES
             && self.windows_m[0] > 0.0
@@ -202,12 +197,11 @@ impl ChannelDetail {
             && lists.iter().all(|list| list.len() + 1 == n)
             && (self.left.is_empty() || self.left.len() + 1 == n)
             && self.left.iter().all(|left| *left > 0.0 && left.is_finite())
-            && shape.iter().all(|list| list.len() == PATCHES)
-            && lists.iter().chain(&shape).all(finite)
+            && self.shape.is_right()
+            && lists.iter().all(finite)
             && [self.mean, self.patch_m, self.error, self.clipped]
                 .iter()
                 .all(|v| v.is_finite())
-            && self.shape.quantiles.iter().all(|v| v.is_finite())
     }
 
     /// How the target, of which a picture from `from_m` tells, looks from `distance_m` through a camera of `focal_px`, where `left` is the contrast left of waves of a
@@ -229,37 +223,33 @@ impl ChannelDetail {
                 false => 0.0,
             }
         };
-        let left_of = |from: f64| left(WAVES_PER_WINDOW / from).abs();
-        let counted = |from: f64, to: f64| share(from, to) * left_of(from).powi(2);
+        let bands = self.bands();
+        let left_of = bands.left(left);
+        let (finer_left, own_left) = left_of.split_at(FINER_OCTAVES);
         let (mut sum, mut doubt) = (0.0, 0.0);
         for (i, pair) in windows.windows(2).enumerate() {
-            let counts = counted(pair[0], pair[1]);
-            let of_blur = self.blur_doubt(i, left_of(pair[0]));
+            let counts = share(pair[0], pair[1]) * own_left[i];
+            let of_blur = self.blur_doubt(i, own_left[i].sqrt());
             sum += counts * self.variance[i];
             doubt += counts * (self.doubt[i] + of_blur * self.variance[i]);
         }
         // Finer than a pixel of the picture, octave by octave.
-        let [least, most] = FINER;
-        let falling = match self.variance.as_slice() {
-            [finest, next, ..] if *next > 0.0 => (finest / next).clamp(least, most),
-            _ => least,
-        };
-        let of_blur = self.blur_doubt(0, left_of(windows[0]));
-        let (mut finer, mut open) = (self.variance[0], self.doubt[0] + of_blur * self.variance[0]);
-        let mut to = windows[0];
-        while to > pixel {
-            finer *= SMOOTHING * falling;
+        let of_blur = self.blur_doubt(0, own_left[0].sqrt());
+        let mut open = self.doubt[0] + of_blur * self.variance[0];
+        for i in (0..FINER_OCTAVES).rev() {
+            let finer = bands.variance[i];
             open += FINER_DOUBT * finer;
-            let counts = counted(0.5 * to, to);
+            let counts = share(bands.windows_m[i], bands.windows_m[i + 1]) * finer_left[i];
             sum += counts * finer;
             doubt += counts * open;
-            to *= 0.5;
         }
         // Beyond the largest window: as much an octave as in the last.
         if let (Some(&[a, b]), Some(last)) = (windows.last_chunk(), self.variance.last())
             && patch > b
         {
-            let beyond = (patch / b.max(pixel)).ln() / (b / a).ln() * last * left_of(b).powi(2);
+            let beyond = (patch / b.max(pixel)).ln() / (b / a).ln()
+                * last
+                * left(WAVES_PER_WINDOW / b).powi(2);
             sum += beyond;
             doubt += beyond;
         }
@@ -274,7 +264,14 @@ impl ChannelDetail {
                 false => UNKNOWN,
             },
             shape: &self.shape,
+            is_hidden: self.error > HIDDEN_ERROR,
         }
+    }
+
+    /// Its variance as sums of waves, made once.
+    fn bands(&self) -> &Bands {
+        self.bands
+            .get_or_init(|| Bands::new(&self.windows_m, &self.variance))
     }
 
     /// What is open of a scale's variance, as a share of it, where a prediction has `there` left of its contrast.
@@ -285,8 +282,8 @@ impl ChannelDetail {
         2.0 * BLUR_DOUBT * (there.max(LEAST_LEFT) / here).ln().abs()
     }
 
-    /// Side of the patches that the shape is of, m.
-    fn own_patch_m(&self) -> f64 {
+    /// Side of the part's own patches, of which the shape is, m.
+    pub(super) fn own_patch_m(&self) -> f64 {
         self.windows_m[self.windows_m.len() - MOST_PATCHES]
     }
 
@@ -344,14 +341,12 @@ impl TargetDetail {
             focal_px,
             channels: std::array::from_fn(|k| {
                 let cleared = clear(picture, seen, exposure, k, response);
-                let transfer = |window_px: f64| {
-                    seen.left_of(k, WAVES_PER_WINDOW / (window_px * metres_per_px))
-                };
+                let left = |frequency: f64| seen.left_of(k, frequency);
                 let patch_px = ((picture.width / 10 * (picture.height / 6)) as f64).sqrt();
                 let scale = (metres_per_px, patch_px * metres_per_px);
                 let part = |i: i32| cleared.middle(CROP.powi(i));
                 let parts = (0..MOST_CROPS).map_while(part);
-                parts.map(|part| channel(&part, scale, &transfer)).collect()
+                parts.map(|part| channel(&part, scale, &left)).collect()
             }),
         }
     }
@@ -366,6 +361,21 @@ struct Scales {
 }
 
 impl Scales {
+    /// Frees what was measured of the water, where `left` of a wave's contrast is.
+    fn clear(&mut self, windows_m: &[f64], left: &dyn Fn(f64) -> f64) {
+        let waves = Waves::new(windows_m);
+        let power = waves.each(|frequency| left(frequency).powi(2));
+        let measured: Vec<f64> = (self.variance.iter().zip(&self.doubt))
+            .map(|(&variance, &doubt)| positive(variance, doubt))
+            .collect();
+        for (i, weights) in waves.weights(&measured, &power).iter().enumerate() {
+            let left = mean(weights, &power).max(LEAST_LEFT * LEAST_LEFT);
+            self.variance[i] /= left;
+            self.doubt[i] /= left;
+            self.left.push(left.sqrt());
+        }
+    }
+
     /// Where noise hides a scale it is taken to be like the next coarser one, as far as the picture does not contradict: the mean of
     /// both, weighted by how well they are known.
     fn expect(&mut self, windows_m: &[f64]) {
@@ -411,7 +421,7 @@ fn positive(value: f64, error: f64) -> f64 {
 fn channel(
     cleared: &Cleared,
     (metres_per_px, patch_m): (f64, f64),
-    transfer: &dyn Fn(f64) -> f64,
+    left: &dyn Fn(f64) -> f64,
 ) -> ChannelDetail {
     let (patch_w, patch_h) = (cleared.width / 10, cleared.height / 6);
     let patch_px = ((patch_w * patch_h) as f64).sqrt();
@@ -430,18 +440,16 @@ fn channel(
     for (w, h) in windows {
         let (inside, even) = sums.inside(w, h, cleared.noise);
         evenness.push(even);
-        let left = transfer(from_px).max(LEAST_LEFT);
-        scales.variance.push((inside - before) / (left * left));
+        scales.variance.push(inside - before);
         let of_noise = cleared.noise * (1.0 / (from_px * from_px) - 1.0 / (w * h) as f64);
         // How well the noise is known, and what it happens to be in so many windows.
         let happens = (2.0 * from_px * from_px / cleared.values.len() as f64).sqrt();
-        let open = NOISE_ERROR.hypot(happens) * of_noise;
-        scales.doubt.push(open / (left * left));
-        scales.left.push(left);
+        scales.doubt.push(NOISE_ERROR.hypot(happens) * of_noise);
         before = inside;
         from_px = ((w * h) as f64).sqrt();
         windows_m.push(from_px * metres_per_px);
     }
+    scales.clear(&windows_m, left);
     scales.expect(&windows_m);
     let n = cleared.values.len() as f64;
     let mean = cleared.values.iter().sum::<f64>() / n;
@@ -476,6 +484,7 @@ fn channel(
             quantiles: quantiles(cleared, (patch_w, patch_h)),
         },
         clipped: cleared.clipped,
+        bands: OnceLock::new(),
     }
 }
 

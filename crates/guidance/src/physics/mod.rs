@@ -22,9 +22,11 @@ mod light;
 mod overlap;
 pub mod predict;
 pub mod present;
+mod shape;
 mod sheet;
 pub mod target;
 pub mod water;
+mod waves;
 
 pub use brightness::Brightness;
 pub use cleared::LinearPicture;

@@ -5,11 +5,12 @@ use std::sync::Arc;
 use uw_calib::response::CountResponse;
 
 use super::blocks::Blocks;
-use super::cleared::{LinearPicture, QUANTILES};
+use super::cleared::LinearPicture;
 use super::detail::Look;
 use super::doubt::WaterDoubt;
 use super::grid::{PATCHES, slope_variance};
 use super::light::{Column, Lit, Seen};
+use super::shape::Quantiles;
 use super::target::{Sight, Target, by_distance};
 use super::water::WaterTables;
 use crate::features::Candidate;
@@ -240,60 +241,55 @@ impl<'a> Predictor<'a> {
 
     /// Contrast of a channel and its standard error, 8-bit counts.
     fn with_error(&self, k: usize, distance_m: f64, seen: &Seen, look: &Look) -> (f64, f64) {
-        let whole = self.over_patches(k, seen, look, look.deviation, 0.0);
+        let whole = self.over_patches(k, seen, look, look.deviation, false);
         let of_water = self.place.doubt.as_ref().map_or(0.0, |doubt| {
             let lamps = [self.known.lamps[k], seen.lamps[k]];
             doubt.relative(k, distance_m - look.from_m, lamps)
         });
         // What noise hides may as well be there, the same in all patches.
-        let raised = self.over_patches(k, seen, look, look.raised(of_water), 1.0);
+        let raised = self.over_patches(k, seen, look, look.raised(of_water), true);
         let of_detail = (raised - whole).abs();
         let of_model = MODEL_ERROR * whole;
         (whole, of_detail.hypot(of_model).hypot(ROUNDING_COUNTS))
     }
 
-    /// Mean over patches of the deviation of the stored count, where the target's is `deviation`; that of a patch over it is `hidden`
-    /// where noise hides all patches.
-    fn over_patches(&self, k: usize, seen: &Seen, look: &Look, deviation: f64, hidden: f64) -> f64 {
+    /// Mean over patches of the deviation of the stored count, where the target's is `deviation`; that of patches which noise hides is the
+    /// same in all if `even`.
+    fn over_patches(&self, k: usize, seen: &Seen, look: &Look, deviation: f64, even: bool) -> f64 {
         let exposure = self.place.exposure;
         let mean: [f64; PATCHES] =
             std::array::from_fn(|i| seen.veil[k][i] + seen.gain[k][i] * look.mean);
         let slope = slope_variance(&mean);
         let (shape, deviation) = (look.shape, deviation * self.correction[k]);
-        let is_hidden = shape.is_hidden();
         let mut sum = 0.0;
         for i in 0..PATCHES {
-            let of_patch = if is_hidden {
-                hidden
-            } else {
-                shape.deviations[i]
+            let of_patch = match even && look.is_hidden {
+                true => 1.0,
+                false => shape.deviations[i],
             };
             let gain = exposure * seen.gain[k][i];
             let signal = exposure * mean[i] + gain * look.mean * (shape.means[i] - 1.0);
             let own = gain * deviation * of_patch;
             let spread = (own * own + exposure.powi(2) * slope[i]).sqrt();
-            sum += self.counted(signal, spread, &shape.quantiles);
+            sum += self.counted(signal, spread, &shape.quantiles[i]);
         }
         sum / PATCHES as f64
     }
 
     /// Deviation of the stored count in a patch of a mean signal and deviation.
-    fn counted(&self, signal: f64, deviation: f64, quantiles: &[f64; QUANTILES]) -> f64 {
+    fn counted(&self, signal: f64, deviation: f64, quantiles: &Quantiles) -> f64 {
         let (mut mean, mut square, mut noise) = (0.0, 0.0, 0.0);
-        for z in quantiles {
+        for (z, share) in quantiles.with_shares() {
             let (count, variance) = self
                 .place
                 .response
                 .at((signal + deviation * z).max(0.0) as f32);
             let (count, variance) = (f64::from(count), f64::from(variance));
-            mean += count;
-            square += count * count;
-            noise += variance;
+            mean += share * count;
+            square += share * count * count;
+            noise += share * variance;
         }
-        let n = QUANTILES as f64;
-        (square / n - (mean / n).powi(2) + noise / n)
-            .max(0.0)
-            .sqrt()
+        (square - mean.powi(2) + noise).max(0.0).sqrt()
     }
 }
 
@@ -325,7 +321,7 @@ impl AtDistance<'_> {
         self.each(light_pct, &mut |k, seen, look| {
             counts[k] = self
                 .predictor
-                .over_patches(k, seen, look, look.deviation, 0.0);
+                .over_patches(k, seen, look, look.deviation, false);
         });
         counts
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::cleared::LinearPicture;
-use super::detail::{CROP, ChannelDetail, Look, TargetDetail, UNKNOWN};
+use super::detail::{ChannelDetail, Look, TargetDetail, UNKNOWN};
 use super::light::Column;
 use super::predict::{Place, Unknown};
 use crate::features::Candidate;
@@ -16,7 +16,7 @@ const REFLECTANCES: std::ops::RangeInclusive<f64> = -0.1..=1.1;
 const MOST_CLIPPED: f64 = 0.01;
 /// Error of a target's look that is taken from the present picture alone, besides what noise and the finest scales leave open: of
 /// the logarithm, and how it grows with the logarithm of the distance; from nearer.
-const NEARER_ERROR: [f64; 2] = [0.02, 0.1];
+const NEARER_ERROR: [f64; 2] = [0.02, 0.05];
 /// The same from farther, where the picture does not show the surroundings; more where its quarters differ by more.
 const FARTHER_ERROR: [f64; 2] = [0.02, 0.3];
 /// Error of the logarithm of the present picture's deviation from which on it tells nothing.
@@ -81,15 +81,17 @@ impl Sight {
     /// How the target looks from `distance_m`; from nearer by the part of the picture that would then be seen.
     fn look(&self, k: usize, distance_m: f64, left: &dyn Fn(f64) -> f64) -> Look<'_> {
         let parts = &self.detail.channels[k];
-        let last = parts.len() - 1;
-        let nearer = ((distance_m / self.distance_m).ln() / CROP.ln()).clamp(0.0, last as f64);
-        let (before, share) = (nearer as usize, nearer.fract());
+        let patch_m = parts[0].own_patch_m() * distance_m / self.distance_m;
+        let after = parts.partition_point(|part| part.own_patch_m() > patch_m);
         let look =
             |i: usize| parts[i].look([self.distance_m, distance_m], self.detail.focal_px, left);
-        let wider = look(before);
-        match before < last && share > 0.0 {
-            true => wider.towards(&look(before + 1), share),
-            false => wider,
+        match (after.checked_sub(1), parts.get(after)) {
+            (Some(before), Some(narrower)) => {
+                let [from, to] = [&parts[before], narrower].map(|part| part.own_patch_m().ln());
+                look(before).towards(&look(after), (patch_m.ln() - from) / (to - from))
+            }
+            (None, _) => look(0),
+            (_, None) => look(parts.len() - 1),
         }
     }
 
@@ -220,6 +222,10 @@ impl Target {
             shape: match trust > 0.5 {
                 true => there.shape,
                 false => own.shape,
+            },
+            is_hidden: match trust > 0.5 {
+                true => there.is_hidden,
+                false => own.is_hidden,
             },
         }
     }

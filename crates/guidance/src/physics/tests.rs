@@ -261,8 +261,9 @@ fn detail_that_noise_hides_is_expected_from_coarser_detail() {
     }
     let (off_counts, in_errors) = (off_counts / n, f64::sqrt(square / n));
     assert!(off_counts < 0.4, "{off_counts} counts off");
+    // This target has in each octave nearly what is expected, which others differ from by the whole of it.
     assert!(
-        (0.3..1.5).contains(&in_errors),
+        (0.1..1.5).contains(&in_errors),
         "{off_counts} counts off are {in_errors} standard errors"
     );
 }

@@ -17,9 +17,10 @@ fn even_octaves() -> ChannelDetail {
         shape: Shape {
             means: vec![1.0; PATCHES],
             deviations: vec![1.0; PATCHES],
-            quantiles: [0.0; QUANTILES],
+            quantiles: Vec::new(),
         },
         clipped: 0.0,
+        bands: OnceLock::new(),
     }
 }
 
