@@ -2,7 +2,7 @@
 //! double precision: with independent seeds by z-tests, with one seed pixel by pixel.
 
 use uw_render::{
-    film::{Film, FilmLayer},
+    film::Film,
     gpu::{AdapterChoice, Gpu},
     scene::Scene,
 };
@@ -10,6 +10,7 @@ use uw_tests::{
     corpus_scene,
     gpu::{Backend, backends, device, in_single_precision},
     plan, render,
+    same_numbers::{PICTURE_SAMPLES, assert_same_pixels},
     tiles::{TILE, Tiles, spread},
 };
 
@@ -48,51 +49,10 @@ fn assert_same_picture(name: &str, ours: &Film, theirs: &Film) {
     }
 }
 
-/// Samples per pixel of the pictures with one seed.
-const SAME_SAMPLES: u32 = 2;
-/// How far a pixel may be from that in double precision, relative to it and to the picture's mean: single precision leaves
-/// 1e-6 of the light of most samples and 1e-4 of that of long walks.
-const RELATIVE: f64 = 1e-3;
-const OF_MEAN: f64 = 1e-5;
-/// Largest share of the pixels of a layer that may be further apart: where a random number lies within the rounding of a
-/// decision, the two walks go different ways. Up to 0.1 % were seen.
-const DIFFERENT_SHARE: f64 = 0.004;
-
-/// With one seed both sides draw the same numbers for the same decisions, so that every sample, and with it every pixel of
-/// every layer, is the same but for rounding.
-fn assert_same_samples(test: &str, scene: &Scene, (ours, theirs): (&Film, &Film)) {
-    let lamps = (0..scene.lamps.len()).map(FilmLayer::Lamp);
-    let layers = [
-        FilmLayer::Total,
-        FilmLayer::Ambient,
-        FilmLayer::Direct,
-        FilmLayer::Backscatter,
-    ];
-    for layer in layers.into_iter().chain(lamps) {
-        let (ours, theirs) = (ours.layer(layer), theirs.layer(layer));
-        let values = theirs.iter().flatten();
-        let mean = values.sum::<f64>() / (3 * theirs.len()) as f64;
-        let apart = |(a, b): (&[f64; 3], &[f64; 3])| {
-            let within = |b: f64| RELATIVE * b.abs() + OF_MEAN * mean;
-            (0..3).any(|k| (a[k] - b[k]).abs() > within(b[k]))
-        };
-        let different = ours.iter().zip(&theirs).filter(|&pair| apart(pair)).count();
-        let share = different as f64 / ours.len() as f64;
-        println!(
-            "  one seed, {layer:?}: {:.3} % of the pixels differ",
-            100.0 * share
-        );
-        assert!(
-            share <= DIFFERENT_SHARE,
-            "{test}, {layer:?}: {share} of the pixels differ with one seed"
-        );
-    }
-}
-
 /// Renders on all sides and compares; the completed samples are counted and no path may have been cut.
 pub(crate) fn compare(backends: &[Backend], test: &str, scene: &Scene, samples: u32) {
     let (theirs, cpu) = render(scene, &plan(samples, 77));
-    let same = plan(SAME_SAMPLES, 11);
+    let same = plan(PICTURE_SAMPLES, 11);
     let theirs_with_one_seed = render(scene, &same).0;
     for backend in backends {
         let test = format!("{test}, {}", backend.name());
@@ -115,8 +75,7 @@ pub(crate) fn compare(backends: &[Backend], test: &str, scene: &Scene, samples: 
         );
         assert_same_picture(&test, &film, &theirs);
         let ours = backend.render(scene, &same).0;
-        let both = (&ours, &theirs_with_one_seed);
-        assert_same_samples(&test, scene, both);
+        assert_same_pixels(&test, &ours, &theirs_with_one_seed);
     }
 }
 

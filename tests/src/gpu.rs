@@ -1,9 +1,10 @@
 //! Where tests render: on the processor, on its vector units, on a graphics adapter.
 
 use std::{
-    cell::LazyCell,
+    cell::{LazyCell, RefCell},
+    collections::VecDeque,
     panic::{AssertUnwindSafe, catch_unwind},
-    sync::{Mutex, PoisonError, atomic::AtomicBool},
+    sync::{Arc, Mutex, PoisonError, atomic::AtomicBool},
 };
 
 use uw_render::{
@@ -34,6 +35,34 @@ thread_local! {
             }),
         }
     });
+}
+
+/// Most scenes that a test keeps.
+const MOST_SCENES: usize = 64;
+
+thread_local! {
+    /// The last scenes of a test by all that they say, so that one is prepared for all backends at once.
+    static PREPARED: RefCell<VecDeque<(String, Arc<Prepared>)>> = RefCell::default();
+}
+
+/// `scene` for a renderer. Textures do not say all that they are, and meshes say too much: scenes with either are kept by nobody.
+pub fn prepared(scene: &Scene) -> Arc<Prepared> {
+    let build = || Arc::new(Prepared::build(scene));
+    if !scene.textures.is_empty() || !scene.meshes.is_empty() {
+        return build();
+    }
+    let key = format!("{scene:?}");
+    PREPARED.with_borrow_mut(|kept| {
+        if let Some((_, found)) = kept.iter().find(|(other, _)| *other == key) {
+            return found.clone();
+        }
+        if kept.len() == MOST_SCENES {
+            kept.pop_front();
+        }
+        let built = build();
+        kept.push_back((key, built.clone()));
+        built
+    })
 }
 
 /// An opened adapter that is lent to test after test.
@@ -164,8 +193,16 @@ impl Backend {
     /// # Panics
     /// When rendering fails.
     pub fn render(self, scene: &Scene, plan: &Plan) -> (Film, RenderStats) {
-        let (prepared, go_on) = (Prepared::build(scene), AtomicBool::new(false));
-        let rendered = self.device().render(&prepared, plan, &go_on, &|_| {});
+        self.render_prepared(&prepared(scene), plan)
+    }
+
+    /// The same of a scene that has been prepared, which often takes longer than few samples.
+    ///
+    /// # Panics
+    /// When rendering fails.
+    pub fn render_prepared(self, scene: &Prepared, plan: &Plan) -> (Film, RenderStats) {
+        let go_on = AtomicBool::new(false);
+        let rendered = self.device().render(scene, plan, &go_on, &|_| {});
         rendered.unwrap_or_else(|e| panic!("{e}"))
     }
 
@@ -178,8 +215,25 @@ impl Backend {
         scene: &Scene,
         plan: &IrradiancePlan,
     ) -> Result<Vec<DepthIrradiance>, IrradianceError> {
-        let (prepared, go_on) = (Prepared::build(scene), AtomicBool::new(false));
-        measure(&self.device(), &prepared, plan, &go_on, &|_| {})
+        self.irradiances_prepared(&prepared(scene), plan)
+    }
+
+    /// The same of a scene that has been prepared.
+    ///
+    /// # Errors
+    /// As in [`measure`].
+    pub fn irradiances_prepared(
+        self,
+        scene: &Prepared,
+        plan: &IrradiancePlan,
+    ) -> Result<Vec<DepthIrradiance>, IrradianceError> {
+        measure(
+            &self.device(),
+            scene,
+            plan,
+            &AtomicBool::new(false),
+            &|_| {},
+        )
     }
 
     fn device(self) -> Device {

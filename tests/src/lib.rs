@@ -3,6 +3,7 @@
 pub mod discrete_ordinates;
 pub mod gpu;
 pub mod reference;
+pub mod same_numbers;
 pub mod single_ray;
 pub mod tails;
 pub mod tiles;
@@ -13,10 +14,11 @@ use std::path::{Path, PathBuf};
 use uw_render::{
     film::{Film, FilmLayer},
     integrator::{Plan, RenderStats},
+    prepare::Prepared,
     scene::Scene,
 };
 
-use gpu::Backend;
+use gpu::{Backend, prepared};
 
 /// The path of a file of this package.
 pub fn file(relative: &str) -> PathBuf {
@@ -57,9 +59,22 @@ pub fn measure(
     max_bounces: u32,
     seed: u64,
 ) -> ([f64; 3], [f64; 3]) {
-    let mut plan = plan(backend.samples(samples), seed);
+    let samples = backend.samples(samples);
+    measure_prepared(backend, &prepared(scene), samples, max_bounces, seed)
+}
+
+/// The same of a scene that has been prepared, with all of `samples`.
+pub fn measure_prepared(
+    backend: Backend,
+    scene: &Prepared,
+    samples: u32,
+    max_bounces: u32,
+    seed: u64,
+) -> ([f64; 3], [f64; 3]) {
+    let mut plan = plan(samples, seed);
     plan.max_bounces = max_bounces;
-    let pixels = backend.render(scene, &plan).0.layer(FilmLayer::Total);
+    let film = backend.render_prepared(scene, &plan).0;
+    let pixels = film.layer(FilmLayer::Total);
     let n = pixels.len() as f64;
     let mean: [f64; 3] = std::array::from_fn(|k| pixels.iter().map(|p| p[k]).sum::<f64>() / n);
     let error = std::array::from_fn(|k| {

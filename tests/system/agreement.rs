@@ -1,8 +1,12 @@
 //! Estimates with standard errors beside what they should be.
 
-use uw_render::irradiance::DepthIrradiance;
+use uw_render::irradiance::{DepthIrradiance, IrradiancePlan};
+use uw_render::prepare::Prepared;
+use uw_render::scene::Scene;
 use uw_tests::discrete_ordinates::Travel;
-use uw_tests::gpu::Backend;
+use uw_tests::gpu::{Backend, everywhere};
+use uw_tests::measure_prepared;
+use uw_tests::same_numbers::{Means, PART, assert_same_irradiances, assert_same_radiances};
 use uw_tests::tiles::spread;
 
 /// Departure of an irradiance from its reference that is let pass besides standard errors.
@@ -101,8 +105,66 @@ pub(crate) fn compare(
     comparisons
 }
 
+/// Sensors at `depths_m` measure what `references` makes comparisons with: on the vector units with `samples` directions per
+/// depth and hemisphere, on other backends by what the vector units measure.
+pub(crate) fn assert_sensors_agree(
+    what: &str,
+    scene: &Scene,
+    depths_m: &[f64],
+    (samples, seed): (u32, u64),
+    references: impl Fn(&[DepthIrradiance]) -> Vec<Comparison>,
+) {
+    let plan = |samples| IrradiancePlan {
+        depths_m: depths_m.to_vec(),
+        samples,
+        seed,
+        threads: None,
+        max_bounces: 0,
+    };
+    let scene = &Prepared::build(scene);
+    everywhere(|backend| match backend {
+        Backend::VectorUnits => {
+            let measured = backend.irradiances_prepared(scene, &plan(samples));
+            let comparisons = references(&measured.expect("measured"));
+            // Hemispheres and one direction at each depth; quantities and channels share directions.
+            assert_agreement(&comparisons, 3 * depths_m.len());
+        }
+        _ => assert_same_irradiances(backend, what, scene, &plan(samples / PART)),
+    });
+}
+
+/// Equal pixels that look along one direction, against light that travels so at a depth, m.
+pub(crate) struct View {
+    pub(crate) scene: Prepared,
+    pub(crate) at: (f64, Travel),
+    pub(crate) reference: f64,
+    pub(crate) seed: u64,
+}
+
+/// `views` show their references in one channel: on the vector units with `samples` of each pixel, on other backends by what
+/// the vector units see.
+pub(crate) fn assert_views_agree(views: &[View], channel: usize, samples: u32) {
+    everywhere(|backend| match backend {
+        Backend::VectorUnits => {
+            let compared = |view: &View| {
+                let seen = measure_prepared(backend, &view.scene, samples, 0, view.seed);
+                compare_radiance(seen, channel, view.at, view.reference)
+            };
+            let comparisons: Vec<_> = views.iter().map(compared).collect();
+            assert_agreement(&comparisons, comparisons.len());
+        }
+        _ => {
+            for view in views {
+                let what = format!("{:?}", view.at);
+                let sampled = (samples / PART, 0, view.seed);
+                assert_same_radiances(backend, &what, &view.scene, sampled);
+            }
+        }
+    });
+}
+
 /// What pixels see of light that travels so at a depth, m, in one channel; `seen` is their mean and its error.
-pub(crate) fn compare_radiance(
+fn compare_radiance(
     seen: Means,
     channel: usize,
     (depth_m, travel): (f64, Travel),
@@ -119,9 +181,6 @@ pub(crate) fn compare_radiance(
         margin: RADIANCE_MARGIN,
     }
 }
-
-/// Means of three channels and their standard errors.
-pub(crate) type Means = ([f64; 3], [f64; 3]);
 
 /// Two ways to the same means: within four standard errors, which are below 2 %.
 pub(crate) fn assert_same_means(backend: Backend, one: Means, other: Means) {

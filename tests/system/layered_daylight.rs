@@ -1,15 +1,13 @@
 //! Daylight in layered water against discrete ordinates: another solver's rows, and waters of which there are none.
 
 use uw_media::phase::{FournierForand, Phase, Tabulated};
-use uw_render::irradiance::{DepthIrradiance, IrradiancePlan};
+use uw_render::prepare::Prepared;
 use uw_render::scene::{Layer, Scene};
 use uw_tests::discrete_ordinates::{Level, Problem, Travel, Water, irradiances, radiances};
-use uw_tests::gpu::{Backend, everywhere};
-use uw_tests::measure;
 use uw_tests::reference::{LayeredCase, layered_irradiances};
 use uw_tests::single_ray::{camera_against, empty, layer, sun, surface, vary, water};
 
-use crate::agreement::{assert_agreement, compare, compare_radiance};
+use crate::agreement::{View, assert_sensors_agree, assert_views_agree, compare};
 
 /// Optical depth of the slices of discrete ordinates: half of it changes E_ou by up to 1.4e-4, the rest by less than 3e-5.
 const SLICE: f64 = 0.05;
@@ -29,49 +27,32 @@ fn lit(phase: Phase, layers: Vec<Layer>, sun_zenith_deg: f64) -> Scene {
     scene
 }
 
-/// Directions per depth and hemisphere: the program's default on the vector units. The others take the same random numbers, and half
-/// of them, for fewer tell no standard error: rare walks carry much of the light from beyond a layer. (With a quarter E_d at 2.5 m of
-/// the gradients' third channel was once off by 3.6 of the errors told; twelve other seeds were not by more than 1.8, and a million
-/// directions by -0.4.)
-fn samples(backend: Backend) -> u32 {
-    match backend {
-        Backend::VectorUnits => 1 << 16,
-        Backend::Double | Backend::Adapter => 1 << 15,
-    }
-}
-
-fn sensors(backend: Backend, scene: &Scene, depths_m: &[f64]) -> Vec<DepthIrradiance> {
-    let plan = IrradiancePlan {
-        depths_m: depths_m.to_vec(),
-        samples: samples(backend),
-        seed: 11,
-        threads: None,
-        max_bounces: 0,
-    };
-    backend.irradiances(scene, &plan).expect("measured")
-}
+/// Directions per depth and hemisphere: the program's default, for fewer tell no standard error: rare walks carry much of the light
+/// from beyond a layer. (With a quarter E_d at 2.5 m of the gradients' third channel was once off by 3.6 of the errors told; twelve
+/// other seeds were not by more than 1.8, and a million directions by -0.4.) With their seed.
+const SAMPLED: (u32, u64) = (1 << 16, 11);
+/// Samples of each of 64 pixels that look along one direction.
+const SAMPLES_PER_PIXEL: u32 = 192;
 
 #[test]
 fn irradiances_in_layers_are_the_reference_rows() {
-    let cases = layered_irradiances();
-    everywhere(|backend| {
-        for case in &cases {
-            irradiances_are_the_rows(backend, case);
-        }
-    });
+    for case in &layered_irradiances() {
+        irradiances_are_the_rows(case);
+    }
 }
 
-fn irradiances_are_the_rows(backend: Backend, case: &LayeredCase) {
+fn irradiances_are_the_rows(case: &LayeredCase) {
     let layers = case.levels.iter();
     let layers = layers.map(|level| layer(level.depth_m, [level.a; 3], [level.b; 3]));
     let scene = lit(case.phase.clone(), layers.collect(), case.sun_zenith_deg);
     let depths_m = case.depths_m();
-    let measured = sensors(backend, &scene, &depths_m);
-    let comparisons = compare(&measured, 1, &case.name, |level, name| {
-        Some(case.row(depths_m[level], name)?.reference)
+    assert_sensors_agree(&case.name, &scene, &depths_m, SAMPLED, |measured| {
+        let comparisons = compare(measured, 1, &case.name, |level, name| {
+            Some(case.row(depths_m[level], name)?.reference)
+        });
+        assert_eq!(comparisons.len(), case.rows.len());
+        comparisons
     });
-    assert_eq!(comparisons.len(), case.rows.len());
-    assert_agreement(&comparisons, 3 * depths_m.len());
 }
 
 /// Clear water with half a metre of turbid water in it.
@@ -126,18 +107,14 @@ fn irradiances_under_sun_and_sky_are_those_of_discrete_ordinates() {
     ] {
         scene.sky_radiance = [SKY_RADIANCE; 3];
         let solved = [0, 1, 2].map(|k| irradiances(&problem(&scene, k), &depths_m, 32));
-        everywhere(|backend| {
-            let measured = sensors(backend, &scene, &depths_m);
-            let comparisons: Vec<_> = (0..3)
-                .flat_map(|k| {
-                    let what = format!("{what}, channel {k}");
-                    compare(&measured, k, &what, |level, name| {
-                        Some(solved[k][level].quantity(name))
-                    })
+        assert_sensors_agree(what, &scene, &depths_m, SAMPLED, |measured| {
+            let of_channel = |k: usize| {
+                let what = format!("{what}, channel {k}");
+                compare(measured, k, &what, |level, name| {
+                    Some(solved[k][level].quantity(name))
                 })
-                .collect();
-            // Hemispheres and one direction at each depth; quantities and channels share directions.
-            assert_agreement(&comparisons, 3 * depths_m.len());
+            };
+            (0..3).flat_map(of_channel).collect()
         });
     }
 }
@@ -151,16 +128,18 @@ fn radiances_around_a_turbid_layer_are_those_of_discrete_ordinates() {
         .map(|(down, azimuth_deg)| Travel { down, azimuth_deg });
     let depths_m = [3.5, 4.25, 5.0];
     let solved = radiances(&problem(&scene, 0), &depths_m, &directions, 24);
-    everywhere(|backend| {
-        let mut comparisons = Vec::new();
-        for (&depth_m, level) in depths_m.iter().zip(&solved) {
-            for (&travel, &reference) in directions.iter().zip(level) {
-                let mut scene = scene.clone();
-                scene.camera = camera_against(depth_m, travel, 64);
-                let seen = measure(backend, &scene, 192, 0, 70 + comparisons.len() as u64);
-                comparisons.push(compare_radiance(seen, 0, (depth_m, travel), reference));
-            }
+    let mut views = Vec::new();
+    for (&depth_m, level) in depths_m.iter().zip(&solved) {
+        for (&travel, &reference) in directions.iter().zip(level) {
+            let mut scene = scene.clone();
+            scene.camera = camera_against(depth_m, travel, 64);
+            views.push(View {
+                scene: Prepared::build(&scene),
+                at: (depth_m, travel),
+                reference,
+                seed: 70 + views.len() as u64,
+            });
         }
-        assert_agreement(&comparisons, comparisons.len());
-    });
+    }
+    assert_views_agree(&views, 0, SAMPLES_PER_PIXEL);
 }

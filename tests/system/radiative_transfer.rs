@@ -3,18 +3,13 @@
 //! Both everywhere.
 
 use uw_media::phase::{FournierForand, Phase, Rayleigh};
-use uw_render::irradiance::{DepthIrradiance, IrradiancePlan};
-use uw_render::scene::Scene;
+use uw_render::prepare::Prepared;
+use uw_tests::corpus_scene;
 use uw_tests::discrete_ordinates::{Irradiances, Problem, Travel, irradiances, radiances};
-use uw_tests::reference::{rayleigh_irradiances, rayleigh_radiances};
+use uw_tests::reference::{IrradianceRow, rayleigh_irradiances, rayleigh_radiances};
 use uw_tests::single_ray::{camera_against, empty, sun, surface, water};
-use uw_tests::{
-    corpus_scene,
-    gpu::{Backend, everywhere},
-    measure,
-};
 
-use crate::agreement::{Comparison, assert_agreement, compare, compare_radiance};
+use crate::agreement::{View, assert_sensors_agree, assert_views_agree, compare};
 
 const DEPTHS_M: [f64; 4] = [0.0, 1.0, 5.0, 10.0];
 /// Optical depth is depth: c is 1 1/m in every channel.
@@ -22,122 +17,91 @@ const A: [f64; 3] = [0.8, 0.5, 0.1];
 pub(crate) const B: [f64; 3] = [0.2, 0.5, 0.9];
 /// Gauss nodes of the discrete ordinates per panel; 64 change nothing above 1.5e-4.
 const NODES: usize = 48;
-/// Directions per depth and hemisphere.
+/// Directions per depth and hemisphere on the vector units.
 const SAMPLES: u32 = 1 << 19;
-/// Samples of each of 64 pixels that look along one direction.
+/// Samples of each of 64 pixels that look along one direction, on the vector units.
 const SAMPLES_PER_PIXEL: u32 = 1024;
-
-fn sensors(backend: Backend, scene: &Scene, samples: u32, seed: u64) -> Vec<DepthIrradiance> {
-    let plan = IrradiancePlan {
-        depths_m: DEPTHS_M.to_vec(),
-        samples: backend.samples(samples),
-        seed,
-        threads: None,
-        max_bounces: 0,
-    };
-    backend.irradiances(scene, &plan).expect("valid")
-}
 
 fn albedo(channel: usize) -> String {
     format!("albedo {}", B[channel])
 }
 
 /// All depths and quantities of all channels of a scene against discrete ordinates.
-fn against_discrete_ordinates(name: &str, samples: u32, seed: u64) {
+fn against_discrete_ordinates(name: &str, seed: u64) {
     let scene = corpus_scene(name);
     let phase = &scene.water.as_ref().expect("water").phase;
     let solved: [Vec<Irradiances>; 3] =
         B.map(|albedo| irradiances(&Problem::benchmark(phase, albedo), &DEPTHS_M, NODES));
-    everywhere(|backend| {
-        let measured = sensors(backend, &scene, samples, seed);
-        let mut comparisons = Vec::new();
-        for (channel, solved) in solved.iter().enumerate() {
-            comparisons.extend(compare(
-                &measured,
-                channel,
-                &albedo(channel),
-                |level, name| Some(solved[level].quantity(name)),
-            ));
-        }
-        // Depths times hemispheres (and the single direction); quantities and channels share directions.
-        assert_agreement(&comparisons, 3 * DEPTHS_M.len());
+    assert_sensors_agree(name, &scene, &DEPTHS_M, (SAMPLES, seed), |measured| {
+        let of_channel = |(channel, solved): (usize, &Vec<Irradiances>)| {
+            compare(measured, channel, &albedo(channel), |level, name| {
+                Some(solved[level].quantity(name))
+            })
+        };
+        solved.iter().enumerate().flat_map(of_channel).collect()
     });
 }
 
 #[test]
 fn irradiances_in_molecular_water_are_the_reference_rows() {
-    everywhere(|backend| {
-        let measured = sensors(backend, &corpus_scene("rt_rayleigh"), SAMPLES, 1);
-        let rows = rayleigh_irradiances();
-        let mut comparisons = Vec::new();
-        for channel in [0, 2] {
-            comparisons.extend(compare(
-                &measured,
-                channel,
-                &albedo(channel),
-                |level, name| {
-                    let is_this = |row: &&uw_tests::reference::IrradianceRow| {
-                        row.albedo == B[channel]
-                            && row.optical_depth == DEPTHS_M[level]
-                            && row.quantity == name
-                    };
-                    rows.iter().find(is_this).map(|row| row.reference)
-                },
-            ));
-        }
+    let (name, rows) = ("rt_rayleigh", rayleigh_irradiances());
+    let scene = corpus_scene(name);
+    assert_sensors_agree(name, &scene, &DEPTHS_M, (SAMPLES, 1), |measured| {
+        let of_channel = |channel: usize| {
+            compare(measured, channel, &albedo(channel), |level, name| {
+                let is_this = |row: &&IrradianceRow| {
+                    row.albedo == B[channel]
+                        && row.optical_depth == DEPTHS_M[level]
+                        && row.quantity == name
+                };
+                rows.iter().find(is_this).map(|row| row.reference)
+            })
+        };
+        let comparisons: Vec<_> = [0, 2].into_iter().flat_map(of_channel).collect();
         assert_eq!(comparisons.len(), rows.len());
-        assert_agreement(&comparisons, 3 * DEPTHS_M.len());
+        comparisons
     });
 }
 
 #[test]
 fn irradiances_in_petzolds_water_are_those_of_discrete_ordinates() {
-    against_discrete_ordinates("rt_petzold", SAMPLES, 2);
+    against_discrete_ordinates("rt_petzold", 2);
 }
 
 #[test]
 fn irradiances_in_fournier_forand_water_are_those_of_discrete_ordinates() {
-    against_discrete_ordinates("rt_fournier_forand", SAMPLES, 4);
+    against_discrete_ordinates("rt_fournier_forand", 4);
 }
 
 /// What a row of pixels under the sun of the problems sees of light that travels so, in the channel of the largest albedo.
-fn compared(
-    backend: Backend,
-    phase: Phase,
-    depth_m: f64,
-    travel: Travel,
-    reference: f64,
-    seed: u64,
-) -> Comparison {
-    let mut scene = empty(camera_against(depth_m, travel, 64));
-    scene.water = Some(water(A, B, phase));
+fn view(phase: &Phase, at: (f64, Travel), reference: f64, seed: u64) -> View {
+    let mut scene = empty(camera_against(at.0, at.1, 64));
+    scene.water = Some(water(A, B, phase.clone()));
     scene.surface = Some(surface(true));
     scene.sun = Some(sun(60.0, [1.0; 3]));
-    let seen = measure(backend, &scene, SAMPLES_PER_PIXEL, 0, seed);
-    compare_radiance(seen, 2, (depth_m, travel), reference)
+    View {
+        scene: Prepared::build(&scene),
+        at,
+        reference,
+        seed,
+    }
 }
 
 #[test]
 fn radiances_in_molecular_water_are_the_reference_rows() {
-    let phase = || Phase::Rayleigh(Rayleigh::new(0.0).expect("valid"));
+    let phase = Phase::Rayleigh(Rayleigh::new(0.0).expect("valid"));
     let rows = rayleigh_radiances();
-    everywhere(|backend| {
-        let comparisons: Vec<Comparison> = rows
-            .iter()
-            .zip(10..)
-            .map(|(row, seed)| {
-                let (depth_m, travel) = (row.optical_depth, row.travel());
-                compared(backend, phase(), depth_m, travel, row.reference, seed)
-            })
-            .collect();
-        assert_agreement(&comparisons, comparisons.len());
+    let views = rows.iter().zip(10..).map(|(row, seed)| {
+        let at = (row.optical_depth, row.travel());
+        view(&phase, at, row.reference, seed)
     });
+    assert_views_agree(&views.collect::<Vec<_>>(), 2, SAMPLES_PER_PIXEL);
 }
 
 /// Away from the sun's direction, where nodes would have to resolve the peak.
 #[test]
 fn radiances_in_fournier_forand_water_are_those_of_discrete_ordinates() {
-    let phase = || Phase::FournierForand(FournierForand::new(1.10, 0.0183).expect("valid"));
+    let phase = Phase::FournierForand(FournierForand::new(1.10, 0.0183).expect("valid"));
     let depths_m = [1.0, 5.0];
     let directions = [
         (1.0, 0.0),
@@ -151,18 +115,14 @@ fn radiances_in_fournier_forand_water_are_those_of_discrete_ordinates() {
     ]
     .map(|(down, azimuth_deg)| Travel { down, azimuth_deg });
     // 32 nodes change nothing above 5e-4 in these directions.
-    let problem_phase = phase();
-    let problem = Problem::benchmark(&problem_phase, B[2]);
+    let problem = Problem::benchmark(&phase, B[2]);
     let solved = radiances(&problem, &depths_m, &directions, 24);
-    everywhere(|backend| {
-        let mut comparisons = Vec::new();
-        for (&depth_m, level) in depths_m.iter().zip(&solved) {
-            for (&travel, &reference) in directions.iter().zip(level) {
-                let seed = 40 + comparisons.len() as u64;
-                let compared = compared(backend, phase(), depth_m, travel, reference, seed);
-                comparisons.push(compared);
-            }
+    let mut views = Vec::new();
+    for (&depth_m, level) in depths_m.iter().zip(&solved) {
+        for (&travel, &reference) in directions.iter().zip(level) {
+            let seed = 40 + views.len() as u64;
+            views.push(view(&phase, (depth_m, travel), reference, seed));
         }
-        assert_agreement(&comparisons, comparisons.len());
-    });
+    }
+    assert_views_agree(&views, 2, SAMPLES_PER_PIXEL);
 }

@@ -8,7 +8,10 @@ mod extreme;
 use std::sync::LazyLock;
 
 use proptest::{prelude::*, test_runner::RngSeed};
-use uw_render::film::{Film, FilmLayer};
+use uw_render::{
+    film::{Film, FilmLayer},
+    prepare::Prepared,
+};
 use uw_tests::{
     gpu::{Backend, PROCESSOR, device},
     plan,
@@ -44,8 +47,9 @@ proptest! {
     fn every_value_of_every_layer_is_finite_and_not_negative(extreme in extremes()) {
         // An adapter, which compiles kernels for every set of features, is given one case in sixteen.
         let adapter = ADAPTER.filter(|_| extreme.seed % 16 == 0);
+        let scene = Prepared::build(&extreme.scene());
         for backend in PROCESSOR.into_iter().chain(adapter) {
-            let (film, _) = backend.render(&extreme.scene(), &plan(4, extreme.seed));
+            let (film, _) = backend.render_prepared(&scene, &plan(4, extreme.seed));
             prop_assert_eq!(unsound(&film), None, "{}", backend.name());
         }
     }
