@@ -124,10 +124,9 @@ fn picture_of(edge: &[DVec2]) -> Vec<[f64; 3]> {
 }
 
 /// Sum and centre of the pixels' light, of what a picture shows within `reach_px` of a place.
-fn found(pixels: &[[f64; 3]], at: DVec2, reach_px: f64) -> (f64, DVec2) {
+fn found(pixels: &[[f64; 3]], width: usize, at: DVec2, reach_px: f64) -> (f64, DVec2) {
     let (mut sum, mut moment) = (0.0, DVec2::ZERO);
     for (i, pixel) in pixels.iter().enumerate() {
-        let width = SIZE.x as usize;
         let middle = DVec2::new((i % width) as f64, (i / width) as f64) + 0.5;
         if (middle - at).abs().max_element() < reach_px {
             sum += pixel[0];
@@ -163,8 +162,8 @@ fn bright_squares_are_where_they_are_projected() {
             let pixels = picture.layer(FilmLayer::Total);
             for &square in &squares {
                 let edge = image_of(&scene.camera, square);
-                let (area, centroid) = found(&picture_of(&edge), edge[0], 12.0);
-                let (light, middle) = found(&pixels, edge[0], 12.0);
+                let (area, centroid) = found(&picture_of(&edge), SIZE.x as usize, edge[0], 12.0);
+                let (light, middle) = found(&pixels, SIZE.x as usize, edge[0], 12.0);
                 println!(
                     "{name}: {centroid} off by {:.5} px, area {area:.3} by {:.5}",
                     (middle - centroid).length(),
@@ -178,6 +177,19 @@ fn bright_squares_are_where_they_are_projected() {
             }
         });
     }
+}
+
+/// Edge of the part of a picture in which a lamp is looked for, pixels: no smaller than what is summed.
+const LAMP_SIZE_PX: usize = 8;
+
+/// The scene with a camera that is left with the pixels around an image point, and the corner of these.
+fn around(scene: &Scene, at: DVec2) -> (Scene, DVec2) {
+    let mut scene = scene.clone();
+    let corner = at.round() - 0.5 * LAMP_SIZE_PX as f64;
+    let camera = &mut scene.camera;
+    (camera.width, camera.height) = (LAMP_SIZE_PX as u32, LAMP_SIZE_PX as u32);
+    camera.centre_px -= corner;
+    (scene, corner)
 }
 
 /// Small disk lamps that the camera looks at: found by image points of their own, with all their light.
@@ -200,7 +212,6 @@ fn lamps_in_view_are_where_they_are_projected() {
         }
         let scene = scene(fields, 0.0, &rest);
         everywhere(|backend| {
-            let picture = backend.render(&scene, &plan(256, 3)).0;
             for (i, lamp) in scene.lamps.iter().enumerate() {
                 let (u, v) = lamp.forward.any_orthonormal_pair();
                 let seen = |across| scene.camera.project(lamp.position_m + 1e-3 * across);
@@ -209,8 +220,11 @@ fn lamps_in_view_are_where_they_are_projected() {
                 // Of the area π r² with the radiance I / (π r²).
                 let expected = area;
                 let at = scene.camera.project(lamp.position_m).expect("seen");
+                let (part, corner) = around(&scene, at);
+                let picture = backend.render(&part, &plan(1024, 3)).0;
                 let pixels = picture.layer(FilmLayer::Lamp(i));
-                let (light, middle) = found(&pixels, at, 3.0);
+                let (light, middle) = found(&pixels, LAMP_SIZE_PX, at - corner, 3.0);
+                let middle = middle + corner;
                 println!(
                     "{name}, lamp {i}: off by {:.5} px, light by {:.5}",
                     (middle - at).length(),
