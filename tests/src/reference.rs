@@ -5,6 +5,7 @@ use uw_media::phase::{FournierForand, Phase, Tabulated};
 use crate::{
     discrete_ordinates::{Level, Travel},
     file,
+    same_numbers::Means,
     tiles::Tiles,
 };
 
@@ -187,6 +188,35 @@ fn levels(text: &str) -> Vec<Level> {
         levels.push(Level { depth_m, a, b });
     }
     levels
+}
+
+/// Reads `data/NAME.csv`: means of channels and their standard errors, W/(m² sr), and the scenes that they are of.
+///
+/// # Panics
+/// When the file is missing or malformed.
+pub fn means(name: &str) -> Vec<(String, Means)> {
+    let row = |f: &Vec<String>| {
+        let three = |first: usize| [0, 1, 2].map(|k| number(&f[first + k]));
+        (f[6..].join(","), (three(0), three(3)))
+    };
+    fields(name).iter().map(row).collect()
+}
+
+/// Writes such a file.
+///
+/// # Panics
+/// When it cannot be written.
+pub fn write_means<'a>(name: &str, rows: impl Iterator<Item = (&'a str, Means)>) {
+    let mut text = "mean_r,mean_g,mean_b,error_r,error_g,error_b,scene\n".to_owned();
+    for (scene, (mean, error)) in rows {
+        for number in mean.iter().chain(&error) {
+            text += &format!("{number:.6e},");
+        }
+        text += scene;
+        text.push('\n');
+    }
+    let path = file(&format!("data/{name}.csv"));
+    std::fs::write(&path, text).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
 }
 
 /// Fields of the rows of `data/NAME.csv` below its header.
