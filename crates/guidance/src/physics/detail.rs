@@ -52,10 +52,10 @@ const MOST_PATCHES: usize = 3;
 const EXPECTED_FALL: f64 = 0.85;
 /// How well that is expected, as a share of it: octaves of the ten targets of `assets/textures` hold 0.6 to 2.3 of the next coarser one
 /// (nine in ten), a few ten times as much.
-const EXPECTED_DOUBT: f64 = 1.0;
+const EXPECTED_DOUBT: f64 = 0.6;
 /// What is open of a scale's variance for each unit by which the logarithm of what the water leaves of its waves' variance differs between
 /// the picture and a prediction: which waves it consists of is known roughly.
-const BLUR_DOUBT: f64 = 0.1;
+const BLUR_DOUBT: f64 = 0.05;
 
 /// Detail of one channel.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

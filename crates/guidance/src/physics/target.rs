@@ -16,7 +16,7 @@ const REFLECTANCES: std::ops::RangeInclusive<f64> = -0.1..=1.1;
 const MOST_CLIPPED: f64 = 0.01;
 /// Error of a target's look that is taken from the present picture alone, besides what noise and the finest scales leave open: of
 /// the logarithm, and how it grows with the logarithm of the distance; from nearer.
-const NEARER_ERROR: [f64; 2] = [0.02, 0.05];
+const NEARER_ERROR: [f64; 2] = [0.01, 0.03];
 /// The same from farther, where the picture does not show the surroundings; more where its quarters differ by more.
 const FARTHER_ERROR: [f64; 2] = [0.02, 0.3];
 /// Error of the logarithm of the present picture's deviation from which on it tells nothing.
