@@ -310,3 +310,6 @@ fn uncompared(look: Look<'_>) -> Look<'_> {
         ..look
     }
 }
+
+#[cfg(test)]
+mod tests;

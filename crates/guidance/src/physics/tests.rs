@@ -101,7 +101,7 @@ fn picture(file: &WaterFile, at: &Candidate, seed: u64) -> Counts {
 }
 
 /// The same of another target.
-fn picture_of(
+pub(super) fn picture_of(
     file: &WaterFile,
     at: &Candidate,
     seed: u64,
@@ -152,14 +152,14 @@ fn even_picture(file: &WaterFile, at: &Candidate) -> Counts {
     counts
 }
 
-fn at(distance_m: f64, light_pct: f64) -> Candidate {
+pub(super) fn at(distance_m: f64, light_pct: f64) -> Candidate {
     Candidate {
         distance_m,
         light_pct,
     }
 }
 
-fn contrast_of(picture: &Counts) -> [f64; 3] {
+pub(super) fn contrast_of(picture: &Counts) -> [f64; 3] {
     let stats = ImageStats::from_counts(picture.width, picture.height, &picture.pixels);
     stats.expect("a picture").contrast
 }
