@@ -167,11 +167,11 @@ fn what_no_number_can_be_had_from_is_held_with_its_reason() {
         false => waves(x, y),
     });
     write("dark.png", &|_, _| -0.2);
-    // Bright spots on less than a hundredth of a grey card: no closed form of a sensor's counts has them.
+    // Bright spots on a thousandth of a grey card: the quantiles of a patch do not have them.
     write(
         "spots.png",
         &|x, y| match [x, y].map(|at| (at / 0.1).fract().abs() - 0.5) {
-            [u, v] if u.hypot(v) < 0.05 => 2.5,
+            [u, v] if u.hypot(v) < 0.02 => 2.5,
             _ => 0.3,
         },
     );
