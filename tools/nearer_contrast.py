@@ -7,7 +7,7 @@ No water, no noise, no curve of a camera: at some places of each of ten targets 
 from 2, 3 and 6 times as far are taken from the texture itself. From what the farther view shows in the part that the nearer one will see
 (logarithms of its deviation inside windows of 2 to 64 pixels, as far as there are such windows, of all three channels), and in all of it,
 the nearer view's contrast (mean deviation of its 10 x 6 patches, over its mean) is predicted: by the finest octaves going on, each holding
-so much of what the last two say (SMOOTHING of crates/guidance/src/physics/detail.rs), and by what ridge regression changes in the last of these, having
+so much of what the last two say (SMOOTHING of crates/guidance/src/physics/scales.rs), and by what ridge regression changes in the last of these, having
 learned from the other targets or from other places of the same. Printed are mean absolute errors, percent (in brackets by how much too
 high on average); 2 % of 15 counts is 0.02 of 15. Needs numpy and pillow.
 """

@@ -22,6 +22,7 @@ mod light;
 mod overlap;
 pub mod predict;
 pub mod present;
+mod scales;
 mod shape;
 mod sheet;
 pub mod target;
