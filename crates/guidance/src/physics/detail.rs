@@ -17,8 +17,8 @@ use super::scales::{Bands, FINER_OCTAVES, LEAST_LEFT, Scales};
 use super::shape::{Shape, quantiles};
 use super::water::WaterTables;
 
-/// Waves that stand for what lies between a window and the next, per side of the smaller one: the peak of a Haar wavelet.
-const WAVES_PER_WINDOW: f64 = 0.35;
+/// The wave that stands for what lies beyond the largest window, per side of it: the peak of a Haar wavelet.
+const WAVES_BEYOND: f64 = 0.35;
 /// Each part of a picture is so much narrower than the one before.
 const CROP: f64 = 0.8;
 /// Error of the logarithm of a deviation of which nothing is known.
@@ -64,6 +64,7 @@ pub(super) struct ChannelDetail {
     pub(super) shape: Shape,
     /// Share of pixels at full scale.
     pub(super) clipped: f64,
+    /// The variance as sums of waves, once it has been asked for.
     #[serde(skip)]
     pub(super) bands: OnceLock<Bands>,
 }
@@ -189,9 +190,8 @@ impl ChannelDetail {
         if let (Some(&[a, b]), Some(last)) = (windows.last_chunk(), self.variance.last())
             && patch > b
         {
-            let beyond = (patch / b.max(pixel)).ln() / (b / a).ln()
-                * last
-                * left(WAVES_PER_WINDOW / b).powi(2);
+            let beyond =
+                (patch / b.max(pixel)).ln() / (b / a).ln() * last * left(WAVES_BEYOND / b).powi(2);
             sum += beyond;
             doubt += beyond;
         }

@@ -13,8 +13,8 @@ pub(super) const FINER_OCTAVES: usize = 5;
 /// What a scale is expected to hold of the variance of the next coarser one, octave for octave, before the picture is asked: natural
 /// scenes have nearly as much in each octave (Field 1987, J. Opt. Soc. Am. A 4, 2379).
 const EXPECTED_FALL: f64 = 0.85;
-/// How well that is expected, as a share of it: octaves of the ten targets of `assets/textures` hold 0.6 to 2.3 of the next coarser one
-/// (nine in ten), a few ten times as much.
+/// How well that is expected, as a share of it; chosen so that predictions before ten targets lie in their intervals
+/// (docs/physics.md).
 const EXPECTED_DOUBT: f64 = 0.6;
 /// Least contrast left of a scale that is undone.
 pub(super) const LEAST_LEFT: f64 = 0.02;

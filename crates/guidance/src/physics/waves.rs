@@ -22,6 +22,12 @@ const ROUNDS: usize = 4;
 /// Most by which a round changes a band.
 const MOST_CHANGE: f64 = 3.0;
 
+/// Share of the power of waves of a frequency that the means of windows keep.
+fn kept(side_m: f64, frequency_per_m: f64) -> f64 {
+    let x = (std::f64::consts::PI * side_m * frequency_per_m).powi(2);
+    (-x / 3.0 - x * x / 120.0).exp()
+}
+
 /// Bands between rising windows, as sums of waves.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Waves {
@@ -47,10 +53,6 @@ impl Waves {
         let frequencies_per_m: Vec<f64> = (0..=steps)
             .map(|i| lowest * (f64::from(i) / PER_OCTAVE).exp2())
             .collect();
-        let kept = |side_m: f64, f: f64| {
-            let x = (std::f64::consts::PI * side_m * f).powi(2);
-            (-x / 3.0 - x * x / 120.0).exp()
-        };
         let band = |(a, b): (f64, f64)| {
             let share = |&f: &f64| kept(a, f) - kept(b, f);
             frequencies_per_m.iter().map(share).collect()
@@ -68,8 +70,8 @@ impl Waves {
         self.frequencies_per_m.iter().map(|&f| of(f)).collect()
     }
 
-    /// Per band the mean over its waves, each counting with its power, of what is given per frequency, where `variance` of each band is measured
-    /// after the waves' powers were multiplied by `left`.
+    /// Per band the weight of each wave in means over the band, each wave counting with its power: that which gives the `variance` of all
+    /// bands where `left` of each wave's power is left.
     pub(super) fn weights(&self, variance: &[f64], left: &[f64]) -> Vec<Vec<f64>> {
         let most = variance.iter().fold(LEAST_VARIANCE, |a, &b| a.max(b));
         let measured: Vec<f64> = variance.iter().map(|v| v.max(LEAST_POWER * most)).collect();
@@ -135,7 +137,7 @@ mod tests {
     }
 
     /// The angular mean of what square windows keep of waves, from its definition.
-    fn kept(side_m: f64, frequency_per_m: f64) -> f64 {
+    fn kept_by_definition(side_m: f64, frequency_per_m: f64) -> f64 {
         let sinc = |x: f64| (std::f64::consts::PI * x).sin() / (std::f64::consts::PI * x);
         let u = side_m * frequency_per_m;
         let at = |i: u32| {
@@ -145,12 +147,26 @@ mod tests {
         (0..64).map(at).sum::<f64>() / 64.0
     }
 
+    #[test]
+    fn windows_keep_of_waves_what_they_do_by_definition() {
+        for i in 1..400 {
+            let frequency_per_m = 0.01 * f64::from(i);
+            let [ours, exact] = [kept, kept_by_definition].map(|of| of(1.0, frequency_per_m));
+            assert!(
+                (ours - exact).abs() < 0.02,
+                "{frequency_per_m}: {ours} {exact}"
+            );
+        }
+    }
+
     /// Variance between windows of a target whose power an octave is `power`, of which `left` is left.
     fn variance(power: &dyn Fn(f64) -> f64, left: &dyn Fn(f64) -> f64) -> Vec<f64> {
         let between = |pair: &[f64]| {
             let at = |i: i32| {
                 let f = 1000.0 * (0.02 * f64::from(i)).exp2();
-                0.02 * power(f) * left(f).powi(2) * (kept(pair[0], f) - kept(pair[1], f))
+                0.02 * power(f)
+                    * left(f).powi(2)
+                    * (kept_by_definition(pair[0], f) - kept_by_definition(pair[1], f))
             };
             (-600..200).map(at).sum()
         };
