@@ -155,7 +155,13 @@ fn arrival(c: &mut Criterion) {
         group.bench_function(format!("a picture of {width} x {height} arrives"), |b| {
             b.iter(|| {
                 let now = (&HERE, DEPTH_M);
-                Present::new(Arc::clone(&water), black_box(&counts), now, stats.contrast)
+                Present::new(
+                    Arc::clone(&water),
+                    black_box(&counts),
+                    now,
+                    stats.contrast,
+                    &[],
+                )
             });
         });
     }
@@ -167,7 +173,7 @@ fn suggestion(c: &mut Criterion) {
     let (water, counts) = (water(width, height), picture(width, height));
     let stats = ImageStats::from_counts(width, height, &counts.pixels).expect("a picture");
     let now = (&HERE, DEPTH_M);
-    let present = Present::new(Arc::clone(&water), &counts, now, stats.contrast);
+    let present = Present::new(Arc::clone(&water), &counts, now, stats.contrast, &[]);
     let observation = Observation {
         depth_m: DEPTH_M,
         distance_m: HERE.distance_m,

@@ -2,7 +2,8 @@
 //!
 //! `cargo run --release -p uw-survey --example fit_accuracy -- SCENES SEED [spectral] [jerlov] [predict]`; with `jerlov` the water is
 //! fitted as one of Jerlov's scale (in three bands hidden waters are off it, by wavelength they are on it); with `predict` each fitted water also
-//! predicts the contrast of pictures of a target that was not calibrated with, from each of them for all others.
+//! predicts the contrast of pictures of a target that was not calibrated with, from each of them for all others; alone, and with those in mind
+//! that a vehicle has taken from 1.2 and 3.5 m without its lamps.
 
 #![allow(clippy::print_stdout, reason = "that is what it is for")]
 
@@ -19,7 +20,7 @@ use uw_calib::ImageStats;
 use uw_calib::picture::Counts;
 use uw_calib::vehicle::Vehicle;
 use uw_guidance::Candidate;
-use uw_guidance::physics::{LinearPicture, Predictor, WaterFile};
+use uw_guidance::physics::{LinearPicture, Predictor, Sight, WaterFile};
 use uw_media::spectral::WaterBands;
 use uw_scenery::textures::Pattern;
 use uw_survey::fit::{Fit, Fitted, Options, fit, water_file};
@@ -43,7 +44,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let vehicle = Vehicle::default();
     let mut tally = Tally::default();
-    let mut predictions = Predictions::default();
+    let mut predictions = MEMORIES.map(Predictions::new);
     for scene in 0..scenes {
         let truth = Truth::draw(seed, scene, bands)?;
         let folder = tempfile::tempdir()?;
@@ -76,12 +77,16 @@ fn main() -> Result<(), Box<dyn Error>> {
             };
             let folder = tempfile::tempdir()?;
             other.take(folder.path(), &vehicle, 500 + u64::from(scene))?;
-            predictions.add(&water, &other, folder.path())?;
+            for predictions in &mut predictions {
+                predictions.add(&water, &other, folder.path())?;
+            }
         }
     }
     tally.tell();
     if asked("predict") {
-        predictions.tell();
+        for predictions in &predictions {
+            predictions.tell();
+        }
     }
     Ok(())
 }
@@ -111,9 +116,13 @@ const WAYS: [(&str, f64); 5] = [
     ("nearer still", f64::INFINITY),
 ];
 
+/// What a vehicle has in mind: the distances of pictures taken before, m.
+const MEMORIES: [&[f64]; 2] = [&[], &[1.2, 3.5]];
+
 /// Predictions of all scenes by kind.
-#[derive(Default)]
 struct Predictions {
+    /// One of [`MEMORIES`].
+    been_at_m: &'static [f64],
     off: [f64; WAYS.len()],
     within: [f64; WAYS.len()],
     n: [f64; WAYS.len()],
@@ -122,6 +131,17 @@ struct Predictions {
 }
 
 impl Predictions {
+    fn new(been_at_m: &'static [f64]) -> Self {
+        let none = [0.0; WAYS.len()];
+        Self {
+            been_at_m,
+            off: none,
+            within: none,
+            n: none,
+            above: none,
+        }
+    }
+
     /// Those from each picture of a target in `folder` for all others.
     fn add(
         &mut self,
@@ -146,9 +166,17 @@ impl Predictions {
                 shots.push((at, linear, stats.contrast));
             }
         }
+        let place = water.place(&response, truth.depth_m);
+        let earlier = shots
+            .iter()
+            .filter(|(at, ..)| self.been_at_m.contains(&at.distance_m) && at.light_pct == 0.0);
+        let earlier: Vec<Sight> = earlier
+            .map(|(at, picture, _)| Sight::new(&place, picture, at))
+            .collect();
+        let sights = [&earlier[..], &water.sights];
         for (here, picture, contrast) in &shots {
-            let place = water.place(&response, truth.depth_m);
-            let predictor = Predictor::new(place, picture, (here, *contrast), &water.sights);
+            let now = (here, *contrast);
+            let predictor = Predictor::on_the_way(place.clone(), picture, now, sights);
             let unknown = predictor.unknown();
             for (there, _, seen) in &shots {
                 let found = predictor.contrast(there);
@@ -170,14 +198,19 @@ impl Predictions {
                 format!("{} {error:.4}", WAYS[way].0)
             })
             .collect();
-        println!("    {}: MAE/15 {}", truth.pattern.name(), told.join(", "));
+        let (name, been_at_m) = (truth.pattern.name(), self.been_at_m);
+        println!(
+            "    {name}, been at {been_at_m:?} m: MAE/15 {}",
+            told.join(", ")
+        );
         Ok(())
     }
 
     fn tell(&self) {
         for (way, (name, _)) in WAYS.iter().enumerate() {
             println!(
-                "contrast {name}: MAE/15 {:.4}, {:+.2} counts on average, {:.2} of {} within 90 % intervals",
+                "contrast {name}, been at {:?} m: MAE/15 {:.4}, {:+.2} counts on average, {:.2} of {} within 90 % intervals",
+                self.been_at_m,
                 self.off[way] / self.n[way],
                 self.above[way] / self.n[way],
                 self.within[way] / self.n[way],

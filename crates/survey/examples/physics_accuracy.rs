@@ -1,8 +1,8 @@
 //! How well contrast is predicted by physics, the water being known: pictures of targets that nothing was trained on, each used
 //! to predict the contrast of all others of its depth.
 //!
-//! `cargo run --release -p uw-survey --example physics_accuracy -- WATER B TEXTURE DEPTH_M,.. MEMORY_TEXTURE,.. [ROWS.csv]`; `none` is no
-//! memory. ROWS.csv gets a row for each prediction (`tools/hybrid_trial.py`).
+//! `cargo run --release -p uw-survey --example physics_accuracy -- WATER B TEXTURE DEPTH_M,.. MEMORY,.. [ROWS.csv]`; a memory is `none`, a
+//! texture whose calibration is remembered, or distances as in `1m+3m`: the vehicle has been there, lamps off, and remembers its pictures. ROWS.csv gets a row for each prediction (`tools/hybrid_trial.py`).
 
 #![allow(clippy::print_stdout, reason = "that is what it is for")]
 
@@ -80,21 +80,29 @@ fn main() -> Result<(), Box<dyn Error>> {
         let depth_m: f64 = depth.parse()?;
         let shots = shots_of(&target, depth_m, &LEVELS_PCT, 11)?;
         for (memory, remembered) in &sights {
+            let been = been_at_m(memory);
+            let come = shots
+                .iter()
+                .filter(|(at, ..)| been.contains(&at.distance_m) && at.light_pct == 0.0);
+            let earlier: Vec<Sight> = come
+                .map(|(at, picture, _)| Sight::new(&place_at(depth_m), picture, at))
+                .collect();
+            let sights = [&earlier[..], remembered];
             println!("{water} {fraction} {texture} at {depth_m} m, memory of {memory}:");
-            cell(&place_at(depth_m), &shots, remembered);
+            cell(&place_at(depth_m), &shots, sights);
             if let Some(file) = rows.first() {
                 let name = format!("{water},{texture},{depth_m},{memory}");
-                write_rows(
-                    Path::new(file),
-                    &name,
-                    &place_at(depth_m),
-                    &shots,
-                    remembered,
-                )?;
+                write_rows(Path::new(file), &name, &place_at(depth_m), &shots, sights)?;
             }
         }
     }
     Ok(())
+}
+
+/// The distances of a memory like `1m+3m`, m.
+fn been_at_m(memory: &str) -> Vec<f64> {
+    let distance = |part: &str| part.strip_suffix('m')?.parse().ok();
+    memory.split('+').filter_map(distance).collect()
 }
 
 /// The water's tables, as `uw water-tables` makes them.
@@ -130,13 +138,14 @@ fn tables(
 }
 
 /// Each picture predicts all others.
-fn cell(place: &Place, shots: &[Shot], remembered: &[Sight]) {
+fn cell(place: &Place, shots: &[Shot], sights: [&[Sight]; 2]) {
     let mut sums = [[0.0; 3]; 3];
     let mut n = [[0.0; 3]; 3];
     let mut asked = 0.0;
     let mut within = [0.0; 3];
     for (here, picture, stats) in shots {
-        let predictor = Predictor::new(place.clone(), picture, (here, stats.contrast), remembered);
+        let predictor =
+            Predictor::on_the_way(place.clone(), picture, (here, stats.contrast), sights);
         let mut own = 0.0;
         for (there, _, label) in shots {
             let found = predictor.contrast(there);
@@ -197,7 +206,7 @@ fn write_rows(
     name: &str,
     place: &Place,
     shots: &[Shot],
-    remembered: &[Sight],
+    sights: [&[Sight]; 2],
 ) -> Result<(), Box<dyn Error>> {
     let mut out = OpenOptions::new().create(true).append(true).open(path)?;
     if out.metadata()?.len() == 0 {
@@ -210,7 +219,8 @@ fn write_rows(
         )?;
     }
     for (here, picture, stats) in shots {
-        let predictor = Predictor::new(place.clone(), picture, (here, stats.contrast), remembered);
+        let predictor =
+            Predictor::on_the_way(place.clone(), picture, (here, stats.contrast), sights);
         let own = predictor.contrast(here).counts;
         let bands = [0, 1, 2].map(|k| WINDOWS_PX.map(|px| within(picture, px, k)));
         for (there, _, label) in shots {

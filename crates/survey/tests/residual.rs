@@ -137,7 +137,7 @@ fn shot(target: &Target, distance_m: f64, seed: u64) -> Shot {
 fn residuals(water: &Arc<Water>, before: &Shot, now: &Shot) -> [Residual; 2] {
     let present = |shot: &Shot| {
         let here = (&shot.at, DEPTH_M);
-        Present::new(Arc::clone(water), &shot.counts, here, shot.contrast)
+        Present::new(Arc::clone(water), &shot.counts, here, shot.contrast, &[])
     };
     let (before, now) = (present(before), present(now));
     let found = before.residual_at(&now.here(), now.measured());

@@ -151,6 +151,39 @@ fn pictures_predict_with_errors_that_hold_and_earlier_ones_tell_the_residual() {
     );
 }
 
+/// A target that has more detail away from its middle.
+fn framed(x: f64, y: f64) -> f64 {
+    let strength = if x.hypot(y) < 0.6 { 1.0 } else { 3.0 };
+    0.3 + strength * (waves(x, y) - 0.3)
+}
+
+/// What a vehicle saw from afar before it came near tells what its near picture does not show, on its connection alone.
+#[test]
+fn what_was_seen_on_the_way_predicts_too() {
+    let mut program = program(&DISTANCES_M, NOISE, "");
+    let places = [(3.0, 0.0), (1.0, 0.0), (2.5, 0.0)];
+    for (i, place) in places.iter().enumerate() {
+        let path = program.path(&format!("{i}.png"));
+        write_picture(&path, *place, &framed, NOISE);
+    }
+    let farther = json!({"candidates": [[2.5, 0.0]]});
+    let mut come = program.client();
+    ask(&mut come, "suggest_image", places[0], image("0.png"));
+    ask(&mut come, "suggest_image", places[1], image("1.png"));
+    let knowing = ask(&mut come, "predict", places[1], farther.clone());
+    let truth = numbers(&ask(&mut come, "suggest_image", places[2], image("2.png"))["std"]);
+    let mut other = Client::to(come.stream.peer_addr().unwrap());
+    ask(&mut other, "suggest_image", places[1], image("1.png"));
+    let alone = ask(&mut other, "predict", places[1], farther);
+    for k in 0..3 {
+        let off = |reply: &Value| (numbers(&reply["contrast"][0])[k] / truth[k] - 1.0).abs();
+        assert!(off(&knowing) < 0.1, "{knowing} {truth:?}");
+        assert!(off(&alone) > 0.25, "{alone} {truth:?}");
+    }
+    drop((come, other));
+    assert_eq!(program.end(), Some(0));
+}
+
 #[test]
 fn what_no_number_can_be_had_from_is_held_with_its_reason() {
     let mut program = program(&[0.5, 1.0, 2.0], NOISE, "");

@@ -6,10 +6,11 @@ use uw_calib::Profile;
 use uw_guidance::Model;
 use uw_guidance::features::Candidate;
 use uw_guidance::objective::{Criterion, Objective};
-use uw_guidance::physics::Water as PhysicalWater;
+use uw_guidance::physics::{Earlier, Water as PhysicalWater};
 use uw_render::image::Frame;
 
 use super::config::OperationConfig;
+use super::measure::path_m;
 use super::method::{Method, Metric, guided, nearest_to, oracle, twinned};
 use super::seed_of;
 use super::site::{Site, ViewKey};
@@ -128,8 +129,12 @@ impl<'a> Repetition<'a> {
         };
         let mut steps: Vec<Step> = Vec::with_capacity(self.places.len());
         let mut before: Option<Features> = None;
+        let mut earlier = Earlier::default();
         for (i, place) in self.places.iter().enumerate() {
-            let chosen = self.choose(method, i, current)?;
+            let chosen = {
+                let now_s = path_m(&steps) / config.speed_m_per_s;
+                self.choose(method, i, current, (&mut earlier, now_s))?
+            };
             let view_distance_m = config.distances_m[config.nearest_distance(chosen.distance_m)];
             let frame = self.water.frame(place, chosen, [self.index as u64, KEPT])?;
             let features = detector.extract(&GreyImage::of_frame(&frame))?;
@@ -173,6 +178,7 @@ impl<'a> Repetition<'a> {
         method: &Method,
         i: usize,
         current: Candidate,
+        on_the_way: (&mut Earlier, f64),
     ) -> Result<Candidate, EvalError> {
         let (water, place) = (self.water, &self.places[i]);
         let depth_m = water.config.depths_m[place.leg];
@@ -186,7 +192,7 @@ impl<'a> Repetition<'a> {
             Method::Twin(from, _, objective) => {
                 let frame = water.frame(place, current, [self.index as u64, DECISION])?;
                 let tools = (water.profile, water.twin(*from)?, objective);
-                twinned(&frame, depth_m, current, tools)
+                twinned(&frame, depth_m, current, tools, on_the_way)
             }
             Method::Oracle(_, objective) => {
                 let criterion = water.criterion(objective, depth_m)?;

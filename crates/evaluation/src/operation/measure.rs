@@ -89,7 +89,7 @@ pub fn mean_and_error(values: &[f64]) -> (f64, f64) {
 }
 
 /// Way from view to view: along the leg, down and across to the next one, and to and from the target.
-fn path_m(steps: &[Step]) -> f64 {
+pub fn path_m(steps: &[Step]) -> f64 {
     let way = |w: &[Step]| {
         let along = w[1].along_m - w[0].along_m;
         let down = w[1].depth_m - w[0].depth_m;

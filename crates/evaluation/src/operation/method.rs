@@ -7,7 +7,7 @@ use uw_calib::{ImageStats, Profile};
 use uw_guidance::advice::{By, Physical, advise_by};
 use uw_guidance::features::Candidate;
 use uw_guidance::objective::{Criterion, Objective};
-use uw_guidance::physics::{Present, Water};
+use uw_guidance::physics::{Earlier, Present, Water};
 use uw_guidance::{Advice, Checks, Model, Observation, Reason, advise};
 use uw_render::image::{Counts, Frame};
 
@@ -120,13 +120,14 @@ pub fn guided(
     followed(advise(&observation, profile, model, objective), depth_m)
 }
 
-/// What the twin advises at `depth_m` for what `frame` shows from `current`: what the daemon does with `--water`, without its
+/// What the twin advises at `depth_m` for what `frame` shows from `current`, and what it saw on its way: what the daemon does with `--water`, without its
 /// checks, as [`guided`] is without them.
 pub fn twinned(
     frame: &Frame,
     depth_m: f64,
     current: Candidate,
     (profile, water, objective): (&Profile, &Arc<Water>, &Objective),
+    (earlier, now_s): (&mut Earlier, f64),
 ) -> Result<Candidate, EvalError> {
     let observation = observed(frame, depth_m, current)?;
     let picture = Picture {
@@ -135,7 +136,9 @@ pub fn twinned(
         pixels: frame.in_8_bit_counts(),
     };
     let place = (&current, depth_m);
-    let present = Present::new(Arc::clone(water), &picture, place, observation.std);
+    let (water, seen) = (Arc::clone(water), earlier.sights(now_s));
+    let present = Present::new(water, &picture, place, observation.std, &seen);
+    earlier.keep(&present, now_s);
     // How far an earlier picture's prediction is off matters to the checks alone.
     let by = By::Physics(Physical {
         present: &present,

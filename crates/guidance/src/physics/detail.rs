@@ -89,6 +89,14 @@ pub(super) struct Look<'a> {
 }
 
 impl<'a> Look<'a> {
+    /// With an error of the logarithm besides its own.
+    pub(super) fn with_error(self, other: f64) -> Self {
+        Self {
+            error: self.error.hypot(other),
+            ..self
+        }
+    }
+
     /// The deviation a standard error above, `of_water` being the share of it that the water leaves open.
     pub(super) fn raised(&self, of_water: f64) -> f64 {
         let by_share = self.deviation * (1.0 + self.error.hypot(of_water).min(1.0));

@@ -9,16 +9,18 @@
 //! present picture, cleared of V and E, shows the target's detail by scale ([`detail`]); with the V, E, T, S and s of another
 //! distance and lamp level the same detail makes another contrast ([`predict`], with what a fit leaves open of the water in [`doubt`], of which a search looks at a sheet made once a
 //! picture, [`present`]). Nothing of the target is learned beforehand; pictures of it
-//! from other distances, kept in the water's [`file`], tell what the present one does not show.
+//! from other distances, kept in the water's [`file`] or taken by the vehicle on its way (`earlier`), tell what the present one does not show (`memory`).
 
 mod blocks;
 mod brightness;
 mod cleared;
 pub mod detail;
 pub mod doubt;
+mod earlier;
 pub mod file;
 mod grid;
 mod light;
+mod memory;
 mod overlap;
 pub mod predict;
 pub mod present;
@@ -33,6 +35,7 @@ pub use brightness::Brightness;
 pub use cleared::LinearPicture;
 pub use detail::TargetDetail;
 pub use doubt::WaterDoubt;
+pub use earlier::Earlier;
 pub use file::{WaterFile, WaterFileError};
 pub use predict::{Contrast, Place, Predictor, Unknown};
 pub use present::{Present, Residual, ResidualFrom, Water};

@@ -10,8 +10,9 @@ use super::detail::Look;
 use super::doubt::WaterDoubt;
 use super::grid::{PATCHES, slope_variance};
 use super::light::{Column, Lit, Seen};
+use super::memory::by_distance;
 use super::shape::Quantiles;
-use super::target::{Sight, Target, by_distance};
+use super::target::{Asked, Sight, Target};
 use super::water::WaterTables;
 use crate::features::Candidate;
 
@@ -101,6 +102,11 @@ pub(super) struct Known {
 }
 
 impl Known {
+    /// What the picture shows of the target.
+    pub(super) fn sight(&self) -> &Sight {
+        &self.target.here
+    }
+
     /// Spread of the detail's deviation from patch to patch over its mean, per channel.
     pub(super) fn unevenness(&self) -> [f64; 3] {
         self.target.unevenness()
@@ -114,17 +120,42 @@ pub struct Predictor<'a> {
     known: Arc<Known>,
     /// Measured over predicted deviation here.
     correction: [f64; 3],
+    asked: Asked,
+}
+
+/// Sights by rising distance.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Sights {
+    /// Of the vehicle on its way.
+    pub(super) earlier: Arc<[Sight]>,
+    /// Of the water file.
+    pub(super) filed: Arc<[Sight]>,
 }
 
 impl<'a> Predictor<'a> {
-    /// From a picture taken at `here` with its published contrast, 8-bit counts, and earlier sights of a target.
+    /// From a picture taken at `here` with its published contrast, 8-bit counts, and the sights of a water file.
     pub fn new(
         place: Place<'a>,
         picture: &LinearPicture,
         now: (&Candidate, [f64; 3]),
-        memory: &[Sight],
+        filed: &[Sight],
     ) -> Self {
-        Self::remembering(place, picture, now, by_distance(memory))
+        Self::on_the_way(place, picture, now, [&[], filed])
+    }
+
+    /// The same with what the vehicle saw earlier on its way, best from where the present picture is not: of its `[earlier, filed]` sights the former
+    /// are taken to show the target before the camera unless the present picture says otherwise.
+    pub fn on_the_way(
+        place: Place<'a>,
+        picture: &LinearPicture,
+        now: (&Candidate, [f64; 3]),
+        [earlier, filed]: [&[Sight]; 2],
+    ) -> Self {
+        let sights = Sights {
+            earlier: by_distance(earlier),
+            filed: by_distance(filed),
+        };
+        Self::remembering(place, picture, now, sights)
     }
 
     /// The same with sights by rising distance.
@@ -132,11 +163,11 @@ impl<'a> Predictor<'a> {
         place: Place<'a>,
         picture: &LinearPicture,
         (here, contrast): (&Candidate, [f64; 3]),
-        memory: Arc<[Sight]>,
+        sights: Sights,
     ) -> Self {
         let column = place.column();
         let sight = Sight::in_column(&place, &column, picture, here);
-        let target = Target::new(sight, memory);
+        let target = Target::new(sight, sights.earlier, sights.filed);
         let lamps = place
             .seen(&column.lit(here.distance_m), here.light_pct)
             .lamps;
@@ -149,6 +180,7 @@ impl<'a> Predictor<'a> {
             place,
             known,
             correction: [1.0; 3],
+            asked: Asked::All,
         };
         let found = predictor.contrast(here).counts;
         let sight = &predictor.known.target.here;
@@ -166,6 +198,15 @@ impl<'a> Predictor<'a> {
             place,
             known,
             correction,
+            asked: Asked::All,
+        }
+    }
+
+    /// The same without what the vehicle saw earlier on its way.
+    pub(super) fn without_earlier(self) -> Self {
+        Self {
+            asked: Asked::File,
+            ..self
         }
     }
 
@@ -331,7 +372,10 @@ impl AtDistance<'_> {
         let seen = predictor.place.seen(&self.lit, light_pct);
         for k in 0..3 {
             let left = |frequency: f64| seen.left_of(k, frequency);
-            let look = predictor.known.target.look(k, self.distance_m, &left);
+            let look = {
+                let target = &predictor.known.target;
+                target.look(predictor.asked, k, self.distance_m, &left)
+            };
             of(k, &seen, &look);
         }
     }

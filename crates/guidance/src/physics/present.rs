@@ -11,9 +11,10 @@ use super::blocks::Blocks;
 use super::brightness::{self, Brightness, Look, Sensor};
 use super::cleared::LinearPicture;
 use super::file::WaterFile;
-use super::predict::{Contrast, Known, Predictor, Unknown};
+use super::memory::by_distance;
+use super::predict::{Contrast, Known, Predictor, Sights, Unknown};
 use super::sheet::Sheet;
-use super::target::{Sight, by_distance};
+use super::target::Sight;
 use crate::features::Candidate;
 
 /// Standard errors by which a prediction may miss a picture.
@@ -126,16 +127,21 @@ impl ResidualFrom {
 }
 
 impl Present {
-    /// Of a picture of the water's camera without what its lens does, taken at `here` at `depth_m`, with its published contrast, 8-bit counts.
+    /// Of a picture of the water's camera without what its lens does, taken at `here` at `depth_m`, with its published contrast, 8-bit counts, and
+    /// what the vehicle saw earlier on its way.
     pub fn new(
         water: Arc<Water>,
         picture: &Counts,
         (here, depth_m): (&Candidate, f64),
         measured: [f64; 3],
+        earlier: &[Sight],
     ) -> Self {
         let linear = LinearPicture::of_counts(picture, water.file.sensor.encoding);
         let place = water.file.place(&water.response, depth_m);
-        let sights = Arc::clone(&water.sights);
+        let sights = Sights {
+            earlier: by_distance(earlier),
+            filed: Arc::clone(&water.sights),
+        };
         let predictor = Predictor::remembering(place, &linear, (here, measured), sights);
         let (known, correction) = predictor.known();
         let unknown = predictor.unknown();
@@ -165,6 +171,11 @@ impl Present {
     /// The water that it was taken in.
     pub fn water(&self) -> &WaterFile {
         &self.water.file
+    }
+
+    /// What it shows of the target.
+    pub fn sight(&self) -> &Sight {
+        self.known.sight()
     }
 
     /// Where it was taken.
@@ -221,7 +232,8 @@ impl Present {
 
     /// What this picture predicts for a place, less what was measured there; `None` where no channel tells.
     pub fn residual_at(&self, at: &Candidate, measured: [f64; 3]) -> Option<Residual> {
-        let found = self.predictor().contrast(at);
+        // What was seen from there comes back as it was, whatever the water.
+        let found = self.predictor().without_earlier().contrast(at);
         let told = self.told();
         let uneven = self.known.unevenness();
         let part = share_of_part(self.here.distance_m, at.distance_m);
@@ -319,3 +331,6 @@ impl Brightness {
         (0..3).filter_map(of).fold(0.0, f64::max)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -6,11 +6,9 @@ use uw_calib::response::CountResponse;
 
 use super::file::{FitNumbers, SensorNumbers, WATER_FORMAT, WaterFile, WaterNumbers};
 use super::grid::PATCHES;
-use super::water::{Field, SourceTables, ViewTables, WaterTables};
-use std::sync::Arc;
-
 use super::light::Column;
-use super::{LinearPicture, Predictor, Present, ResidualFrom, Sight, Unknown, Water, WaterDoubt};
+use super::water::{Field, SourceTables, ViewTables, WaterTables};
+use super::{LinearPicture, Predictor, Sight, WaterDoubt};
 use crate::features::Candidate;
 
 const WIDTH: usize = 320;
@@ -69,7 +67,7 @@ pub(super) fn even_water() -> WaterFile {
 }
 
 /// Reflectance at a point of the target, m: waves of many lengths in both directions.
-fn reflectance(x: f64, y: f64) -> f64 {
+pub(super) fn reflectance(x: f64, y: f64) -> f64 {
     let wave = |length_m: f64, phase: f64| {
         let turn = std::f64::consts::TAU / length_m;
         (turn * x + phase).sin() * (turn * y - phase).cos()
@@ -96,7 +94,7 @@ impl Noise {
 }
 
 /// The stored picture from a distance, pixels averaged over 3 × 3 points, at a lamp level.
-fn picture(file: &WaterFile, at: &Candidate, seed: u64) -> Counts {
+pub(super) fn picture(file: &WaterFile, at: &Candidate, seed: u64) -> Counts {
     picture_of(file, at, seed, &reflectance)
 }
 
@@ -206,22 +204,33 @@ fn farther_distances_are_told_by_earlier_sights_or_left_open() {
     let mut file = even_water();
     let response = file.sensor.response();
     let (here, there) = (at(0.5, 0.0), at(3.0, 50.0));
-    let alone = predictor(&file, &response, &here).contrast(&there);
-    let truth = contrast_of(&picture(&file, &there, 8));
+    let strong = |x: f64, y: f64| 0.4 + 4.0 * (reflectance(x, y) - 0.3);
+    let taken = |file: &WaterFile, at: &Candidate, seed: u64| {
+        let counts = picture_of(file, at, seed, &strong);
+        let linear = LinearPicture::of_counts(&counts, file.sensor.encoding);
+        (linear, contrast_of(&counts))
+    };
+    let predicted = |file: &WaterFile| {
+        let (linear, contrast) = taken(file, &here, 3);
+        let place = file.place(&response, 3.0);
+        Predictor::new(place, &linear, (&here, contrast), &file.sights).contrast(&there)
+    };
+    let alone = predicted(&file);
+    let (_, truth) = taken(&file, &there, 8);
     let seen = at(3.0, 0.0);
-    let remembered = LinearPicture::of_counts(&picture(&file, &seen, 9), file.sensor.encoding);
-    let near = LinearPicture::of_counts(&picture(&file, &here, 10), file.sensor.encoding);
-    let sights = [(&remembered, seen), (&near, here)]
-        .map(|(picture, from)| Sight::new(&file.place(&response, 3.0), picture, &from));
+    let sights = [(seen, 9), (here, 10)].map(|(from, seed)| {
+        let (linear, _) = taken(&file, &from, seed);
+        Sight::new(&file.place(&response, 3.0), &linear, &from)
+    });
     file.sights = sights.to_vec();
     // The smallest parts of these pictures have room for an eleventh column of patches.
     file.check().expect("a good file");
-    let told = predictor(&file, &response, &here).contrast(&there);
+    let told = predicted(&file);
     for k in 0..3 {
         assert!(alone.error_counts[k] > 0.15 * alone.counts[k], "{alone:?}");
         assert!(
             told.error_counts[k] < 0.5 * alone.error_counts[k],
-            "{told:?}"
+            "{told:?} {alone:?}"
         );
         assert!(
             (told.counts[k] / truth[k] - 1.0).abs() < 0.05,
@@ -435,12 +444,6 @@ fn tables_made_ready_are_the_tables() {
     }
 }
 
-fn present(water: &Arc<Water>, here: &Candidate, seed: u64) -> Present {
-    let counts = picture(&even_water(), here, seed);
-    let measured = contrast_of(&counts);
-    Present::new(Arc::clone(water), &counts, (here, 3.0), measured)
-}
-
 /// Detail in the middle of a far picture that noise hides is all that a near one shows: it is not predicted, but the error holds it.
 #[test]
 fn what_noise_hides_in_the_middle_is_in_the_error() {
@@ -465,96 +468,6 @@ fn what_noise_hides_in_the_middle_is_in_the_error() {
         let (off, error) = (found.counts[k] - truth[k], found.error_counts[k]);
         assert!(error > 1.0 && off.abs() < 1.645 * error, "{off} {error}");
     }
-}
-
-/// A search looks at cubics between nodes: to a hundredth of a count, but where pixels reach full scale and contrast falls to nothing
-/// within a few centimetres.
-#[test]
-fn the_sheet_is_what_predictions_say() {
-    let mut file = even_water();
-    let response = file.sensor.response();
-    let seen = at(3.0, 0.0);
-    let far = LinearPicture::of_counts(&picture(&file, &seen, 9), file.sensor.encoding);
-    file.sights = vec![Sight::new(&file.place(&response, 3.0), &far, &seen)];
-    let water = Arc::new(Water::new(file));
-    let present = present(&water, &at(1.3, 30.0), 3);
-    let (mut worst, mut clipped) = (0.0_f64, 0.0_f64);
-    for i in 0..=60 {
-        for light_pct in [0.0, 0.4, 1.0, 3.0, 10.0, 47.0, 88.0, 100.0] {
-            let there = at(0.5 * 8f64.powf(f64::from(i) / 60.0), light_pct);
-            let (quick, exact) = (present.quick_contrast(&there), present.contrast(&there));
-            for k in 0..3 {
-                let off = (quick[k] - exact.counts[k]).abs();
-                match there.distance_m > 1.1 {
-                    true => worst = worst.max(off),
-                    false => clipped = clipped.max(off),
-                }
-            }
-        }
-    }
-    assert!(worst < 0.015 && clipped < 0.4, "{worst} {clipped}");
-}
-
-/// An earlier picture predicts this one where water and lamps are the file's, and does not where the lamps are five times as bright.
-#[test]
-fn earlier_pictures_tell_whether_the_light_is_that_of_the_file() {
-    let (here, before) = (at(1.0, 100.0), at(1.0, 0.0));
-    let measured = contrast_of(&picture(&even_water(), &here, 8));
-    let of = |file: WaterFile| present(&Arc::new(Water::new(file)), &before, 5);
-    let right = of(even_water()).residual_at(&here, measured);
-    let right = right.expect("a residual");
-    assert!(right.misfit < 0.2, "{right:?}");
-    assert_eq!(right.from, ResidualFrom::Picture);
-    let mut dim = even_water();
-    for view in &mut dim.tables.views {
-        view.lamps
-            .light
-            .iter_mut()
-            .flatten()
-            .for_each(|light| *light *= 0.2);
-    }
-    let wrong = of(dim).residual_at(&here, measured);
-    assert!(wrong.expect("a residual").misfit > 1.3, "{wrong:?}");
-}
-
-/// Sights of the same target predict its picture; the file without any predicts nothing.
-#[test]
-fn sights_predict_a_picture_of_their_target_alone() {
-    let mut file = even_water();
-    let here = at(1.0, 20.0);
-    let none = present(&Arc::new(Water::new(file.clone())), &here, 8);
-    assert_eq!(none.residual_of_sights(), None);
-    let response = file.sensor.response();
-    let sights = [0.7, 1.6].map(|distance_m| {
-        let seen = at(distance_m, 0.0);
-        let shown = LinearPicture::of_counts(&picture(&file, &seen, 9), file.sensor.encoding);
-        Sight::new(&file.place(&response, 3.0), &shown, &seen)
-    });
-    file.sights = sights.to_vec();
-    let residual = present(&Arc::new(Water::new(file)), &here, 8).residual_of_sights();
-    let residual = residual.expect("a residual");
-    assert!(residual.misfit < 0.2, "{residual:?}");
-    assert_eq!(residual.from, ResidualFrom::Sights);
-}
-
-/// Channels that the picture does not tell have its contrast everywhere, and others their own.
-#[test]
-fn a_clipped_channel_prefers_no_place() {
-    let file = even_water();
-    let here = at(1.0, 20.0);
-    let mut counts = picture(&file, &here, 3);
-    for pixel in counts.pixels.iter_mut().step_by(40) {
-        pixel[0] = 255.0;
-    }
-    let measured = contrast_of(&counts);
-    let water = Arc::new(Water::new(file));
-    let present = Present::new(water, &counts, (&here, 3.0), measured);
-    assert_eq!(present.unknown(), [Some(Unknown::Clipped), None, None]);
-    for there in [here, at(2.0, 0.0)] {
-        assert_eq!(present.contrast(&there).counts[0], measured[0]);
-        assert_eq!(present.quick_contrast(&there)[0], measured[0]);
-    }
-    assert!(present.contrast(&at(2.0, 0.0)).counts[1] < 0.8 * measured[1]);
 }
 
 /// A picture whose parts differ says that its surroundings will, too: its error grows with the distance, as far as they do.
@@ -584,39 +497,4 @@ fn a_target_of_unlike_parts_is_less_known_from_afar() {
     }
     let same = share(&uneven, here) / share(&even, here);
     assert!((same - 1.0).abs() < 0.2, "{same}");
-}
-
-/// Sights speak for a channel of which the picture tells nothing where the others show the same target, and for no other target.
-#[test]
-fn sights_speak_for_a_clipped_channel_of_their_own_target_alone() {
-    let mut file = even_water();
-    let response = file.sensor.response();
-    let here = at(1.0, 20.0);
-    let shown = LinearPicture::of_counts(&picture(&file, &here, 9), file.sensor.encoding);
-    file.sights = vec![Sight::new(&file.place(&response, 3.0), &shown, &here)];
-    let mut counts = picture(&file, &here, 3);
-    for pixel in counts.pixels.iter_mut().step_by(40) {
-        pixel[0] = 255.0;
-    }
-    let unknown = |counts: &Counts| {
-        let linear = LinearPicture::of_counts(counts, file.sensor.encoding);
-        let now = (&here, contrast_of(counts));
-        let place = file.place(&response, 3.0);
-        Predictor::new(place, &linear, now, &file.sights).unknown()
-    };
-    assert_eq!(unknown(&counts), [None; 3]);
-    // Three times the contrast: another target.
-    let mean = counts.pixels.iter().map(|p| p[1]).sum::<f64>() / counts.pixels.len() as f64;
-    let mut other = counts.clone();
-    for pixel in &mut other.pixels {
-        for count in &mut pixel[1..] {
-            *count = mean + 3.0 * (*count - mean);
-        }
-    }
-    assert_eq!(unknown(&other), [Some(Unknown::Clipped), None, None]);
-    // Nothing that tells which target it is.
-    for pixel in counts.pixels.iter_mut().step_by(40) {
-        *pixel = [255.0; 3];
-    }
-    assert_eq!(unknown(&counts), [Some(Unknown::Clipped); 3]);
 }

@@ -6,7 +6,7 @@ use crate::advice::{By, Physical};
 use crate::features::Candidate;
 use crate::feed::{Feed, MaxAge, Picture, Reading};
 use crate::observation::Observation;
-use crate::physics::{Brightness, Present, Residual};
+use crate::physics::{Brightness, Earlier, Present, Residual, Sight};
 use crate::service::Moment;
 use crate::service::resolve::Known;
 use crate::service::suggestion::Hold;
@@ -23,6 +23,8 @@ pub(super) struct Album {
     before: Option<Taken>,
     /// What the latter predicts for the mean counts of the former, less what that has.
     brightness: Option<Brightness>,
+    /// What was seen from all distances.
+    earlier: Earlier,
 }
 
 /// A picture made ready.
@@ -71,7 +73,16 @@ impl Album {
             |before: &&Taken| before.digest == taken.digest && before.is_elsewhere_of(&taken);
         let before = self.before.as_ref().filter(comparable);
         self.brightness = before.and_then(|before| before.present.brightness_at(&taken.present));
+        self.earlier.keep(&taken.present, taken.taken_s);
         self.latest = Some(taken);
+    }
+
+    /// What earlier pictures tell a new one of the water file of this digest, taken at `taken_s`; what another file's tell is forgotten.
+    pub fn earlier(&mut self, digest: &str, taken_s: f64) -> Vec<Sight> {
+        if self.latest.as_ref().is_some_and(|old| old.digest != digest) {
+            self.earlier = Earlier::default();
+        }
+        self.earlier.sights(taken_s)
     }
 
     /// The feed with the statistics of the latest picture, unless it has newer ones.

@@ -444,16 +444,20 @@ impl Session {
             distance_m: observation.distance_m,
             light_pct: observation.light_pct,
         };
+        let taken_s = now.since_start_s - known.ages.image_s;
+        let digest = snapshot.loaded.model_digest.clone();
+        let earlier = album(&self.album).earlier(&digest, taken_s);
         let taken = Taken {
             present: Arc::new(Present::new(
                 Arc::clone(water),
                 counts,
                 (&here, observation.depth_m),
                 picture.std,
+                &earlier,
             )),
             picture,
-            taken_s: now.since_start_s - known.ages.image_s,
-            digest: snapshot.loaded.model_digest.clone(),
+            taken_s,
+            digest,
         };
         album(&self.album).take(taken);
     }

@@ -4,10 +4,12 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use csv::{ReaderBuilder, Trim};
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
 use uw_calib::ImageStats;
 use uw_calib::picture::Counts;
 use uw_guidance::Candidate;
-use uw_guidance::physics::{Contrast, LinearPicture, Predictor, WaterFile};
+use uw_guidance::physics::{Contrast, LinearPicture, Predictor, Sight, WaterFile};
 
 use super::error::{CliError, note};
 use super::numbers::significant;
@@ -34,6 +36,20 @@ pub(super) struct PhysicsArguments {
     /// With --water: CSV table with the columns distance_m and light_pct.
     #[arg(long, requires = "water")]
     candidates: Option<PathBuf>,
+    /// With --water: CSV table of pictures that the vehicle took of the same target before, with the columns file (beside the table), distance_m, light_pct
+    /// and, where it was not --depth-m, depth_m.
+    #[arg(long, requires = "water")]
+    earlier: Option<PathBuf>,
+}
+
+/// A row of --earlier.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct EarlierPicture {
+    file: PathBuf,
+    distance_m: f64,
+    light_pct: f64,
+    depth_m: Option<f64>,
 }
 
 impl PhysicsArguments {
@@ -65,7 +81,12 @@ impl PhysicsArguments {
         let response = file.sensor.response();
         let linear = LinearPicture::of_counts(&picture, file.sensor.encoding);
         let place = file.place(&response, depth_m);
-        let predictor = Predictor::new(place, &linear, (&here, stats.contrast), &file.sights);
+        let earlier = match &self.earlier {
+            Some(table) => earlier(&file, table, depth_m)?,
+            None => Vec::new(),
+        };
+        let sights = [&earlier[..], &file.sights];
+        let predictor = Predictor::on_the_way(place, &linear, (&here, stats.contrast), sights);
         let known = known(&predictor, image)?;
         let found: Vec<Contrast> = candidates.iter().map(|at| predictor.contrast(at)).collect();
         write(to, &candidates, &found, known)
@@ -75,12 +96,46 @@ impl PhysicsArguments {
         let (least, most) = file.tables.depth_range_m();
         match self.depth_m {
             None => Ok(0.5 * (least + most)),
-            Some(depth_m) if (least..=most).contains(&depth_m) => Ok(depth_m),
-            Some(other) => Err(CliError::input(format!(
-                "--depth-m must be from {least} to {most} m, of which the water file knows the daylight, got {other}"
-            ))),
+            Some(depth_m) => match check_depth(file, depth_m) {
+                Ok(()) => Ok(depth_m),
+                Err(told) => Err(CliError::input(format!("--depth-m {told}"))),
+            },
         }
     }
+}
+
+/// What is wrong with a depth.
+fn check_depth(file: &WaterFile, depth_m: f64) -> Result<(), String> {
+    let (least, most) = file.tables.depth_range_m();
+    match (least..=most).contains(&depth_m) {
+        true => Ok(()),
+        false => Err(format!(
+            "must be from {least} to {most} m, of which the water file knows the daylight, got {depth_m}"
+        )),
+    }
+}
+
+/// What the pictures of a table show, taken at `depth_m` where it does not say otherwise.
+fn earlier(file: &WaterFile, table: &Path, depth_m: f64) -> Result<Vec<Sight>, CliError> {
+    let response = file.sensor.response();
+    let folder = table.parent().unwrap_or(Path::new(""));
+    let mut sights = Vec::new();
+    for (line, row) in rows::<EarlierPicture>(table)? {
+        let wrong = |field: &str, told: String| {
+            CliError::input(format!("{}:{line}: {field} {told}", table.display()))
+        };
+        let from = Candidate {
+            distance_m: row.distance_m,
+            light_pct: row.light_pct,
+        };
+        check(file, &from).map_err(|(field, told)| wrong(field, told))?;
+        let depth_m = row.depth_m.unwrap_or(depth_m);
+        check_depth(file, depth_m).map_err(|told| wrong("depth_m", told))?;
+        let picture = picture(file, &folder.join(&row.file))?;
+        let linear = LinearPicture::of_counts(&picture, file.sensor.encoding);
+        sights.push(Sight::new(&file.place(&response, depth_m), &linear, &from));
+    }
+    Ok(sights)
 }
 
 fn picture(file: &WaterFile, image: &Path) -> Result<Counts, CliError> {
@@ -146,20 +201,24 @@ fn check(file: &WaterFile, at: &Candidate) -> Result<(), (&'static str, String)>
 
 fn read(file: &WaterFile, table: &Path) -> Result<Vec<Candidate>, CliError> {
     let name = table.display();
-    let unusable = |e: csv::Error| CliError::input(format!("{name}: not a usable table: {e}"));
+    let of = |(line, candidate): (usize, Candidate)| match check(file, &candidate) {
+        Ok(()) => Ok(candidate),
+        Err((field, told)) => Err(CliError::input(format!("{name}:{line}: {field} {told}"))),
+    };
+    rows(table)?.into_iter().map(of).collect()
+}
+
+/// The rows of a table with their lines.
+fn rows<R: DeserializeOwned>(table: &Path) -> Result<Vec<(usize, R)>, CliError> {
+    let unusable =
+        |e: csv::Error| CliError::input(format!("{}: not a usable table: {e}", table.display()));
     let mut reader = ReaderBuilder::new()
         .trim(Trim::All)
         .from_path(table)
         .map_err(unusable)?;
-    let mut candidates = Vec::new();
-    for row in reader.deserialize() {
-        let candidate: Candidate = row.map_err(unusable)?;
-        let line = candidates.len() + 2;
-        check(file, &candidate)
-            .map_err(|(field, told)| CliError::input(format!("{name}:{line}: {field} {told}")))?;
-        candidates.push(candidate);
-    }
-    Ok(candidates)
+    let rows = reader.deserialize().enumerate();
+    rows.map(|(i, row)| Ok((i + 2, row.map_err(unusable)?)))
+        .collect()
 }
 
 fn write(

@@ -179,3 +179,58 @@ fn physics_predicts_from_a_picture_in_a_known_water() {
         &["--water"],
     );
 }
+
+/// What a vehicle saw from farther away tells what the present picture does not show.
+#[test]
+fn pictures_taken_before_predict_too() {
+    let folder = Folder::new();
+    folder.good(
+        "water-tables --a 0.01,0.01,0.01 --b 0.01,0.01,0.01 --distances-m 0.5 2 --views 3 --depths-m 3 \
+         --kilo-paths 8 -o water.json",
+    );
+    // In water as clear as this pictures are alike from all distances. Squares of two sizes; the larger ones are stronger and beyond what is seen from nearby.
+    let view = |distance_m: f64, name: &str| {
+        let px_per_m = 1200.0 / distance_m;
+        let picture = image::RgbImage::from_fn(1280, 720, |x, y| {
+            let at = |i: u32, middle: f64| (f64::from(i) - middle) / px_per_m;
+            let (x, y) = (at(x, 640.0), at(y, 360.0));
+            let checked = ((x / 0.03).floor() + (y / 0.03).floor()).rem_euclid(2.0) > 0.5;
+            let strength = if x.hypot(y) < 0.35 { 6 } else { 20 };
+            image::Rgb([90, 110, 130].map(|v: u8| v + strength * u8::from(checked)))
+        });
+        picture.save(folder.path(name)).expect("a picture");
+    };
+    view(0.5, "now.png");
+    view(2.0, "before.png");
+    folder
+        .write("places.csv", "distance_m,light_pct\n2,0\n")
+        .write("earlier.csv", "file,distance_m,light_pct\nbefore.png,2,0\n")
+        .write(
+            "beyond.csv",
+            "file,distance_m,light_pct,depth_m\nbefore.png,2,0,9\n",
+        )
+        .write(
+            "other.csv",
+            "file,distance_m,light_pct,kind\nbefore.png,2,0,contrast\n",
+        );
+    let arguments = "predict --water water.json --image now.png --distance-m 0.5 --light-pct 0 \
+                     --candidates places.csv -o out.csv";
+    folder.good(arguments);
+    let alone = numbers(&folder.text("out.csv"));
+    folder.good(&format!("{arguments} --earlier earlier.csv"));
+    let knowing = numbers(&folder.text("out.csv"));
+    for k in 0..3 {
+        // Squares of 20 counts deviate by 10, less in the middle.
+        let (alone, knowing) = (alone[0][2 + k], knowing[0][2 + k]);
+        assert!(
+            alone < 4.5 && (7.0..11.0).contains(&knowing),
+            "{alone} {knowing}"
+        );
+    }
+    for (table, told) in [
+        ("beyond.csv", &["beyond.csv:2: depth_m", "got 9"][..]),
+        ("other.csv", &["other.csv", "kind"]),
+    ] {
+        folder.refused(&format!("{arguments} --earlier {table}"), told);
+    }
+}

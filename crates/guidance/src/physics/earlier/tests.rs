@@ -1,0 +1,38 @@
+//! What is kept of earlier pictures.
+
+use std::sync::Arc;
+
+use super::super::tests::{at, contrast_of, even_water, picture};
+use super::super::{Earlier, Present, Water};
+use uw_calib::picture::Counts;
+
+fn present(distance_m: f64, change: &dyn Fn(&mut Counts)) -> Present {
+    let (file, here) = (even_water(), at(distance_m, 20.0));
+    let mut counts = picture(&file, &here, 3);
+    change(&mut counts);
+    let measured = contrast_of(&counts);
+    let water = Arc::new(Water::new(file));
+    Present::new(water, &counts, (&here, 3.0), measured, &[])
+}
+
+fn distances_m(earlier: &Earlier, now_s: f64) -> Vec<f64> {
+    let sights = earlier.sights(now_s);
+    sights.iter().map(|sight| sight.distance_m).collect()
+}
+
+#[test]
+fn the_newest_picture_of_a_distance_counts_for_ten_minutes() {
+    let mut earlier = Earlier::default();
+    let [far, near, nearer] = [2.0, 1.0, 0.9].map(|distance_m| present(distance_m, &|_| {}));
+    earlier.keep(&far, 0.0);
+    earlier.keep(&near, 100.0);
+    assert_eq!(distances_m(&earlier, 100.0), [2.0, 1.0]);
+    earlier.keep(&nearer, 200.0);
+    assert_eq!(distances_m(&earlier, 200.0), [2.0, 0.9]);
+    assert_eq!(distances_m(&earlier, 700.0), [0.9]);
+    // A white picture does not take the place of one that shows something.
+    let white = present(0.9, &|counts| counts.pixels.fill([255.0; 3]));
+    earlier.keep(&white, 250.0);
+    assert_eq!(distances_m(&earlier, 250.0), [2.0, 0.9]);
+    assert!(distances_m(&earlier, 801.0).is_empty());
+}
