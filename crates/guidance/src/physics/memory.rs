@@ -16,6 +16,8 @@ const UNLIKE: f64 = 0.5;
 /// distance: another part of it may be before the camera.
 const AGREEMENT: [f64; 2] = [0.02, 0.1];
 
+/// Least error of the logarithm of a deviation by which sights are weighed.
+const LEAST_ERROR: f64 = 0.02;
 /// Correlation of the errors of pictures of the same target.
 const COMMON: f64 = 0.7;
 
@@ -107,17 +109,18 @@ impl Memory {
         let nearer = usable().rfind(|sight| sight.distance_m <= distance_m);
         let farther = usable().find(|sight| sight.distance_m > distance_m);
         let (Some(nearer), Some(farther)) = (nearer, farther) else {
-            let sight = nearer.or(farther)?;
-            let error = sight.error_by_way(k, distance_m);
-            return Some(sight.look(k, distance_m, left).with_error(error));
+            return Some(nearer.or(farther)?.look_on_the_way(k, distance_m, left));
         };
         let share =
             (distance_m / nearer.distance_m).ln() / (farther.distance_m / nearer.distance_m).ln();
         let (near, far) = (
-            nearer.look(k, distance_m, left),
-            farther.look(k, distance_m, left),
+            nearer.look_on_the_way(k, distance_m, left),
+            farther.look_on_the_way(k, distance_m, left),
         );
-        Some(near.towards(&far, share))
+        // The nearer one shows no surroundings, the farther one less detail: the surer of them counts more.
+        let [of_near, of_far] = [(1.0 - share, &near), (share, &far)]
+            .map(|(share, look)| share / (LEAST_ERROR * LEAST_ERROR + look.error * look.error));
+        Some(near.towards(&far, of_far / (of_near + of_far)))
     }
 
     fn comparison_with(&self, here: &Sight, k: usize) -> Option<Comparison> {

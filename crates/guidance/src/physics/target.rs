@@ -76,12 +76,23 @@ impl Sight {
             true => NEARER_ERROR,
             false => FARTHER_ERROR,
         };
+        self.look_on_the_way(k, distance_m, left)
+            .with_error(at_once)
+    }
+
+    /// The same with the error of the way there alone.
+    pub(super) fn look_on_the_way(
+        &self,
+        k: usize,
+        distance_m: f64,
+        left: &dyn Fn(f64) -> f64,
+    ) -> Look<'_> {
         self.look(k, distance_m, left)
-            .with_error(at_once.hypot(self.error_by_way(k, distance_m)))
+            .with_error(self.error_by_way(k, distance_m))
     }
 
     /// Error of the logarithm of the deviation from another distance that the way there makes.
-    pub(super) fn error_by_way(&self, k: usize, distance_m: f64) -> f64 {
+    fn error_by_way(&self, k: usize, distance_m: f64) -> f64 {
         let way = (distance_m / self.distance_m).ln();
         if way < 0.0 {
             let [_, by_way] = NEARER_ERROR;
