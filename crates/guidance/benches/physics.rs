@@ -10,7 +10,7 @@ use uw_calib::{ContrastSample, DepthSample, Encoding, ImageStats, Profile, Sourc
 use uw_guidance::advice::{By, Physical, advise_by};
 use uw_guidance::physics::file::{SensorNumbers, WATER_FORMAT, WaterFile, WaterNumbers};
 use uw_guidance::physics::water::{Field, SourceTables, ViewTables, WaterTables};
-use uw_guidance::physics::{Present, Water};
+use uw_guidance::physics::{Present, Sight, Water};
 use uw_guidance::service::{Basis, Loaded, Session, Settings};
 use uw_guidance::{Candidate, Checks, Objective, Observation, Service};
 
@@ -146,24 +146,31 @@ fn tiff(picture: &Counts) -> Vec<u8> {
     file
 }
 
+/// Pictures of a vehicle that has been everywhere.
+const SEEN_BEFORE: i32 = 9;
+
 fn arrival(c: &mut Criterion) {
     let mut group = c.benchmark_group("physics");
     group.sample_size(10);
     for (width, height) in [(480, 288), (1280, 720)] {
         let (water, counts) = (water(width, height), picture(width, height));
         let stats = ImageStats::from_counts(width, height, &counts.pixels).expect("a picture");
-        group.bench_function(format!("a picture of {width} x {height} arrives"), |b| {
-            b.iter(|| {
-                let now = (&HERE, DEPTH_M);
-                Present::new(
-                    Arc::clone(&water),
-                    black_box(&counts),
-                    now,
-                    stats.contrast,
-                    &[],
-                )
-            });
+        let taken = |from: &Candidate, earlier: &[Sight]| {
+            let water = Arc::clone(&water);
+            Present::new(water, &counts, (from, DEPTH_M), stats.contrast, earlier)
+        };
+        let seen = (0..SEEN_BEFORE).map(|i| {
+            let from = Candidate {
+                distance_m: 0.6 * 1.2f64.powi(i),
+                ..HERE
+            };
+            taken(&from, &[]).sight().clone()
         });
+        let seen: Vec<Sight> = seen.collect();
+        for (earlier, name) in [(&[][..], ""), (&seen, ", others in mind")] {
+            let name = format!("a picture of {width} x {height} arrives{name}");
+            group.bench_function(name, |b| b.iter(|| taken(black_box(&HERE), earlier)));
+        }
     }
     group.finish();
 }

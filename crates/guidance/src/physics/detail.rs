@@ -97,6 +97,16 @@ impl<'a> Look<'a> {
         }
     }
 
+    /// Less sure by as much as another deviation, of whose logarithm the error is `error`, contradicts it.
+    pub(super) fn doubted_by(self, deviation: f64, error: f64) -> Self {
+        if !(self.deviation > 0.0 && deviation > 0.0) {
+            return self;
+        }
+        let apart = (deviation / self.deviation).ln();
+        let beyond = apart * apart - self.error * self.error - error * error;
+        self.with_error(beyond.max(0.0).sqrt())
+    }
+
     /// The deviation a standard error above, `of_water` being the share of it that the water leaves open.
     pub(super) fn raised(&self, of_water: f64) -> f64 {
         let by_share = self.deviation * (1.0 + self.error.hypot(of_water).min(1.0));

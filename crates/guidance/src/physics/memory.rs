@@ -35,6 +35,8 @@ pub(super) struct Comparison {
 pub(super) enum Evidence {
     /// Of pictures of their own, perhaps of another target of the kind: it differs everywhere as it does here.
     Own,
+    /// Of pictures of the very target of which one shows more of its surroundings: beyond the errors of both these are right and the present one is wrong.
+    Whole,
     /// Of pictures of the very target, which show much of what the present one shows: what both are off by is the same, and one of its parts differs from
     /// what is remembered, not all.
     Shared,
@@ -45,7 +47,7 @@ impl Evidence {
     fn correlation(self) -> f64 {
         match self {
             Self::Own => 0.0,
-            Self::Shared => COMMON,
+            Self::Shared | Self::Whole => COMMON,
         }
     }
 
@@ -54,7 +56,7 @@ impl Evidence {
     fn of_part(self, way: f64) -> f64 {
         match self {
             Self::Own => 1.0,
-            Self::Shared => (-way.abs()).exp(),
+            Self::Shared | Self::Whole => (-way.abs()).exp(),
         }
     }
 }
@@ -83,6 +85,12 @@ impl Memory {
         };
         memory.comparison = [0, 1, 2].map(|k| memory.comparison_with(here, k));
         memory
+    }
+
+    /// Whether a sight from farther away than `distance_m` tells a channel.
+    pub(super) fn tells_beyond(&self, k: usize, distance_m: f64) -> bool {
+        let tells = |sight: &Sight| sight.distance_m > distance_m && sight.tells(k);
+        self.sights.iter().any(tells)
     }
 
     /// How the present picture compares in a channel, where both tell.
@@ -118,6 +126,7 @@ impl Memory {
             farther.look_on_the_way(k, distance_m, left),
         );
         // The nearer one shows no surroundings, the farther one less detail: the surer of them counts more.
+        let near = near.doubted_by(far.deviation, far.error);
         let [of_near, of_far] = [(1.0 - share, &near), (share, &far)]
             .map(|(share, look)| share / (LEAST_ERROR * LEAST_ERROR + look.error * look.error));
         Some(near.towards(&far, of_far / (of_near + of_far)))
@@ -158,6 +167,12 @@ impl Comparison {
         let [at_once, by_way] = AGREEMENT;
         let of_memory = at_once.powi(2) + (by_way * way).powi(2) + 0.5 * self.square;
         let memory_error = of_memory.sqrt().hypot(there.error);
+        let of_part = evidence.of_part(way);
+        let [mean, deviation] = [self.mean, self.deviation].map(|ratio| ratio.powf(of_part));
+        let own = match evidence {
+            Evidence::Whole => own.doubted_by(there.deviation * deviation, memory_error),
+            _ => *own,
+        };
         let (own_square, memory_square) = (own.error.powi(2), memory_error.powi(2));
         // The best sum of two values of which so much of the errors is the same, and its error.
         let common = evidence.correlation() * own.error * memory_error;
@@ -166,15 +181,13 @@ impl Comparison {
         let distrust = 1.0 - trust;
         let square = distrust * (distrust * own_square + 2.0 * trust * common)
             + trust * trust * memory_square;
-        let of_part = evidence.of_part(way);
-        let [mean, deviation] = [self.mean, self.deviation].map(|ratio| ratio.powf(of_part));
         let blend = |own: f64, memory: f64| match own > 0.0 && memory > 0.0 {
             true => own * (memory / own).powf(trust),
             false => memory,
         };
         let most = match trust > 0.5 {
             true => &there,
-            false => own,
+            false => &own,
         };
         Look {
             mean: blend(own.mean, there.mean * mean),

@@ -117,3 +117,17 @@ fn another_target_seen_before_is_told_from_this_one() {
         );
     }
 }
+
+/// The nearer of two sights does not show the surroundings, which the farther one does: what lies between them is as the farther one says.
+#[test]
+fn of_two_sights_the_surer_one_counts_more() {
+    let file = even_water();
+    let there = at(1.8, 0.0);
+    let truth = contrast_of(&picture_of(&file, &there, 8, &bare_in_the_middle));
+    let sights = [1.2, 3.0].map(|from_m| sight(&file, &at(from_m, 0.0), &bare_in_the_middle));
+    let found = predicted(&file, &there, &sights);
+    for k in 0..3 {
+        let off = found.counts[k] / truth[k] - 1.0;
+        assert!(off.abs() < 0.1, "{found:?} {truth:?}");
+    }
+}
