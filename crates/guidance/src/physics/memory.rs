@@ -35,8 +35,6 @@ pub(super) struct Comparison {
 pub(super) enum Evidence {
     /// Of pictures of their own, perhaps of another target of the kind: it differs everywhere as it does here.
     Own,
-    /// Of pictures of the very target of which one shows more of its surroundings: beyond the errors of both these are right and the present one is wrong.
-    Whole,
     /// Of pictures of the very target, which show much of what the present one shows: what both are off by is the same, and one of its parts differs from
     /// what is remembered, not all.
     Shared,
@@ -47,7 +45,7 @@ impl Evidence {
     fn correlation(self) -> f64 {
         match self {
             Self::Own => 0.0,
-            Self::Shared | Self::Whole => COMMON,
+            Self::Shared => COMMON,
         }
     }
 
@@ -56,7 +54,7 @@ impl Evidence {
     fn of_part(self, way: f64) -> f64 {
         match self {
             Self::Own => 1.0,
-            Self::Shared | Self::Whole => (-way.abs()).exp(),
+            Self::Shared => (-way.abs()).exp(),
         }
     }
 }
@@ -85,12 +83,6 @@ impl Memory {
         };
         memory.comparison = [0, 1, 2].map(|k| memory.comparison_with(here, k));
         memory
-    }
-
-    /// Whether a sight from farther away than `distance_m` tells a channel.
-    pub(super) fn tells_beyond(&self, k: usize, distance_m: f64) -> bool {
-        let tells = |sight: &Sight| sight.distance_m > distance_m && sight.tells(k);
-        self.sights.iter().any(tells)
     }
 
     /// How the present picture compares in a channel, where both tell.
@@ -169,10 +161,6 @@ impl Comparison {
         let memory_error = of_memory.sqrt().hypot(there.error);
         let of_part = evidence.of_part(way);
         let [mean, deviation] = [self.mean, self.deviation].map(|ratio| ratio.powf(of_part));
-        let own = match evidence {
-            Evidence::Whole => own.doubted_by(there.deviation * deviation, memory_error),
-            _ => *own,
-        };
         let (own_square, memory_square) = (own.error.powi(2), memory_error.powi(2));
         // The best sum of two values of which so much of the errors is the same, and its error.
         let common = evidence.correlation() * own.error * memory_error;
@@ -187,7 +175,7 @@ impl Comparison {
         };
         let most = match trust > 0.5 {
             true => &there,
-            false => &own,
+            false => own,
         };
         Look {
             mean: blend(own.mean, there.mean * mean),

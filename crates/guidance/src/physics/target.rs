@@ -213,11 +213,7 @@ impl Target {
         left: &dyn Fn(f64) -> f64,
     ) -> Look<'_> {
         let way = (distance_m / self.here.distance_m).ln();
-        let evidence = match way > 0.0 && self.earlier.tells_beyond(k, self.here.distance_m) {
-            true => Evidence::Whole,
-            false => Evidence::Shared,
-        };
-        let earlier = (asked == Asked::All).then_some((&self.earlier, evidence));
+        let earlier = (asked == Asked::All).then_some((&self.earlier, Evidence::Shared));
         let memories = earlier.into_iter().chain([(&self.filed, Evidence::Own)]);
         let mut look = self.here.look_alone(k, distance_m, left);
         let mut is_compared = false;

@@ -4,6 +4,7 @@ use uw_calib::picture::Counts;
 
 use super::super::tests::{at, contrast_of, even_water, picture, picture_of, reflectance};
 use super::super::{Contrast, LinearPicture, Predictor, Sight, Unknown, WaterFile};
+use super::Memory;
 use crate::features::Candidate;
 
 /// Sights speak for a channel of which the picture tells nothing where the others show the same target, and for no other target.
@@ -129,5 +130,25 @@ fn of_two_sights_the_surer_one_counts_more() {
     for k in 0..3 {
         let off = found.counts[k] / truth[k] - 1.0;
         assert!(off.abs() < 0.1, "{found:?} {truth:?}");
+    }
+}
+
+/// What noise hides of the middle of a far picture is no difference of the target.
+#[test]
+fn what_a_sight_does_not_tell_of_this_place_is_no_difference() {
+    let file = even_water();
+    let here = sight(&file, &at(1.0, 0.0), &bare_in_the_middle);
+    let far = sight(&file, &at(4.0, 0.0), &bare_in_the_middle);
+    let memory = Memory::new([far].into(), &here);
+    for k in 0..3 {
+        let [seen, known] = [
+            here.look(k, 1.0, &|_| 1.0).deviation,
+            memory.look(k, 1.0, &|_| 1.0).expect("a look").deviation,
+        ];
+        let (off, told) = (
+            (seen / known).ln(),
+            memory.compared(k).expect("one").deviation.ln(),
+        );
+        assert!(off.abs() > 0.03 && told / off < 0.9, "{off} {told}");
     }
 }
