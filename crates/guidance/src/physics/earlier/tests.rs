@@ -36,3 +36,23 @@ fn the_newest_picture_of_a_distance_counts_for_ten_minutes() {
     assert_eq!(distances_m(&earlier, 250.0), [2.0, 0.9]);
     assert!(distances_m(&earlier, 801.0).is_empty());
 }
+
+/// What no target can show in this light was taken from elsewhere than was said.
+#[test]
+fn a_picture_of_another_light_is_not_kept() {
+    let mut earlier = Earlier::default();
+    let glare = |counts: &mut Counts| {
+        for pixel in &mut counts.pixels {
+            *pixel = pixel.map(|count| (215.0 + 0.3 * count).min(253.0));
+        }
+    };
+    earlier.keep(&present(1.0, &glare), 0.0);
+    assert!(distances_m(&earlier, 0.0).is_empty());
+    let dimmer = |counts: &mut Counts| {
+        for pixel in &mut counts.pixels {
+            *pixel = pixel.map(|count| 80.0 + 0.3 * count);
+        }
+    };
+    earlier.keep(&present(1.0, &dimmer), 0.0);
+    assert_eq!(distances_m(&earlier, 0.0), [1.0]);
+}
