@@ -40,19 +40,17 @@ fn the_newest_picture_of_a_distance_counts_for_ten_minutes() {
 /// What no target can show in this light was taken from elsewhere than was said.
 #[test]
 fn a_picture_of_another_light_is_not_kept() {
-    let mut earlier = Earlier::default();
-    let glare = |counts: &mut Counts| {
-        for pixel in &mut counts.pixels {
-            *pixel = pixel.map(|count| (215.0 + 0.3 * count).min(253.0));
-        }
+    let kept = |mean: f64| {
+        let mut earlier = Earlier::default();
+        let moved = |counts: &mut Counts| {
+            let sum: f64 = counts.pixels.iter().map(|pixel| pixel[0]).sum();
+            let by = mean - sum / counts.pixels.len() as f64;
+            for pixel in &mut counts.pixels {
+                *pixel = pixel.map(|count| (count + by).min(253.0));
+            }
+        };
+        earlier.keep(&present(1.0, &moved), 0.0);
+        distances_m(&earlier, 0.0).len()
     };
-    earlier.keep(&present(1.0, &glare), 0.0);
-    assert!(distances_m(&earlier, 0.0).is_empty());
-    let dimmer = |counts: &mut Counts| {
-        for pixel in &mut counts.pixels {
-            *pixel = pixel.map(|count| 80.0 + 0.3 * count);
-        }
-    };
-    earlier.keep(&present(1.0, &dimmer), 0.0);
-    assert_eq!(distances_m(&earlier, 0.0), [1.0]);
+    assert_eq!([140.0, 225.0].map(kept), [1, 0]);
 }
