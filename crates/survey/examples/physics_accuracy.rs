@@ -2,7 +2,8 @@
 //! to predict the contrast of all others of its depth.
 //!
 //! `cargo run --release -p uw-survey --example physics_accuracy -- WATER B TEXTURE DEPTH_M,.. MEMORY,.. [ROWS.csv]`; a memory is `none`, a
-//! texture whose calibration is remembered, or distances as in `1m+3m`: the vehicle has been there, lamps off, and remembers its pictures. ROWS.csv gets a row for each prediction (`tools/hybrid_trial.py`).
+//! texture whose calibration is remembered, or distances as in `1m+3m`: the vehicle has been there, lamps off, and remembers its pictures; `gravel@1m+3m`: before
+//! gravel. ROWS.csv gets a row for each prediction (`tools/hybrid_trial.py`).
 
 #![allow(clippy::print_stdout, reason = "that is what it is for")]
 
@@ -80,8 +81,21 @@ fn main() -> Result<(), Box<dyn Error>> {
         let depth_m: f64 = depth.parse()?;
         let shots = shots_of(&target, depth_m, &LEVELS_PCT, 11)?;
         for (memory, remembered) in &sights {
-            let been = been_at_m(memory);
-            let come = shots
+            let (other, places) = match memory.split_once('@') {
+                Some((other, places)) => (Pattern::from_name(other), places),
+                None => (None, *memory),
+            };
+            let others = match other {
+                Some(pattern) => {
+                    let target = Target::read(pattern, &assets_dir()?)?;
+                    Some(shots_of(&target, depth_m, &[0.0], 77)?)
+                }
+                None => None,
+            };
+            let been = been_at_m(places);
+            let come = others
+                .as_ref()
+                .unwrap_or(&shots)
                 .iter()
                 .filter(|(at, ..)| been.contains(&at.distance_m) && at.light_pct == 0.0);
             let earlier: Vec<Sight> = come
