@@ -207,6 +207,12 @@ impl Predictions {
     }
 
     fn tell(&self) {
+        let [off, n] = [&self.off, &self.n].map(|of| of.iter().sum::<f64>());
+        println!(
+            "contrast of all, been at {:?} m: MAE/15 {:.4} of {n}",
+            self.been_at_m,
+            off / n
+        );
         for (way, (name, _)) in WAYS.iter().enumerate() {
             println!(
                 "contrast {name}, been at {:?} m: MAE/15 {:.4}, {:+.2} counts on average, {:.2} of {} within 90 % intervals",

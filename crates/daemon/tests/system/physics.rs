@@ -1,12 +1,13 @@
 //! Advice by physics, from pictures, through the program.
 
 use std::process::Command;
+use std::time::Instant;
 
 use serde_json::{Value, json};
 
 use uw_guidance::card::Sun;
 
-use crate::client::{Client, without};
+use crate::client::{Client, PATIENCE, without};
 use crate::known_water::{NOISE, SIZE_PX, attenuating, water_file, waves, write_picture};
 use crate::program::{ANY_PORT, Program, text};
 
@@ -173,8 +174,27 @@ fn what_was_seen_on_the_way_predicts_too() {
     let knowing = ask(&mut come, "predict", places[1], farther.clone());
     let truth = numbers(&ask(&mut come, "suggest_image", places[2], image("2.png"))["std"]);
     let mut other = Client::to(come.stream.peer_addr().unwrap());
-    ask(&mut other, "suggest_image", places[1], image("1.png"));
-    let alone = ask(&mut other, "predict", places[1], farther);
+    // Twice, so that the second has the first in mind.
+    let near = |client: &mut Client| {
+        for _ in 0..2 {
+            ask(client, "suggest_image", places[1], image("1.png"));
+        }
+    };
+    near(&mut other);
+    let alone = ask(&mut other, "predict", places[1], farther.clone());
+    // What was seen in another file's water is forgotten.
+    let mut water: Value =
+        serde_json::from_slice(&std::fs::read(program.path("water.json")).unwrap()).unwrap();
+    water["made_by"] = json!("another program");
+    std::fs::write(program.path("water.json"), water.to_string()).unwrap();
+    program.signal("-HUP");
+    let deadline = Instant::now() + PATIENCE;
+    while come.ask(&json!({"op": "health"}))["reloads"] != 1 {
+        assert!(Instant::now() < deadline);
+    }
+    near(&mut come);
+    let forgotten = ask(&mut come, "predict", places[1], farther);
+    assert_eq!(forgotten["contrast"], alone["contrast"]);
     for k in 0..3 {
         let off = |reply: &Value| (numbers(&reply["contrast"][0])[k] / truth[k] - 1.0).abs();
         assert!(off(&knowing) < 0.1, "{knowing} {truth:?}");

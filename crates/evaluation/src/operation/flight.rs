@@ -131,10 +131,8 @@ impl<'a> Repetition<'a> {
         let mut before: Option<Features> = None;
         let mut earlier = Earlier::default();
         for (i, place) in self.places.iter().enumerate() {
-            let chosen = {
-                let now_s = path_m(&steps) / config.speed_m_per_s;
-                self.choose(method, i, current, (&mut earlier, now_s))?
-            };
+            let now_s = path_m(&steps) / config.speed_m_per_s;
+            let chosen = self.choose(method, i, current, (&mut earlier, now_s))?;
             let view_distance_m = config.distances_m[config.nearest_distance(chosen.distance_m)];
             let frame = self.water.frame(place, chosen, [self.index as u64, KEPT])?;
             let features = detector.extract(&GreyImage::of_frame(&frame))?;

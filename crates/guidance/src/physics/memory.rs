@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::detail::{Look, UNKNOWN};
+use super::detail::Look;
 use super::target::Sight;
 
 /// Error of the logarithm of a deviation from sights of a target of which the present picture does not tell whether it is the same.
@@ -15,7 +15,6 @@ const UNLIKE: f64 = 0.5;
 /// Error of the logarithm of the deviation from sights of a target that looks the same here, and how it grows with the logarithm of the
 /// distance: another part of it may be before the camera.
 const AGREEMENT: [f64; 2] = [0.02, 0.1];
-
 /// Least error of the logarithm of a deviation by which sights are weighed.
 const LEAST_ERROR: f64 = 0.02;
 /// Correlation of the errors of pictures of the same target.
@@ -127,8 +126,7 @@ impl Memory {
     fn comparison_with(&self, here: &Sight, k: usize) -> Option<Comparison> {
         let even = |_: f64| 1.0;
         let known = self.look(k, here.distance_m, &even)?;
-        let detail = here.channel(k);
-        if here.is_clipped(k) || detail.error >= UNKNOWN {
+        if here.is_blank(k) {
             return None;
         }
         let seen = here.look(k, here.distance_m, &even);
@@ -136,7 +134,7 @@ impl Memory {
             return None;
         }
         // What noise may have made of the difference is not the target's, nor what the sights do not tell of this place.
-        let error = detail.error.hypot(known.error);
+        let error = here.channel(k).error.hypot(known.error);
         let off = (seen.deviation / known.deviation).ln();
         let kept = UNLIKE * UNLIKE / (UNLIKE * UNLIKE + error * error);
         Some(Comparison {

@@ -124,7 +124,7 @@ pub struct Predictor<'a> {
 }
 
 /// Sights by rising distance.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Sights {
     /// Of the vehicle on its way.
     pub(super) earlier: Arc<[Sight]>,
@@ -372,10 +372,8 @@ impl AtDistance<'_> {
         let seen = predictor.place.seen(&self.lit, light_pct);
         for k in 0..3 {
             let left = |frequency: f64| seen.left_of(k, frequency);
-            let look = {
-                let target = &predictor.known.target;
-                target.look(predictor.asked, k, self.distance_m, &left)
-            };
+            let target = &predictor.known.target;
+            let look = target.look(predictor.asked, k, self.distance_m, &left);
             of(k, &seen, &look);
         }
     }

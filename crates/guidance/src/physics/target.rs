@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::cleared::LinearPicture;
-use super::detail::{ChannelDetail, Look, TargetDetail};
+use super::detail::{ChannelDetail, Look, TargetDetail, UNKNOWN};
 use super::light::Column;
 use super::memory::{Evidence, Memory, uncompared};
 use super::predict::{Place, Unknown};
@@ -127,6 +127,16 @@ impl Sight {
         self.channel(k).clipped > MOST_CLIPPED
     }
 
+    /// Whether it shows nothing at all of the channel's detail.
+    pub(super) fn is_blank(&self, k: usize) -> bool {
+        self.is_clipped(k) || self.channel(k).error >= UNKNOWN
+    }
+
+    /// Whether it tells how the target looks in any channel.
+    pub fn tells_any(&self) -> bool {
+        (0..3).any(|k| self.tells(k))
+    }
+
     /// Whether it tells how the target looks.
     pub(super) fn tells(&self, k: usize) -> bool {
         let channel = self.channel(k);
@@ -216,18 +226,17 @@ impl Target {
         let earlier = (asked == Asked::All).then_some((&self.earlier, Evidence::Shared));
         let memories = earlier.into_iter().chain([(&self.filed, Evidence::Own)]);
         let mut look = self.here.look_alone(k, distance_m, left);
-        let mut is_compared = false;
+        let is_blank = self.here.is_blank(k) || !(look.deviation > 0.0);
         for (memory, evidence) in memories {
             let Some(there) = memory.look(k, distance_m, left) else {
                 continue;
             };
             match memory.compared(k) {
                 Some(comparison) => look = comparison.of(&look, there, way, evidence),
-                // Nothing tells whether it is the same target.
-                None if !is_compared => return uncompared(there),
+                // The picture tells nothing, not even whether it is the same target.
+                None if is_blank => return uncompared(there),
                 None => {}
             }
-            is_compared = true;
         }
         look
     }

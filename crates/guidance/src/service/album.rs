@@ -66,6 +66,14 @@ impl Seen {
 impl Album {
     /// Takes a picture; one from another place is kept beside it.
     pub fn take(&mut self, taken: Taken) {
+        // Another file's water makes another target of the same picture.
+        if self
+            .latest
+            .as_ref()
+            .is_some_and(|old| old.digest != taken.digest)
+        {
+            self.earlier = Earlier::default();
+        }
         if let Some(old) = self.latest.take().filter(|old| old.is_elsewhere_of(&taken)) {
             self.before = Some(old);
         }
@@ -77,12 +85,12 @@ impl Album {
         self.latest = Some(taken);
     }
 
-    /// What earlier pictures tell a new one of the water file of this digest, taken at `taken_s`; what another file's tell is forgotten.
-    pub fn earlier(&mut self, digest: &str, taken_s: f64) -> Vec<Sight> {
-        if self.latest.as_ref().is_some_and(|old| old.digest != digest) {
-            self.earlier = Earlier::default();
+    /// What earlier pictures tell a new one of the water file of this digest, taken at `taken_s`.
+    pub fn earlier(&self, digest: &str, taken_s: f64) -> Vec<Sight> {
+        match &self.latest {
+            Some(latest) if latest.digest == digest => self.earlier.sights(taken_s),
+            _ => Vec::new(),
         }
-        self.earlier.sights(taken_s)
     }
 
     /// The feed with the statistics of the latest picture, unless it has newer ones.

@@ -133,7 +133,15 @@ fn earlier(file: &WaterFile, table: &Path, depth_m: f64) -> Result<Vec<Sight>, C
         check_depth(file, depth_m).map_err(|told| wrong("depth_m", told))?;
         let picture = picture(file, &folder.join(&row.file))?;
         let linear = LinearPicture::of_counts(&picture, file.sensor.encoding);
-        sights.push(Sight::new(&file.place(&response, depth_m), &linear, &from));
+        let sight = Sight::new(&file.place(&response, depth_m), &linear, &from);
+        match sight.tells_any() {
+            true => sights.push(sight),
+            false => note(format_args!(
+                "uw: warning: {}:{line}: {} is passed over: it shows no detail but noise or full scale, or what no target can show there in the water file's light",
+                table.display(),
+                row.file.display()
+            )),
+        }
     }
     Ok(sights)
 }

@@ -227,6 +227,18 @@ fn pictures_taken_before_predict_too() {
             "{alone} {knowing}"
         );
     }
+    // A picture that shows nothing is said to be of no use.
+    image::RgbImage::from_pixel(1280, 720, image::Rgb([100, 100, 100]))
+        .save(folder.path("before.png"))
+        .expect("a picture");
+    let run = folder.good(&format!("{arguments} --earlier earlier.csv"));
+    assert!(
+        run.stderr
+            .contains("earlier.csv:2: before.png is passed over"),
+        "{}",
+        run.stderr
+    );
+    assert_eq!(numbers(&folder.text("out.csv")), alone);
     for (table, told) in [
         ("beyond.csv", &["beyond.csv:2: depth_m", "got 9"][..]),
         ("other.csv", &["other.csv", "kind"]),
