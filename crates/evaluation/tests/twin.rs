@@ -30,6 +30,7 @@ fn config() -> OperationConfig {
         twin: Some(TwinConfig {
             kilo_paths: 8,
             table_kilo_paths: 16,
+            ..TwinConfig::default()
         }),
         vehicle: Vehicle {
             width: 120,

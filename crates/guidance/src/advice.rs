@@ -30,7 +30,7 @@ pub struct Physical<'a> {
 }
 
 /// What only predictions by physics tell.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct PhysicalAdvice {
     /// Which channels are told; the contrast of others is the picture's everywhere.
     pub told: [bool; 3],
@@ -38,6 +38,8 @@ pub struct PhysicalAdvice {
     pub error: Option<[f64; 3]>,
     /// Standard errors of the contrast predicted for no change, 8-bit counts.
     pub error_here: Option<[f64; 3]>,
+    /// From where the earlier pictures are that count besides the present one, rising, m.
+    pub earlier_m: Vec<f64>,
     /// How far a prediction from elsewhere is from what was measured, where there is one.
     pub residual: Option<PhysicalResidual>,
 }
@@ -247,6 +249,7 @@ impl By<'_> {
                 told: present.told(),
                 error: errors.map(|errors| errors.0),
                 error_here: errors.map(|errors| errors.1),
+                earlier_m: present.earlier_m(),
                 residual: *residual,
             }),
         }

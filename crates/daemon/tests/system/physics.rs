@@ -170,14 +170,16 @@ fn what_was_seen_on_the_way_predicts_too() {
     let farther = json!({"candidates": [[2.5, 0.0]]});
     let mut come = program.client();
     ask(&mut come, "suggest_image", places[0], image("0.png"));
-    ask(&mut come, "suggest_image", places[1], image("1.png"));
+    let come_near = ask(&mut come, "suggest_image", places[1], image("1.png"));
+    assert_eq!(come_near["earlier_m"], json!([3.0]), "{come_near}");
     let knowing = ask(&mut come, "predict", places[1], farther.clone());
     let truth = numbers(&ask(&mut come, "suggest_image", places[2], image("2.png"))["std"]);
     let mut other = Client::to(come.stream.peer_addr().unwrap());
     // Twice, so that the second has the first in mind.
     let near = |client: &mut Client| {
-        for _ in 0..2 {
-            ask(client, "suggest_image", places[1], image("1.png"));
+        for earlier_m in [json!([]), json!([1.0])] {
+            let reply = ask(client, "suggest_image", places[1], image("1.png"));
+            assert_eq!(reply["earlier_m"], earlier_m, "{reply}");
         }
     };
     near(&mut other);
@@ -489,33 +491,37 @@ fn pictures_that_were_compressed_or_denoised_are_told() {
     }
 }
 
-/// A channel that is clipped has no number, the others do.
+/// A channel with more than a tenth of its pixels at full scale has no number, the others do; with less all do, with a warning.
 #[test]
 fn a_channel_that_the_picture_does_not_tell_is_null() {
     let place = (1.0, 20.0);
     let mut program = program(&DISTANCES_M, NOISE, "");
-    write_picture(&program.path("red.png"), place, &waves, NOISE);
-    let mut picture = image::open(program.path("red.png")).unwrap().to_rgb8();
-    for (x, _, pixel) in picture.enumerate_pixels_mut() {
-        if x % 20 == 0 {
-            pixel[0] = 255;
-        }
-    }
-    picture.save(program.path("red.png")).unwrap();
     let mut client = program.client();
-    let reply = ask(&mut client, "suggest_image", place, image("red.png"));
-    assert_eq!(reply["valid"], true, "{reply}");
-    let asked = json!({"candidates": [[1.5, 40.0]]});
-    let predicted = ask(&mut client, "predict", place, asked);
-    for numbers in [
-        &reply["predicted_contrast"],
-        &reply["predicted_contrast_error"],
-        &reply["predicted_here"],
-        &predicted["contrast"][0],
-        &predicted["contrast_error"][0],
-    ] {
-        let told = [0, 1, 2].map(|k| numbers[k].is_number());
-        assert_eq!(told, [false, true, true], "{reply} {predicted}");
+    for (every, told) in [(7, [false, true, true]), (19, [true; 3])] {
+        write_picture(&program.path("red.png"), place, &waves, NOISE);
+        let mut picture = image::open(program.path("red.png")).unwrap().to_rgb8();
+        for (x, y, pixel) in picture.enumerate_pixels_mut() {
+            if (x + 3 * y) % every == 0 {
+                pixel[0] = 255;
+            }
+        }
+        picture.save(program.path("red.png")).unwrap();
+        let reply = ask(&mut client, "suggest_image", place, image("red.png"));
+        assert_eq!(reply["valid"], true, "{reply}");
+        let warned = reply["warnings"].as_array().unwrap();
+        assert!(warned.iter().any(|w| w["reason"] == "saturated"), "{reply}");
+        let asked = json!({"candidates": [[1.5, 40.0]]});
+        let predicted = ask(&mut client, "predict", place, asked);
+        for numbers in [
+            &reply["predicted_contrast"],
+            &reply["predicted_contrast_error"],
+            &reply["predicted_here"],
+            &predicted["contrast"][0],
+            &predicted["contrast_error"][0],
+        ] {
+            let numbers = [0, 1, 2].map(|k| numbers[k].is_number());
+            assert_eq!(numbers, told, "{reply} {predicted}");
+        }
     }
 }
 

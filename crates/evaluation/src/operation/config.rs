@@ -107,6 +107,8 @@ pub struct TwinConfig {
     pub kilo_paths: u32,
     /// Paths per view and source of the water's tables, in thousands.
     pub table_kilo_paths: u32,
+    /// Whether it has in mind what it saw on its way, as the daemon has.
+    pub remembers: bool,
 }
 
 /// The calibration routine.
@@ -214,6 +216,7 @@ impl Default for TwinConfig {
         Self {
             kilo_paths: 64,
             table_kilo_paths: 128,
+            remembers: true,
         }
     }
 }

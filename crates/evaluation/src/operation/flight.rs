@@ -129,9 +129,13 @@ impl<'a> Repetition<'a> {
         };
         let mut steps: Vec<Step> = Vec::with_capacity(self.places.len());
         let mut before: Option<Features> = None;
+        let remembers = config.twin.is_some_and(|twin| twin.remembers);
         let mut earlier = Earlier::default();
         for (i, place) in self.places.iter().enumerate() {
             let now_s = path_m(&steps) / config.speed_m_per_s;
+            if !remembers {
+                earlier = Earlier::default();
+            }
             let chosen = self.choose(method, i, current, (&mut earlier, now_s))?;
             let view_distance_m = config.distances_m[config.nearest_distance(chosen.distance_m)];
             let frame = self.water.frame(place, chosen, [self.index as u64, KEPT])?;

@@ -38,12 +38,12 @@ pub enum WaterFrom {
 /// Waters that the twin is flown with.
 pub type TwinWaters = Vec<(WaterFrom, Arc<Water>)>;
 
-/// What a fit depends on besides the views, which belong to their folder.
+/// What a fit depends on besides the views, which belong to their folder; what the twin has in mind later is nothing to it.
 #[derive(Serialize)]
 struct Inputs<'a> {
     seed: u64,
     calibration: &'a CalibrationConfig,
-    twin: &'a TwinConfig,
+    twin: TwinConfig,
     made_by: &'static str,
 }
 
@@ -82,7 +82,10 @@ fn inputs(config: &OperationConfig, twin: &TwinConfig) -> Result<String, toml::s
     toml::to_string(&Inputs {
         seed: config.seed,
         calibration: &config.calibration,
-        twin,
+        twin: TwinConfig {
+            remembers: true,
+            ..*twin
+        },
         made_by: env!("CARGO_PKG_VERSION"),
     })
 }
@@ -203,6 +206,11 @@ mod tests {
         assert!(of(&|c| c.seed = 2) != text);
         assert!(of(&|c| c.calibration.light_pct = 50.0) != text);
         assert!(of(&|c| c.calibration.distances_m = vec![0.5, 1.0, 2.0]) != text);
+        let forgetful = TwinConfig {
+            remembers: false,
+            ..twin
+        };
+        assert_eq!(inputs(&config, &forgetful).expect("text"), text);
         let fewer = TwinConfig {
             kilo_paths: 8,
             ..twin

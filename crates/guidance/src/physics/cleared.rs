@@ -4,6 +4,7 @@ use uw_calib::Encoding;
 use uw_calib::picture::Counts;
 use uw_calib::response::CountResponse;
 
+use super::full_scale::CutOff;
 use super::grid;
 use super::light::Seen;
 
@@ -44,8 +45,8 @@ pub(super) struct Cleared {
     pub(super) values: Vec<f64>,
     /// Mean over the picture of the noise's variance.
     pub(super) noise: f64,
-    /// Share of pixels at full scale.
-    pub(super) clipped: f64,
+    /// Which pixels are at full scale; their values are what they may have been without it.
+    pub(super) at_full: Vec<bool>,
 }
 
 impl Cleared {
@@ -59,14 +60,22 @@ impl Cleared {
         let (left, top) = ((self.width - width) / 2, (self.height - height) / 2);
         let row = |y: usize| {
             let from = (top + y) * self.width + left;
-            self.values[from..from + width].iter().copied()
+            from..from + width
         };
+        let pixels = || (0..height).flat_map(row);
         Some(Self {
             width,
             height,
-            values: (0..height).flat_map(row).collect(),
-            ..*self
+            values: pixels().map(|i| self.values[i]).collect(),
+            noise: self.noise,
+            at_full: pixels().map(|i| self.at_full[i]).collect(),
         })
+    }
+
+    /// Share of pixels at full scale.
+    pub(super) fn clipped(&self) -> f64 {
+        let clipped = self.at_full.iter().filter(|&&at_full| at_full).count();
+        clipped as f64 / self.at_full.len() as f64
     }
 }
 
@@ -79,7 +88,7 @@ pub(super) fn clear(
 ) -> Cleared {
     let (width, height) = (picture.width, picture.height);
     let mut values = Vec::with_capacity(width * height);
-    let mut clipped = 0;
+    let mut at_full = Vec::with_capacity(width * height);
     for y in 0..height {
         let v = (y as f64 + 0.5) / height as f64;
         for x in 0..width {
@@ -88,15 +97,22 @@ pub(super) fn clear(
             let veil = exposure * grid::at(&seen.veil[k], u, v);
             let signal = f64::from(picture.signal[y * width + x][k]);
             values.push((signal - veil) / gain);
-            clipped += usize::from(signal >= FULL_SCALE);
+            at_full.push(signal >= FULL_SCALE);
         }
     }
+    let mut cut_off = CutOff {
+        width,
+        height,
+        values: &mut values,
+        at_full: &at_full,
+    };
+    cut_off.restore();
     Cleared {
         width,
         height,
         values,
         noise: noise(picture, seen, exposure, k, response),
-        clipped: clipped as f64 / (width * height) as f64,
+        at_full,
     }
 }
 

@@ -33,6 +33,8 @@ const NOISE_ERROR: f64 = 0.15;
 const FINER_DOUBT: f64 = 0.3;
 /// Error of the logarithm of a deviation from which on noise hides which patches have it.
 const HIDDEN_ERROR: f64 = 0.5;
+/// Error of the logarithm of a deviation over the root of the share of pixels at full scale: what these would show is roughly known.
+const FULL_SCALE_ERROR: f64 = 0.3;
 /// Largest windows, in patches.
 const MOST_PATCHES: usize = 3;
 /// What is open of a scale's variance for each unit by which the logarithm of what the water leaves of its waves' variance differs between
@@ -345,6 +347,8 @@ fn channel(
     }
     scales.clear(&windows_m, left);
     scales.expect(&windows_m);
+    let of_full_scale = FULL_SCALE_ERROR * cleared.clipped().sqrt();
+    scales.doubt_share(2.0 * of_full_scale);
     let n = cleared.values.len() as f64;
     let mean = cleared.values.iter().sum::<f64>() / n;
     // Small parts have room for another column or row.
@@ -369,7 +373,9 @@ fn channel(
         patch_m,
         evenness,
         error: match detail > 0.0 {
-            true => (0.5 * NOISE_ERROR * cleared.noise / detail).min(UNKNOWN),
+            true => (0.5 * NOISE_ERROR * cleared.noise / detail)
+                .hypot(of_full_scale)
+                .min(UNKNOWN),
             false => UNKNOWN,
         },
         shape: Shape {
@@ -377,7 +383,7 @@ fn channel(
             deviations: patches.iter().map(of_patch).collect(),
             quantiles: quantiles(cleared, (patch_w, patch_h)),
         },
-        clipped: cleared.clipped,
+        clipped: cleared.clipped(),
         bands: OnceLock::new(),
     }
 }

@@ -84,6 +84,11 @@ impl Memory {
         memory
     }
 
+    /// The sights.
+    pub(super) fn sights(&self) -> &[Sight] {
+        &self.sights
+    }
+
     /// How the present picture compares in a channel, where both tell.
     pub(super) fn compared(&self, k: usize) -> Option<&Comparison> {
         self.comparison[k].as_ref()

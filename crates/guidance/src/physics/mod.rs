@@ -18,6 +18,7 @@ pub mod detail;
 pub mod doubt;
 mod earlier;
 pub mod file;
+mod full_scale;
 mod grid;
 mod light;
 mod memory;

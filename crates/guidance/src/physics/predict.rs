@@ -80,7 +80,7 @@ impl std::fmt::Display for Unknown {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         f.write_str(match self {
             Self::Clipped => {
-                "more than 1 % of its pixels are at full scale: lower the exposure or the lamps"
+                "more than 10 % of its pixels are at full scale: lower the exposure or the lamps"
             }
             Self::Light => {
                 "no target is as bright or as dark in the water file's water, light and exposure: another of them is before the camera"
@@ -105,6 +105,11 @@ impl Known {
     /// What the picture shows of the target.
     pub(super) fn sight(&self) -> &Sight {
         &self.target.here
+    }
+
+    /// Distances of what the vehicle saw earlier on its way, rising, m.
+    pub(super) fn earlier_m(&self) -> Vec<f64> {
+        self.target.earlier_m()
     }
 
     /// Spread of the detail's deviation from patch to patch over its mean, per channel.

@@ -178,6 +178,11 @@ impl Present {
         self.known.sight()
     }
 
+    /// From where the earlier pictures are that it has in mind, rising, m.
+    pub fn earlier_m(&self) -> Vec<f64> {
+        self.known.earlier_m()
+    }
+
     /// Where it was taken.
     pub fn here(&self) -> Candidate {
         self.here

@@ -45,6 +45,13 @@ impl Scales {
         }
     }
 
+    /// Leaves open such a share of all variances besides.
+    pub(super) fn doubt_share(&mut self, share: f64) {
+        for (doubt, variance) in self.doubt.iter_mut().zip(&self.variance) {
+            *doubt += share * variance;
+        }
+    }
+
     /// Where noise hides a scale it is taken to be like the next coarser one, as far as the picture does not contradict: the mean of
     /// both, weighted by how well they are known.
     pub(super) fn expect(&mut self, windows_m: &[f64]) {

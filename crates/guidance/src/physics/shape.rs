@@ -208,7 +208,7 @@ mod tests {
                 .map(|i| value(i % width, i / width))
                 .collect(),
             noise: 0.0,
-            clipped: 0.0,
+            at_full: vec![false; width * height],
         };
         for (i, quantiles) in quantiles(&cleared, (20, 20)).iter().enumerate() {
             let (left, top) = (i % PATCH_COLUMNS * 20, i / PATCH_COLUMNS * 20);
@@ -229,7 +229,7 @@ mod tests {
             height: 30,
             values: vec![0.3; 1500],
             noise: 0.0,
-            clipped: 0.0,
+            at_full: vec![false; 1500],
         };
         let all = quantiles(&cleared, (5, 5));
         assert_eq!(all, vec![Quantiles::even(); PATCHES]);

@@ -13,8 +13,10 @@ use crate::features::Candidate;
 
 /// Mean reflectances that a target may have, with what the error of a veil makes of them.
 const REFLECTANCES: std::ops::RangeInclusive<f64> = -0.1..=1.1;
-/// Share of clipped pixels beyond which a picture does not tell the target's detail.
-const MOST_CLIPPED: f64 = 0.01;
+/// Share of pixels at full scale beyond which a picture does not tell the target's detail.
+const MOST_CLIPPED: f64 = 0.1;
+/// The same for the target's mean reflectance, where pictures are compared by it.
+const MOST_CLIPPED_OF_MEAN: f64 = 0.01;
 /// Error of a target's look that is taken from the present picture alone, besides what noise and the finest scales leave open: of
 /// the logarithm, and how it grows with the logarithm of the distance; from nearer.
 const NEARER_ERROR: [f64; 2] = [0.01, 0.03];
@@ -192,6 +194,12 @@ impl Target {
         })
     }
 
+    /// Distances of what the vehicle saw on its way, rising, m.
+    pub(super) fn earlier_m(&self) -> Vec<f64> {
+        let sights = self.earlier.sights().iter();
+        sights.map(|sight| sight.distance_m).collect()
+    }
+
     /// Mean reflectance per channel.
     pub(super) fn reflectance(&self) -> [f64; 3] {
         [0, 1, 2].map(|k| self.here.channel(k).mean)
@@ -200,7 +208,8 @@ impl Target {
     /// Channels whose mean tells nothing of the target: clipped ones, and those of another light.
     pub(super) fn without_mean(&self) -> [bool; 3] {
         std::array::from_fn(|k| {
-            self.here.is_clipped(k) || !REFLECTANCES.contains(&self.here.channel(k).mean)
+            let channel = self.here.channel(k);
+            channel.clipped > MOST_CLIPPED_OF_MEAN || !REFLECTANCES.contains(&channel.mean)
         })
     }
 

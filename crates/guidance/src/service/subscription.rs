@@ -217,7 +217,7 @@ fn stay_for_little(advice: &mut Advice, known: &Known, means: &Means, min_gain: 
         predicted_contrast: advice.predicted_here,
         score: advice.score_here,
         terms: advice.terms_here,
-        physics: advice.physics.map(|physics| PhysicalAdvice {
+        physics: advice.physics.clone().map(|physics| PhysicalAdvice {
             error: physics.error_here,
             ..physics
         }),

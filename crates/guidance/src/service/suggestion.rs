@@ -296,6 +296,7 @@ fn physical(advice: &Advice, physics: &PhysicalAdvice) -> Fields {
         "predicted_contrast_error": told(physics.error),
         "predicted_here": told(advice.predicted_here),
         "predicted_here_error": told(physics.error_here),
+        "earlier_m": physics.earlier_m.iter().map(|&m| rounded(m, DISTANCE_DECIMALS)).collect::<Vec<_>>(),
         "residual_here": physics.residual.map(|residual| json!({
             "contrast": residual.counts.map(some_counts),
             "standard_error": counts(residual.error_counts),

@@ -16,7 +16,7 @@ fn sights_speak_for_a_clipped_channel_of_their_own_target_alone() {
     let shown = LinearPicture::of_counts(&picture(&file, &here, 9), file.sensor.encoding);
     file.sights = vec![Sight::new(&file.place(&response, 3.0), &shown, &here)];
     let mut counts = picture(&file, &here, 3);
-    for pixel in counts.pixels.iter_mut().step_by(40) {
+    for pixel in counts.pixels.iter_mut().step_by(8) {
         pixel[0] = 255.0;
     }
     let unknown = |counts: &Counts| {
@@ -36,7 +36,7 @@ fn sights_speak_for_a_clipped_channel_of_their_own_target_alone() {
     }
     assert_eq!(unknown(&other), [Some(Unknown::Clipped), None, None]);
     // Nothing that tells which target it is.
-    for pixel in counts.pixels.iter_mut().step_by(40) {
+    for pixel in counts.pixels.iter_mut().step_by(8) {
         *pixel = [255.0; 3];
     }
     assert_eq!(unknown(&counts), [Some(Unknown::Clipped); 3]);

@@ -88,7 +88,7 @@ fn a_clipped_channel_prefers_no_place() {
     let file = even_water();
     let here = at(1.0, 20.0);
     let mut counts = picture(&file, &here, 3);
-    for pixel in counts.pixels.iter_mut().step_by(40) {
+    for pixel in counts.pixels.iter_mut().step_by(8) {
         pixel[0] = 255.0;
     }
     let measured = contrast_of(&counts);
