@@ -21,16 +21,26 @@ struct Kept {
 }
 
 impl Earlier {
-    /// Takes a picture of `taken_s` on any clock that does not go back. One that tells nothing of the target is passed over, so that one from before counts on.
+    /// Takes a picture of `taken_s` on any clock that does not go back. One that tells nothing of the target, or comes later than a newer one from the same
+    /// distance, is passed over, so that the other counts on.
     pub fn keep(&mut self, present: &Present, taken_s: f64) {
         let sight = present.sight();
         if !sight.tells_any() {
             return;
         }
-        self.kept.retain(|kept| {
+        let is_near = |kept: &Kept| {
             let apart = (kept.sight.distance_m / sight.distance_m).ln().abs();
-            taken_s - kept.taken_s <= COUNTS_S && apart > SAME_DISTANCE_LOG
-        });
+            apart <= SAME_DISTANCE_LOG
+        };
+        if self
+            .kept
+            .iter()
+            .any(|kept| is_near(kept) && kept.taken_s > taken_s)
+        {
+            return;
+        }
+        self.kept
+            .retain(|kept| taken_s - kept.taken_s <= COUNTS_S && !is_near(kept));
         self.kept.push(Kept {
             sight: sight.clone(),
             taken_s,

@@ -29,6 +29,9 @@ fn the_newest_picture_of_a_distance_counts_for_ten_minutes() {
     assert_eq!(distances_m(&earlier, 100.0), [2.0, 1.0]);
     earlier.keep(&nearer, 200.0);
     assert_eq!(distances_m(&earlier, 200.0), [2.0, 0.9]);
+    // One that comes late does not take the place of a newer one.
+    earlier.keep(&near, 150.0);
+    assert_eq!(distances_m(&earlier, 200.0), [2.0, 0.9]);
     assert_eq!(distances_m(&earlier, 700.0), [0.9]);
     // A white picture does not take the place of one that shows something.
     let white = present(0.9, &|counts| counts.pixels.fill([255.0; 3]));
