@@ -107,6 +107,7 @@ fn pictures_with_bright_spots_predict_darker_ones() {
         let off = found.counts[k] / truth[k] - 1.0;
         assert!(off.abs() < 0.03, "{found:?} {truth:?}");
         let error = found.error_counts[k] / truth[k];
+        assert!(error > 0.2 * share.sqrt(), "{error} {share}");
         assert!(
             off.abs() < 2.0 * error && error < 0.12,
             "{found:?} {truth:?}"
