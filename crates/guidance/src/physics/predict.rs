@@ -275,6 +275,12 @@ impl<'a> Predictor<'a> {
         self.known.target.unknown()
     }
 
+    /// Which channels have more than 1 % of their pixels at full scale and tell the target's detail nevertheless: what these pixels would show
+    /// is taken from the others.
+    pub fn partly_clipped(&self) -> [bool; 3] {
+        self.known.target.partly_clipped()
+    }
+
     /// Mean reflectance of the target per channel, as the picture and the tables have it.
     pub fn reflectance(&self) -> [f64; 3] {
         self.known.target.reflectance()

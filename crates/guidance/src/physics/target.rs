@@ -15,8 +15,8 @@ use crate::features::Candidate;
 const REFLECTANCES: std::ops::RangeInclusive<f64> = -0.1..=1.1;
 /// Share of pixels at full scale beyond which a picture does not tell the target's detail.
 const MOST_CLIPPED: f64 = 0.1;
-/// The same for the target's mean reflectance, where pictures are compared by it.
-const MOST_CLIPPED_OF_MEAN: f64 = 0.01;
+/// The same for what is told without ado: the target's mean reflectance, where pictures are compared by it.
+const MOST_CLIPPED_UNTOLD: f64 = 0.01;
 /// Error of a target's look that is taken from the present picture alone, besides what noise and the finest scales leave open: of
 /// the logarithm, and how it grows with the logarithm of the distance; from nearer.
 const NEARER_ERROR: [f64; 2] = [0.01, 0.03];
@@ -209,7 +209,14 @@ impl Target {
     pub(super) fn without_mean(&self) -> [bool; 3] {
         std::array::from_fn(|k| {
             let channel = self.here.channel(k);
-            channel.clipped > MOST_CLIPPED_OF_MEAN || !REFLECTANCES.contains(&channel.mean)
+            channel.clipped > MOST_CLIPPED_UNTOLD || !REFLECTANCES.contains(&channel.mean)
+        })
+    }
+
+    /// Channels of which more than a hundredth is at full scale and not so much that they tell nothing.
+    pub(super) fn partly_clipped(&self) -> [bool; 3] {
+        std::array::from_fn(|k| {
+            !self.here.is_clipped(k) && self.here.channel(k).clipped > MOST_CLIPPED_UNTOLD
         })
     }
 

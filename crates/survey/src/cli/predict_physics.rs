@@ -7,6 +7,7 @@ use csv::{ReaderBuilder, Trim};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use uw_calib::ImageStats;
+use uw_calib::detail::channel_names;
 use uw_calib::picture::Counts;
 use uw_guidance::Candidate;
 use uw_guidance::physics::{Contrast, LinearPicture, Predictor, Sight, WaterFile};
@@ -181,6 +182,11 @@ fn known(predictor: &Predictor, image: &Path) -> Result<[bool; 3], CliError> {
     for reason in &reasons {
         note(format_args!(
             "uw: warning: {file}: no prediction for {reason}"
+        ));
+    }
+    if let Some(names) = channel_names(predictor.partly_clipped()) {
+        note(format_args!(
+            "uw: warning: {file}: {names}: more than 1 % of the pixels are at full scale; what they would show is taken from the others, with a larger error"
         ));
     }
     Ok(unknown.map(|reason| reason.is_none()))

@@ -137,7 +137,8 @@ fn physics_predicts_from_a_picture_in_a_known_water() {
     picture.save(folder.path("now.png")).expect("a picture");
     let arguments =
         "predict --water water.json --image now.png --distance-m 1.0 --light-pct 20 -o out.csv";
-    folder.good(&format!("{arguments} --candidates places.csv"));
+    let run = folder.good(&format!("{arguments} --candidates places.csv"));
+    assert!(!run.stderr.contains("full scale"), "{}", run.stderr);
     let text = folder.text("out.csv");
     let header = "distance_m,light_pct,contrast_r,contrast_g,contrast_b,error_r,error_g,error_b";
     assert!(text.starts_with(header), "{text}");
@@ -152,6 +153,17 @@ fn physics_predicts_from_a_picture_in_a_known_water() {
         &format!("{arguments} --candidates beyond.csv"),
         &["beyond.csv:3:", "distance_m", "0.8 to 1.5", "1.8"],
     );
+    let mut spots = picture;
+    for (x, y, pixel) in spots.enumerate_pixels_mut() {
+        if (x + 3 * y) % 19 == 0 {
+            pixel[0] = 255;
+        }
+    }
+    spots.save(folder.path("now.png")).expect("a picture");
+    let run = folder.good(&format!("{arguments} --candidates places.csv"));
+    let told = "now.png: R: more than 1 % of the pixels are at full scale";
+    assert!(run.stderr.contains(told), "{}", run.stderr);
+    assert!(numbers(&folder.text("out.csv"))[0][2] > 6.0);
     image::RgbImage::from_pixel(1280, 720, image::Rgb([100, 100, 100]))
         .save(folder.path("now.png"))
         .expect("a picture");
