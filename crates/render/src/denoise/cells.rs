@@ -317,7 +317,7 @@ fn blocks(
         let (u, v) = (grid.place(x, cell.0), grid.place(y, cell.1));
         basis.terms_at(&carried, u, v, &mut row);
         row[terms] = lanes(|k, half| f64::from(problem.halves[half][pixel][k]));
-        let weight = lanes(|k, _| f64::from(problem.weights[pixel][k]));
+        let weight = lanes(|k, half| f64::from(problem.weights[half][pixel][k]));
         let block = of_region(&mut blocks, fragment.region, terms, moments);
         block.pixels += 1.0;
         let start = block.start;
@@ -364,7 +364,7 @@ mod tests {
                 blurred: &basis::blurred_light(&guides),
                 basis: &basis,
                 halves: [&values, &values],
-                weights: &weights,
+                weights: [&weights, &weights],
                 cancel: &AtomicBool::new(false),
             };
             let made = Summed::of(&problem, 8).expect("wanted").merged(&basis);

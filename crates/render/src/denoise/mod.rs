@@ -129,7 +129,7 @@ fn layers(
     let blurred = basis::blurred_light(&guides);
     let sampled = |layer| halves.map(|half| single(half.film.sampled(layer)));
     let total = sampled(FilmLayer::Total);
-    let weights = weights(&total, guides.width);
+    let weights = Weights::of(&total, guides.width);
     let fit = |raw: &Halves, basis: &Basis| {
         if raw.iter().flatten().all(|value| *value == [0.0; 3]) {
             return Some(Chosen {
@@ -142,11 +142,11 @@ fn layers(
             blurred: &blurred,
             basis,
             halves: [&raw[0], &raw[1]],
-            weights: &weights,
+            weights: [&weights.halves[0], &weights.halves[1]],
             cancel,
         };
         let fitted = problem.fit()?;
-        let chosen = selection::select(problem.halves, fitted, &weights, guides.width);
+        let chosen = selection::select(problem.halves, fitted, &weights.both, guides.width);
         (!cancel.load(Ordering::Relaxed)).then_some(chosen)
     };
     let (direct, veil) = (sampled(FilmLayer::Direct), sampled(FilmLayer::Backscatter));
@@ -182,19 +182,48 @@ fn layers(
     Some(Denoised { layers, facts })
 }
 
-/// One over the squared level around every pixel, per channel.
-fn weights(total: &Halves, width: usize) -> Vec<[f32; 3]> {
-    let mut weights = vec![[0.0; 3]; total[0].len()];
-    for k in 0..3 {
-        let halves = total[0].iter().zip(&total[1]);
-        let plane: Vec<f32> = halves.map(|(a, b)| 0.5 * (a[k] + b[k])).collect();
-        let sum: f64 = plane.iter().map(|&value| f64::from(value)).sum();
-        let mean = sum / plane.len().max(1) as f64;
-        let level = (0..2).fold(plane, |plane, _| {
+/// Weight of each pixel, per channel: one over its squared level.
+struct Weights {
+    /// Of each half's samples, by the level of the other half: where a half's own bright samples took weight from themselves, fits
+    /// would come out too dark.
+    halves: Halves,
+    /// By the level of both.
+    both: Vec<[f32; 3]>,
+}
+
+impl Weights {
+    fn of(total: &Halves, width: usize) -> Self {
+        let levels = total.each_ref().map(|half| levels(half, width));
+        let [a, b] = &levels;
+        let mean = |(a, b): (&[f32; 3], &[f32; 3])| [0, 1, 2].map(|k| 0.5 * (a[k] + b[k]));
+        let both: Vec<[f32; 3]> = a.iter().zip(b).map(mean).collect();
+        Self {
+            halves: [squares_inverse(b), squares_inverse(a)],
+            both: squares_inverse(&both),
+        }
+    }
+}
+
+/// The level of a picture around every pixel.
+fn levels(picture: &[[f32; 3]], width: usize) -> Vec<[f32; 3]> {
+    let planes: [Vec<f32>; 3] = std::array::from_fn(|k| {
+        let plane: Vec<f32> = picture.iter().map(|value| value[k]).collect();
+        (0..2).fold(plane, |plane, _| {
             blur::boxed(&plane, width, LEVEL_RADIUS_PX)
-        });
-        for (weight, level) in weights.iter_mut().zip(level) {
-            let square = f64::from(level).powi(2) + LEVEL_FLOOR * mean * mean;
+        })
+    });
+    let pixel = |i: usize| std::array::from_fn(|k| planes[k][i]);
+    (0..picture.len()).map(pixel).collect()
+}
+
+/// One over the square of levels, over that of their mean.
+fn squares_inverse(levels: &[[f32; 3]]) -> Vec<[f32; 3]> {
+    let mut weights = vec![[0.0; 3]; levels.len()];
+    for k in 0..3 {
+        let sum: f64 = levels.iter().map(|level| f64::from(level[k])).sum();
+        let mean = sum / levels.len().max(1) as f64;
+        for (weight, level) in weights.iter_mut().zip(levels) {
+            let square = f64::from(level[k]).powi(2) + LEVEL_FLOOR * mean * mean;
             // Weights of any unit of light stay in the range of single precision.
             weight[k] = if square > 0.0 {
                 (mean * mean / square) as f32

@@ -9,7 +9,7 @@ use super::guides::Guides;
 
 /// Edges of the smallest and of the largest cells, pixels, of which there are all powers of two in between: each candidate's window is
 /// three of them wide.
-const SMALLEST_CELL_PX: usize = 4;
+pub(super) const SMALLEST_CELL_PX: usize = 4;
 const LARGEST_CELL_PX: usize = 128;
 /// Fewest cells along the longer side of the picture, but for the smallest ones.
 const FEWEST_CELLS: usize = 4;
@@ -21,8 +21,8 @@ pub(super) struct Problem<'a> {
     pub(super) basis: &'a Basis,
     /// The layer, half by half.
     pub(super) halves: [&'a [[f32; 3]]; 2],
-    /// Weight of each pixel.
-    pub(super) weights: &'a [[f32; 3]],
+    /// Weight of each pixel, half by half.
+    pub(super) weights: [&'a [[f32; 3]]; 2],
     /// Whether nobody waits for it any more.
     pub(super) cancel: &'a AtomicBool,
 }

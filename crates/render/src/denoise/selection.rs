@@ -3,13 +3,16 @@
 use rayon::prelude::*;
 
 use super::blur::boxed;
-use super::regression::{CROSSED, Fitted, OWN, SHOWN, Values};
+use super::regression::{CROSSED, Fitted, OWN, SHOWN, SMALLEST_CELL_PX, Values};
 
-/// Radius over which the errors of candidates are averaged, pixels, and how often.
+/// Least radius over which the errors of candidates are averaged, pixels, and how often.
 const SCORE_RADIUS_PX: usize = 6;
 const SCORE_PASSES: usize = 2;
-/// As many pixels as an average over them is worth: 1.5 times the side of the squares, squared.
-const SCORE_PIXELS: f32 = 380.0;
+/// The radius over the side of the cells that are judged: what is wrong with the next larger ones reaches as far as these do, and
+/// the noise in which it has to be seen is less over more pixels.
+const SCORE_RADIUS_CELLS: usize = 2;
+/// Pixels along a side that an average over squares is worth, over the side of these.
+const SCORE_WORTH: f32 = 1.5;
 /// Standard errors by which smaller cells must be better than larger ones. Both halves follow the same choice: cells that are
 /// taken because noise of both agrees by chance give both the same error, which nothing tells of.
 const SIGNIFICANT: f32 = 2.0;
@@ -70,11 +73,15 @@ fn fill(
 /// For every pixel the last candidate, or the one before that is better than those after it by more than chance, by the scores of
 /// `count` candidates of each.
 fn choose(scores: &[f32], count: usize, width: usize) -> Vec<usize> {
-    let smooth = |plane: Vec<f32>| {
-        (0..SCORE_PASSES).fold(plane, |plane, _| boxed(&plane, width, SCORE_RADIUS_PX))
-    };
     let mut choice = vec![count - 1; scores.len() / count];
+    let height = choice.len() / width.max(1);
     for candidate in (0..count - 1).rev() {
+        let radius = score_radius(candidate);
+        let smooth = |plane: Vec<f32>| {
+            (0..SCORE_PASSES).fold(plane, |plane, _| boxed(&plane, width, radius))
+        };
+        let worth = |side: usize| (SCORE_WORTH * (2 * radius + 1) as f32).min(side as f32);
+        let pixels = worth(width) * worth(height);
         let of_pixels = scores.chunks(count).zip(&choice);
         let gain: Vec<f32> = of_pixels
             .map(|(scores, &choice)| scores[choice] - scores[candidate])
@@ -82,13 +89,22 @@ fn choose(scores: &[f32], count: usize, width: usize) -> Vec<usize> {
         let squares = smooth(gain.iter().map(|gain| gain * gain).collect());
         let gain = smooth(gain);
         for (i, choice) in choice.iter_mut().enumerate() {
-            let variance = (squares[i] - gain[i] * gain[i]).max(0.0) / SCORE_PIXELS;
+            let variance = (squares[i] - gain[i] * gain[i]).max(0.0) / pixels;
             if gain[i] > SIGNIFICANT * variance.sqrt() {
                 *choice = candidate;
             }
         }
     }
     choice
+}
+
+/// Radius over which the errors of a candidate are averaged, pixels; the first one are the samples, whose cells are pixels.
+fn score_radius(candidate: usize) -> usize {
+    let cell_px = match candidate {
+        0 => 1,
+        _ => SMALLEST_CELL_PX << (candidate - 1),
+    };
+    SCORE_RADIUS_PX.max(SCORE_RADIUS_CELLS * cell_px)
 }
 
 /// What is expected to be the squared error of the mean of the candidate's halves, and the variance of a half
@@ -160,5 +176,39 @@ fn blend(fitted: &Fitted, raw: [&[[f32; 3]]; 2], shares: &[Option<Vec<f32>>]) ->
     Chosen {
         shown: [a, b],
         residuals: [of_a, of_b],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::Rng;
+
+    const WIDTH: usize = 160;
+
+    /// Which candidates are chosen, smallest share first, where the last but one is better than the last by `gain`, in noise of a
+    /// standard deviation of 1.
+    fn chosen(gain: f32, seed: u32) -> f32 {
+        const COUNT: usize = 5;
+        let mut rng = Rng::new(3, seed, 0, 0);
+        let mut scores = vec![0.0; WIDTH * WIDTH * COUNT];
+        for pixel in scores.chunks_mut(COUNT) {
+            pixel.fill(10.0);
+            pixel[COUNT - 2] = 0.0;
+            pixel[COUNT - 1] = gain + 12_f32.sqrt() * (rng.uniform() as f32 - 0.5);
+        }
+        let choice = choose(&scores, COUNT, WIDTH);
+        let taken = choice.iter().filter(|&&choice| choice == COUNT - 2).count();
+        taken as f32 / choice.len() as f32
+    }
+
+    /// Cells of 16 pixels that are better than those of 32 by a twentieth of the noise of a pixel: averages over 13 pixels, good
+    /// enough for small cells, would not see it. Where nothing is better, the large ones stay.
+    #[test]
+    fn large_cells_are_judged_over_as_many_pixels_as_they_need() {
+        let mean = |gain| (0..4).map(|seed| chosen(gain, seed)).sum::<f32>() / 4.0;
+        let (better, equal) = (mean(0.05), mean(0.0));
+        assert!(better > 0.9, "{better}");
+        assert!(equal < 0.1, "{equal}");
     }
 }
