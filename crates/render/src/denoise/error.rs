@@ -79,7 +79,7 @@ pub(super) fn estimate(chosen: &Chosen, width: usize) -> ErrorEstimate {
 /// stand out farther.
 fn common_square(mut planes: [Vec<f64>; 2], mut width: usize, variance: f64) -> f64 {
     let stands_out = |(mean, error): (f64, f64), errors: f64| mean > errors * error;
-    let [in_two, alone] = SIGNIFICANT;
+    let [twice, alone] = SIGNIFICANT;
     let mut product = mean_product(&planes);
     loop {
         let height = planes[0].len() / width.max(1);
@@ -90,7 +90,7 @@ fn common_square(mut planes: [Vec<f64>; 2], mut width: usize, variance: f64) -> 
         width /= 2;
         let coarser = mean_product(&planes);
         let in_two =
-            product.1 < variance && stands_out(product, in_two) && stands_out(coarser, in_two);
+            product.1 < variance && stands_out(product, twice) && stands_out(coarser, twice);
         if in_two || stands_out(product, alone) {
             return product.0;
         }

@@ -3,8 +3,9 @@
 //!
 //! [`guides`] is what is known ([`look`]: where a ray ends and the light that comes straight from there; [`patch`]: where all rays
 //! through a pixel end, from those through its corners; [`regions`]: connected surfaces), [`basis`] what a layer is made of,
-//! [`regression`] fits it cell by cell ([`cells`]: sums; [`solve`]: coefficients; [`values`]: what they say of pixels), [`selection`]
-//! chooses among the sizes of cells by what each half of the samples says of the other's fit, [`error`] estimates what is wrong.
+//! [`regression`] fits it cell by cell ([`weights`] of pixels; [`cells`]: sums; [`solve`]: coefficients; [`values`]: what they say of
+//! pixels), [`selection`] chooses among the sizes of cells by what each half of the samples says of the other's fit, [`error`]
+//! estimates what is wrong.
 //! [`halves`] renders.
 
 mod basis;
@@ -25,6 +26,7 @@ mod solve;
 #[cfg(test)]
 mod tests;
 mod values;
+mod weights;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -42,11 +44,7 @@ pub use halves::{DenoiseError, other_half, render};
 use regression::Problem;
 pub use samples::Half;
 use selection::{Chosen, Halves};
-
-/// Radius over which the level of the picture is averaged that errors are weighed by, twice, pixels.
-const LEVEL_RADIUS_PX: usize = 6;
-/// Share of the picture's squared mean that is added to that squared level.
-const LEVEL_FLOOR: f64 = 1e-4;
+use weights::Weights;
 
 /// Facts about a denoised picture.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -180,59 +178,6 @@ fn layers(
         cpu_s: cpu_start.elapsed().as_secs_f64(),
     };
     Some(Denoised { layers, facts })
-}
-
-/// Weight of each pixel, per channel: one over its squared level.
-struct Weights {
-    /// Of each half's samples, by the level of the other half: where a half's own bright samples took weight from themselves, fits
-    /// would come out too dark.
-    halves: Halves,
-    /// By the level of both.
-    both: Vec<[f32; 3]>,
-}
-
-impl Weights {
-    fn of(total: &Halves, width: usize) -> Self {
-        let levels = total.each_ref().map(|half| levels(half, width));
-        let [a, b] = &levels;
-        let mean = |(a, b): (&[f32; 3], &[f32; 3])| [0, 1, 2].map(|k| 0.5 * (a[k] + b[k]));
-        let both: Vec<[f32; 3]> = a.iter().zip(b).map(mean).collect();
-        Self {
-            halves: [squares_inverse(b), squares_inverse(a)],
-            both: squares_inverse(&both),
-        }
-    }
-}
-
-/// The level of a picture around every pixel.
-fn levels(picture: &[[f32; 3]], width: usize) -> Vec<[f32; 3]> {
-    let planes: [Vec<f32>; 3] = std::array::from_fn(|k| {
-        let plane: Vec<f32> = picture.iter().map(|value| value[k]).collect();
-        (0..2).fold(plane, |plane, _| {
-            blur::boxed(&plane, width, LEVEL_RADIUS_PX)
-        })
-    });
-    let pixel = |i: usize| std::array::from_fn(|k| planes[k][i]);
-    (0..picture.len()).map(pixel).collect()
-}
-
-/// One over the square of levels, over that of their mean.
-fn squares_inverse(levels: &[[f32; 3]]) -> Vec<[f32; 3]> {
-    let mut weights = vec![[0.0; 3]; levels.len()];
-    for k in 0..3 {
-        let sum: f64 = levels.iter().map(|level| f64::from(level[k])).sum();
-        let mean = sum / levels.len().max(1) as f64;
-        for (weight, level) in weights.iter_mut().zip(levels) {
-            let square = f64::from(level[k]).powi(2) + LEVEL_FLOOR * mean * mean;
-            // Weights of any unit of light stay in the range of single precision.
-            weight[k] = if square > 0.0 {
-                (mean * mean / square) as f32
-            } else {
-                0.0
-            };
-        }
-    }
-    weights
 }
 
 fn single(values: Vec<Spectrum>) -> Vec<[f32; 3]> {

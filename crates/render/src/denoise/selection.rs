@@ -186,8 +186,8 @@ mod tests {
 
     const WIDTH: usize = 160;
 
-    /// Which candidates are chosen, smallest share first, where the last but one is better than the last by `gain`, in noise of a
-    /// standard deviation of 1.
+    /// Share of the pixels that take the last candidate but one where that is better than the last by `gain`, in noise of a standard
+    /// deviation of 1.
     fn chosen(gain: f32, seed: u32) -> f32 {
         const COUNT: usize = 5;
         let mut rng = Rng::new(3, seed, 0, 0);

@@ -113,22 +113,6 @@ fn the_estimated_error_is_of_the_true_ones_size_and_far_less_than_before() {
     }
 }
 
-/// A bright sample takes no weight from itself, which would make fits too dark: those of its half keep theirs.
-#[test]
-fn a_halfs_samples_do_not_weigh_themselves() {
-    const WIDTH: usize = 32;
-    let even = vec![[1.0_f32; 3]; WIDTH * WIDTH];
-    let mut bright = even.clone();
-    let middle = WIDTH * WIDTH / 2 + WIDTH / 2;
-    bright[middle] = [500.0; 3];
-    let weights = Weights::of(&[bright, even], WIDTH);
-    let contrast = |weights: &[[f32; 3]]| weights[middle][1] / weights[0][1];
-    let [own, others] = weights.halves.each_ref().map(|half| contrast(half));
-    assert!((own - 1.0).abs() < 1e-5, "{own}");
-    assert!(others < 0.5, "{others}");
-    assert!((others..1.0).contains(&contrast(&weights.both)));
-}
-
 /// Light that straight light is blurred to is a hundred times brighter in pixels that a bright post shares than in those of the
 /// wall beside it, which a fit of the wall has met.
 #[test]
