@@ -3,11 +3,13 @@
 
 use std::path::Path;
 
-use uw_render::{
-    film::{Film, FilmLayer},
-    scene::Scene,
+use uw_render::{film::FilmLayer, scene::Scene};
+use uw_tests::{
+    file,
+    gpu::in_single_precision,
+    plan, render,
+    same_numbers::{PICTURE_SAMPLES, assert_same_pixels, assert_same_tiles},
 };
-use uw_tests::{file, gpu::in_single_precision, plan, render};
 
 use crate::gpu::compare;
 
@@ -50,9 +52,9 @@ fn every_phase_function() {
     ];
     for (name, phase) in phases {
         let lamp = scene(CAMERA, TURBID, phase, &format!("{LAMP}{PLATE}"));
-        compare(&backends, &format!("{name}, lamp"), &lamp, 32);
+        compare(&backends, &format!("{name}, lamp"), &lamp, 8);
         let sun = scene(CAMERA, CLEAR, phase, &format!("{SURFACE}{SUN}{PLATE}"));
-        compare(&backends, &format!("{name}, sun"), &sun, 32);
+        compare(&backends, &format!("{name}, sun"), &sun, 8);
     }
 }
 
@@ -81,7 +83,7 @@ fn lamps_and_surfaces() {
         ("disk under the surface", format!("{SURFACE}{disk}{PLATE}")),
         ("no object", LAMP.to_owned()),
     ] {
-        compare(&backends, name, &scene(CAMERA, TURBID, FORWARD, &rest), 32);
+        compare(&backends, name, &scene(CAMERA, TURBID, FORWARD, &rest), 8);
     }
 }
 
@@ -128,7 +130,7 @@ fn cameras_and_daylight() {
             format!("{SURFACE}{SUN}{PLATE}emission = [0.3, 0.2, 0.1]\n"),
         ),
     ] {
-        compare(&backends, name, &scene(camera, CLEAR, FORWARD, &rest), 32);
+        compare(&backends, name, &scene(camera, CLEAR, FORWARD, &rest), 8);
     }
 }
 
@@ -139,13 +141,13 @@ fn media_without_scattering_and_without_water() {
     let red_only = "a = [0.35, 0.06, 0.025]\nb = [0.5, 0.0, 0.02]";
     for (name, water) in [("absorbing", absorbing), ("one channel clear", red_only)] {
         let rest = format!("{SURFACE}{SUN}{LAMP}{PLATE}");
-        compare(&backends, name, &scene(CAMERA, water, FORWARD, &rest), 32);
+        compare(&backends, name, &scene(CAMERA, water, FORWARD, &rest), 8);
     }
     let text = format!(
         "format = \"uw-scene/1\"\n[camera]\n{CAMERA}\nhfov_deg = 60.0\nwidth = 80\nheight = 40\n{SUN}{LAMP}{PLATE}"
     );
     let dry = Scene::parse(&text, Path::new("."), "dry").unwrap_or_else(|e| panic!("{e}"));
-    compare(&backends, "no water", &dry, 32);
+    compare(&backends, "no water", &dry, 8);
 }
 
 /// A bumpy mesh of 2 × 24 × 24 triangles with smooth normals and a texture in front of the camera.
@@ -188,13 +190,13 @@ fn meshes_with_normals_and_textures() {
     );
     let mut lamp = scene(CAMERA, CLEAR, FORWARD, &format!("{LAMP}{textured}"));
     add_mesh(&mut lamp);
-    compare(&backends, "mesh, lamp", &lamp, 32);
+    compare(&backends, "mesh, lamp", &lamp, 8);
     let mut sun = scene(CAMERA, CLEAR, FORWARD, &format!("{SURFACE}{SUN}{textured}"));
     add_mesh(&mut sun);
-    compare(&backends, "mesh, sun", &sun, 32);
+    compare(&backends, "mesh, sun", &sun, 8);
 }
 
-/// Each layer's picture mean within four standard errors of two renders; a lamp at level 0 has a layer too.
+/// The pixels of each layer are the same; a lamp at level 0 has a layer too.
 #[test]
 fn layers_and_limits_on_bounces() {
     let backends = in_single_precision();
@@ -208,54 +210,25 @@ fn layers_and_limits_on_bounces() {
         &format!("{SURFACE}{SUN}{LAMP}{off}{PLATE}"),
     );
     for max_bounces in [0, 1, 2] {
-        let plan_of = |seed| {
-            let mut plan = plan(32, seed);
-            plan.dark_lamps = true;
-            plan.max_bounces = max_bounces;
-            plan
-        };
-        let theirs: Vec<_> = (10..14).map(|s| render(&scene, &plan_of(s)).0).collect();
-        for backend in &backends {
-            let ours: Vec<_> = (0..4)
-                .map(|s| backend.render(&scene, &plan_of(s)).0)
-                .collect();
-            assert_layers(
-                &format!("{} at {max_bounces}", backend.name()),
-                &ours,
-                &theirs,
-            );
+        let mut plan = plan(PICTURE_SAMPLES, 11);
+        plan.dark_lamps = true;
+        plan.max_bounces = max_bounces;
+        let theirs = render(&scene, &plan).0;
+        for layer in [
+            FilmLayer::Ambient,
+            FilmLayer::Lamp(0),
+            FilmLayer::Lamp(1),
+            FilmLayer::Direct,
+            FilmLayer::Backscatter,
+        ] {
+            let light: f64 = theirs.layer(layer).iter().map(|v| v[1]).sum();
+            assert!(light > 0.0, "{max_bounces}, {layer:?} is black");
         }
-    }
-}
-
-fn assert_layers(test: &str, ours: &[Film], theirs: &[Film]) {
-    for layer in [
-        FilmLayer::Ambient,
-        FilmLayer::Lamp(0),
-        FilmLayer::Lamp(1),
-        FilmLayer::Direct,
-        FilmLayer::Backscatter,
-    ] {
-        let means = |films: &[Film]| -> (f64, f64) {
-            let all: Vec<f64> = films
-                .iter()
-                .map(|film| {
-                    let values = film.layer(layer);
-                    values.iter().map(|v| v[1]).sum::<f64>() / values.len() as f64
-                })
-                .collect();
-            let mean = all.iter().sum::<f64>() / 4.0;
-            let square = all.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / 12.0;
-            (mean, square)
-        };
-        let ((a, va), (b, vb)) = (means(ours), means(theirs));
-        // Variances of four means are rough: Student's t with 6 degrees of freedom, 6 standard errors are 1 in 1000.
-        let error = (va + vb).sqrt() + 1e-6 * b;
-        println!("{test}, {layer:?}: {a} {b} ± {error}");
-        assert!(b > 0.0, "{test}, {layer:?} is black");
-        assert!(
-            (a - b).abs() < 6.0 * error,
-            "{test}, {layer:?}: {a} {b} ± {error}"
-        );
+        for backend in &backends {
+            let test = format!("{} at {max_bounces}", backend.name());
+            let ours = backend.render(&scene, &plan).0;
+            assert_same_tiles(&test, &ours, &theirs);
+            assert_same_pixels(&test, &ours, &theirs);
+        }
     }
 }

@@ -13,7 +13,11 @@ use uw_render::{
     prepare::Prepared,
 };
 
-use crate::{gpu::Backend, measure_prepared, plan};
+use crate::{
+    gpu::Backend,
+    measure_prepared, plan,
+    tiles::{Tiles, spread},
+};
 
 /// Part of the vector units' samples that is enough for other backends: by [`APART`] they are then known to be within less than
 /// one standard error of all samples.
@@ -22,6 +26,14 @@ pub const PART: u32 = 64;
 const APART: f64 = 0.1;
 /// Largest relative difference of their standard errors; up to 0.007 was seen.
 const ERRORS_APART: f64 = 0.05;
+
+/// The same of pictures of few samples with independent pixels: of the mean (up to 0.15 was seen where a point lamp is in view, around
+/// which rounding moves light; 0.03 elsewhere), of tiles (root mean square, up to 0.11, and largest, up to 0.32), and of the tiles' errors
+/// (root mean square, up to 0.024).
+const PICTURES_APART: f64 = 0.3;
+const TILES_APART: f64 = 0.2;
+const TILE_APART: f64 = 0.6;
+const TILE_ERRORS_APART: f64 = 0.05;
 
 /// Samples per pixel of pictures that are compared pixel by pixel.
 pub const PICTURE_SAMPLES: u32 = 2;
@@ -119,6 +131,36 @@ pub fn assert_same_pixels(what: &str, ours: &Film, theirs: &Film) {
         assert!(
             share <= DIFFERENT_SHARE,
             "{what}, {layer:?}: {share} of the pixels differ with one seed"
+        );
+    }
+}
+
+/// Pictures with one seed have the same means in each tile and all over, and the same standard errors, but for the walks that
+/// rounding sends another way: few samples tell more of a difference than many with seeds of their own would.
+///
+/// # Panics
+/// When they have not.
+pub fn assert_same_tiles(what: &str, ours: &Film, theirs: &Film) {
+    let (ours, theirs) = (Tiles::of(ours), Tiles::of(theirs));
+    let shares = |of: fn(&Tiles, usize, usize) -> f64, k: usize| -> Vec<f64> {
+        let tiles = 0..theirs.mean.len();
+        let share = |i| (of(&ours, i, k) - of(&theirs, i, k)) / theirs.standard_error[i][k];
+        tiles.map(share).collect()
+    };
+    let ((mean, _), (expected, error)) = (ours.picture_mean(), theirs.picture_mean());
+    for k in 0..3 {
+        let (rms, largest) = spread(&shares(|tiles, i, k| tiles.mean[i][k], k));
+        let (rms_of_errors, _) = spread(&shares(|tiles, i, k| tiles.standard_error[i][k], k));
+        let apart = (mean[k] - expected[k]) / error[k];
+        println!(
+            "  {what}, channel {k}: means {apart:+.4} standard errors apart, tiles {rms:.4} and up to {largest:.3}, errors {rms_of_errors:.4}"
+        );
+        assert!(
+            apart.abs() <= PICTURES_APART
+                && rms <= TILES_APART
+                && largest <= TILE_APART
+                && rms_of_errors <= TILE_ERRORS_APART,
+            "{what}, channel {k}: with one seed, means {apart} standard errors apart, tiles {rms} (rms) and up to {largest}, their errors {rms_of_errors}"
         );
     }
 }

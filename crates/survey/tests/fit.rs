@@ -41,6 +41,14 @@ fn options(truth: &Truth) -> Options {
     }
 }
 
+/// With a quarter of the paths, for what is told without doubt or with its error.
+fn of_few_paths(truth: &Truth) -> Options {
+    Options {
+        paths: Options::default().paths / 4,
+        ..options(truth)
+    }
+}
+
 fn never(_: usize, _: usize) -> bool {
     true
 }
@@ -82,12 +90,12 @@ fn a_hidden_water_is_found_within_its_errors() {
 fn a_water_on_jerlovs_scale_is_told_by_its_place() {
     let mut truth = Truth::draw(2, 3, MEAN).expect("a truth");
     let iops = truth.body.jerlov.iops().expect("a water");
-    (truth.a, truth.b) = (iops.a, iops.b);
+    (truth.a, truth.b, truth.paths) = (iops.a, iops.b, hidden_truth::FEW_PATHS);
     let folder = tempfile::tempdir().expect("a folder");
     let manifest = truth.take(folder.path(), &vehicle(), 5).expect("pictures");
     let options = Options {
         jerlov: true,
-        ..options(&truth)
+        ..of_few_paths(&truth)
     };
     let found = fit(&manifest, &vehicle(), &options, &never).expect("a fit");
     let mixture = found.jerlov.expect("a place on the scale");
@@ -124,14 +132,15 @@ fn place(water: WaterKind) -> f64 {
 #[test]
 fn a_bottom_that_is_said_to_be_a_wall_is_told() {
     // Coral rock in 5C: daylight falls much between the distances, and the target is still seen from afar.
-    let truth = Truth::draw(34, 7, MEAN).expect("a truth");
+    let mut truth = Truth::draw(34, 7, MEAN).expect("a truth");
+    truth.paths = hidden_truth::FEW_PATHS;
     assert!(truth.is_down().expect("a target"));
     let folder = tempfile::tempdir().expect("a folder");
     let manifest = truth.take(folder.path(), &vehicle(), 5).expect("pictures");
     for down in [false, true] {
         let options = Options {
             down,
-            ..Options::default()
+            ..of_few_paths(&truth)
         };
         let found = fit(&manifest, &vehicle(), &options, &never).expect("a fit");
         let is_told = found.warnings.iter().any(|w| w.contains("--bottom"));

@@ -27,6 +27,9 @@ pub const UP_DEPTHS_M: [f64; 3] = [1.0, 2.0, 4.0];
 pub const LIGHT_PCT: f64 = 60.0;
 /// Paths per group of a picture: so many that its own noise is below what a fit tells.
 const PATHS: u32 = 32_768;
+/// Where a fit is asked for less than it could tell.
+#[allow(dead_code, reason = "the example has no use for it")]
+pub const FEW_PATHS: u32 = 8192;
 
 /// A hidden truth.
 #[derive(Clone, Debug)]
@@ -45,6 +48,8 @@ pub struct Truth {
     pub pattern: Pattern,
     /// How the water is rendered.
     pub bands: WaterBands,
+    /// Paths per group of each picture.
+    pub paths: u32,
 }
 
 impl Truth {
@@ -77,6 +82,7 @@ impl Truth {
             depth_m: 2.0 + 4.0 * u(),
             pattern: Pattern::ALL[(u() * Pattern::ALL.len() as f64) as usize],
             bands,
+            paths: PATHS,
         })
     }
 
@@ -101,7 +107,7 @@ impl Truth {
                 (water.iops.a, water.iops.b) = (self.a, self.b);
             }
             let seed = 1000 * seed + i as u64;
-            let image = TargetImage::render(&scene, &pyramid, seed, PATHS, &never)?;
+            let image = TargetImage::render(&scene, &pyramid, seed, self.paths, &never)?;
             let image = image.ok_or("stopped")?;
             for (j, light_pct) in [0.0, LIGHT_PCT].into_iter().enumerate() {
                 let picture = image.picture(self.gain * light_pct);
