@@ -5,13 +5,18 @@ use std::f64::consts::PI;
 /// Cosines of a number of blocks across and down (discrete cosine transform, type II, orthonormal).
 pub(super) struct Cosines {
     across: Vec<Vec<f64>>,
+    /// What all cosines across have at each column.
+    at_columns: Vec<Vec<f64>>,
     down: Vec<Vec<f64>>,
 }
 
 impl Cosines {
     pub(super) fn new([columns, rows]: [usize; 2]) -> Self {
+        let across = basis(columns);
+        let at = |column: usize| across.iter().map(|wave| wave[column]).collect();
         Self {
-            across: basis(columns),
+            at_columns: (0..columns).map(at).collect(),
+            across,
             down: basis(rows),
         }
     }
@@ -25,8 +30,8 @@ impl Cosines {
             .chunks_exact(columns)
             .zip(in_rows.chunks_exact_mut(columns))
         {
-            for (wave, out) in self.across.iter().zip(out) {
-                *out = dot(wave, row);
+            for (waves, value) in self.at_columns.iter().zip(row) {
+                add(out, waves, *value);
             }
         }
         let mut waves = vec![0.0; columns * rows];
@@ -64,10 +69,6 @@ fn basis(n: usize) -> Vec<Vec<f64>> {
         (0..n).map(at).collect()
     };
     (0..n).map(wave).collect()
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 fn add(to: &mut [f64], values: &[f64], factor: f64) {
