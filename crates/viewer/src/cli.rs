@@ -10,7 +10,7 @@ use uw_assets::{AssetError, Places};
 use uw_calib::Profile;
 use uw_calib::vehicle::{Vehicle, VehicleFile};
 use uw_guidance::Model;
-use uw_render::backend::{Backend, Device};
+use uw_render::backend::Backend;
 use uw_render::gpu::{Gpu, GpuError};
 use uw_render::image::{Counts, Frame as Stored, write_frame};
 
@@ -329,8 +329,8 @@ fn options(args: &Args) -> Options {
     let headless = args.screenshot.is_some();
     Options {
         render_device: RenderDevice {
-            device: Device::default(),
             threads: args.threads.map(|n| n as usize),
+            ..RenderDevice::default()
         },
         seed: args.seed,
         goal: if headless {
