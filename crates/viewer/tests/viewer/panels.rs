@@ -13,6 +13,9 @@ use uw_viewer::worker::Goal;
 
 use crate::support::{PATIENCE, small};
 
+/// Longest pause between two looks at what is waited for.
+const LONGEST_NAP: Duration = Duration::from_millis(60);
+
 /// A viewer of the small scene, laid out.
 pub(crate) fn viewer() -> Harness<'static, Viewer> {
     let ctx = egui::Context::default();
@@ -41,10 +44,13 @@ pub(crate) fn click(harness: &mut Harness<'_, Viewer>, label: &str) {
 /// Steps until `done`.
 pub(crate) fn until(harness: &mut Harness<'_, Viewer>, what: &str, done: impl Fn(&Viewer) -> bool) {
     let start = Instant::now();
+    // What is waited for long is left more of the processor.
+    let mut nap = Duration::from_millis(2);
     while !done(harness.state()) {
         harness.step();
         assert!(start.elapsed() < PATIENCE, "{what} did not come");
-        std::thread::sleep(Duration::from_millis(5));
+        std::thread::sleep(nap);
+        nap = (2 * nap).min(LONGEST_NAP);
     }
 }
 
