@@ -6,7 +6,7 @@ use std::path::Path;
 use uw_render::{film::FilmLayer, scene::Scene};
 use uw_tests::{
     file,
-    gpu::in_single_precision,
+    gpu::{Backend, in_single_precision},
     plan, render,
     same_numbers::{PICTURE_SAMPLES, assert_same_pixels, assert_same_tiles},
 };
@@ -231,4 +231,17 @@ fn layers_and_limits_on_bounces() {
             assert_same_pixels(&test, &ours, &theirs);
         }
     }
+}
+
+/// What the comparisons above are worth: an absorption that is 0.3 % off is told apart.
+#[test]
+#[should_panic(expected = "with one seed, means")]
+fn a_small_error_of_absorption_is_told() {
+    let right = scene(CAMERA, TURBID, FORWARD, &format!("{LAMP}{PLATE}"));
+    let mut wrong = right.clone();
+    let water = wrong.water.as_mut().expect("water");
+    water.iops.a = water.iops.a.map(|a| 1.003 * a);
+    let plan = plan(8, 77);
+    let [right, wrong] = [right, wrong].map(|scene| Backend::VectorUnits.render(&scene, &plan).0);
+    assert_same_tiles("absorption", &wrong, &right);
 }

@@ -50,9 +50,9 @@ impl Backend {
 #[derive(Clone, Debug, Default)]
 pub enum Device {
     /// The kernels in double precision on the processor, a sample at a time.
-    #[default]
     Cpu,
-    /// The kernels in single precision on the processor's vector units.
+    /// The kernels in single precision on the processor's vector units; as [`Backend::Auto`] takes where there is no hardware GPU.
+    #[default]
     CpuSimd,
     /// A graphics adapter.
     Gpu(Box<Gpu>),

@@ -41,10 +41,13 @@ fn options(truth: &Truth) -> Options {
     }
 }
 
-/// With a quarter of the paths, for what is told without doubt or with its error.
+/// By how much fewer paths pictures and fits have that are for what is told without doubt or with its error.
+const FEWER: usize = 4;
+
+/// With so many fewer paths.
 fn of_few_paths(truth: &Truth) -> Options {
     Options {
-        paths: Options::default().paths / 4,
+        paths: Options::default().paths / FEWER,
         ..options(truth)
     }
 }
@@ -90,7 +93,8 @@ fn a_hidden_water_is_found_within_its_errors() {
 fn a_water_on_jerlovs_scale_is_told_by_its_place() {
     let mut truth = Truth::draw(2, 3, MEAN).expect("a truth");
     let iops = truth.body.jerlov.iops().expect("a water");
-    (truth.a, truth.b, truth.paths) = (iops.a, iops.b, hidden_truth::FEW_PATHS);
+    (truth.a, truth.b) = (iops.a, iops.b);
+    truth.paths /= FEWER as u32;
     let folder = tempfile::tempdir().expect("a folder");
     let manifest = truth.take(folder.path(), &vehicle(), 5).expect("pictures");
     let options = Options {
@@ -133,7 +137,7 @@ fn place(water: WaterKind) -> f64 {
 fn a_bottom_that_is_said_to_be_a_wall_is_told() {
     // Coral rock in 5C: daylight falls much between the distances, and the target is still seen from afar.
     let mut truth = Truth::draw(34, 7, MEAN).expect("a truth");
-    truth.paths = hidden_truth::FEW_PATHS;
+    truth.paths /= FEWER as u32;
     assert!(truth.is_down().expect("a target"));
     let folder = tempfile::tempdir().expect("a folder");
     let manifest = truth.take(folder.path(), &vehicle(), 5).expect("pictures");

@@ -27,9 +27,6 @@ pub const UP_DEPTHS_M: [f64; 3] = [1.0, 2.0, 4.0];
 pub const LIGHT_PCT: f64 = 60.0;
 /// Paths per group of a picture: so many that its own noise is below what a fit tells.
 const PATHS: u32 = 32_768;
-/// Where a fit is asked for less than it could tell.
-#[allow(dead_code, reason = "the example has no use for it")]
-pub const FEW_PATHS: u32 = 8192;
 
 /// A hidden truth.
 #[derive(Clone, Debug)]

@@ -174,22 +174,13 @@ pub enum News {
     NotExported(String),
 }
 
-/// Where pictures are rendered; the vector units where nothing else is said, as where there is no hardware GPU.
-#[derive(Clone, Debug)]
+/// Where pictures are rendered.
+#[derive(Clone, Debug, Default)]
 pub struct RenderDevice {
     /// What renders. Pictures stay on a graphics adapter that is shared with the window.
     pub device: Device,
     /// Threads on the processor; `None` for one per core.
     pub threads: Option<usize>,
-}
-
-impl Default for RenderDevice {
-    fn default() -> Self {
-        Self {
-            device: Device::CpuSimd,
-            threads: None,
-        }
-    }
 }
 
 /// What window and worker share.
