@@ -126,7 +126,7 @@ impl Advice {
     }
 }
 
-/// The candidates that [`advise`] looks at, in their order, with their scores in single precision: first a grid and the
+/// The candidates that [`advise_by`] looks at, in their order, with their scores as the search sees them: first a grid and the
 /// ridges of the distance term, then the steps of the descents.
 ///
 /// # Errors
@@ -134,17 +134,35 @@ impl Advice {
 pub fn trace(
     observation: &Observation,
     profile: &Profile,
-    model: &Model,
+    by: By,
     objective: &Objective,
 ) -> Result<Vec<(Candidate, f64)>, Reason> {
     let mut steps = Vec::new();
-    let by = By::Network(model);
     let mut question = Question::new(observation, profile, by, objective, &Checks::none())?;
     let (here, _) = question.here()?;
     question.best(here, &mut |candidate, score| {
         steps.push((*candidate, score))
     })?;
     Ok(steps)
+}
+
+/// Scores of candidates as the search sees them, in their order: by a network in single precision, by physics from the sheet of the picture.
+///
+/// # Errors
+/// Why there are none; of physics also that the water file has no tables of a candidate's distance.
+pub fn quick_scores(
+    observation: &Observation,
+    candidates: &[Candidate],
+    profile: &Profile,
+    by: By,
+    objective: &Objective,
+) -> Result<Vec<f64>, Reason> {
+    by.holds(candidates)?;
+    let mut question = Question::new(observation, profile, by, objective, &Checks::none())?;
+    Ok(candidates
+        .iter()
+        .map(|at| question.quick_score(at))
+        .collect())
 }
 
 /// Contrast and score of candidates, in their order.

@@ -183,11 +183,7 @@ impl<'a> Question<'a> {
         let (engine, criterion, situation) = (&mut self.engine, &self.criterion, &self.situation);
         let quick = |candidate: &Candidate| {
             let score = if known.iter().all(|limit| limit.holds(situation, candidate)) {
-                let contrast = match &mut *engine {
-                    Engine::Network { query, .. } => query.quick_contrast(candidate),
-                    Engine::Physics(physical) => physical.present.quick_contrast(candidate),
-                };
-                criterion.score(contrast, candidate.distance_m)
+                criterion.score(engine.quick_contrast(candidate), candidate.distance_m)
             } else {
                 f64::NAN
             };
@@ -243,6 +239,12 @@ impl<'a> Question<'a> {
             scores,
             errors,
         }
+    }
+
+    /// The score of a candidate as the search sees it.
+    pub fn quick_score(&mut self, candidate: &Candidate) -> f64 {
+        let contrast = self.engine.quick_contrast(candidate);
+        self.criterion.score(contrast, candidate.distance_m)
     }
 
     /// The objective's bounds inside the calibration.
@@ -366,6 +368,16 @@ impl<'a> Question<'a> {
             error,
             score: self.criterion.score(contrast, distance_m),
             terms: self.criterion.terms(contrast, distance_m),
+        }
+    }
+}
+
+impl Engine<'_> {
+    /// Contrast in single precision, or by physics from the sheet of the picture.
+    fn quick_contrast(&mut self, candidate: &Candidate) -> [f64; 3] {
+        match self {
+            Self::Network { query, .. } => query.quick_contrast(candidate),
+            Self::Physics(physical) => physical.present.quick_contrast(candidate),
         }
     }
 }

@@ -90,11 +90,16 @@ impl Target {
 
     /// Whether the target lies on the bottom, seen from above, rather than standing upright.
     pub fn is_bottom(&self) -> bool {
-        matches!(
-            self.pattern,
-            Pattern::Seabed | Pattern::Gravel | Pattern::KelpSediment | Pattern::CoralRock
-        )
+        is_bottom(self.pattern)
     }
+}
+
+/// Whether a target of this texture lies on the bottom, seen from above, rather than standing upright.
+pub fn is_bottom(pattern: Pattern) -> bool {
+    matches!(
+        pattern,
+        Pattern::Seabed | Pattern::Gravel | Pattern::KelpSediment | Pattern::CoralRock
+    )
 }
 
 /// The scene of `view` in `water` in three bands; both lamps at 100 %. A view up shows no target.

@@ -15,6 +15,7 @@ use uw_render::gpu::{Gpu, GpuError};
 use uw_render::image::{Counts, Frame as Stored, write_frame};
 
 use crate::app::{self, Options, Tab, Viewer};
+use crate::guidance::Adviser;
 use crate::guidance::operation::Operation;
 use crate::model::{OpenScene, Settings, lasting::Lasting, recent::Recent};
 use crate::ui::theme;
@@ -254,6 +255,7 @@ fn first_viewer(
     guidance.vehicle = advice.vehicle;
     if let Some((model, path)) = advice.model {
         guidance.model = Ok((Arc::new(model), path.display().to_string()));
+        guidance.adviser = Adviser::Network;
     }
     if args.calibrate {
         guidance.calibrate(&viewer.settings, &mut viewer.toasts);
@@ -425,6 +427,7 @@ impl Screenshot {
     fn watch(&mut self, viewer: &Viewer, ctx: &egui::Context) {
         let ready = viewer.is_current()
             && viewer.guidance.progress().is_none()
+            && !viewer.guidance.is_reading()
             && viewer
                 .frame()
                 .is_some_and(|f| f.coarseness == 1 && f.samples >= self.after_samples);

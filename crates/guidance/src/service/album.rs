@@ -6,37 +6,20 @@ use crate::advice::{By, Physical};
 use crate::features::Candidate;
 use crate::feed::{Feed, MaxAge, Picture, Reading};
 use crate::observation::Observation;
-use crate::physics::{Brightness, Earlier, Present, Residual, Sight};
+use crate::physics::{Pictures, Present, Residual, Sight, TakenPicture};
 use crate::service::Moment;
 use crate::service::resolve::Known;
 use crate::service::suggestion::Hold;
 
 /// How far the vehicle may sink or rise before its picture says nothing of the daylight any more, m.
 const SAME_DAYLIGHT_M: f64 = 0.5;
-/// How old a picture may be that a prediction for the present place is compared from, s.
-const EARLIER_S: f64 = 60.0;
 
-/// The latest picture of a connection, and the latest from another place.
+/// The pictures of a connection, told apart by the digest of the water file that they were made ready with.
 #[derive(Debug, Default)]
 pub(super) struct Album {
-    latest: Option<Taken>,
-    before: Option<Taken>,
-    /// What the latter predicts for the mean counts of the former, less what that has.
-    brightness: Option<Brightness>,
-    /// What was seen from all distances.
-    earlier: Earlier,
-}
-
-/// A picture made ready.
-#[derive(Clone, Debug)]
-pub(super) struct Taken {
-    pub present: Arc<Present>,
-    /// Its statistics.
-    pub picture: Picture,
-    /// When it was taken, s since the start.
-    pub taken_s: f64,
-    /// Of the water file.
-    pub digest: String,
+    pictures: Pictures<String>,
+    /// Statistics of the latest, and when it was taken.
+    statistics: Option<Reading<Picture>>,
 }
 
 /// The picture that a question is answered from.
@@ -44,14 +27,6 @@ pub(super) struct Taken {
 pub(super) struct Seen {
     present: Arc<Present>,
     residual: Option<Residual>,
-}
-
-impl Taken {
-    /// Whether it was taken at another place than `other`, under the same daylight.
-    fn is_elsewhere_of(&self, other: &Self) -> bool {
-        let (here, depth_m) = (other.present.here(), other.present.depth_m());
-        self.present.is_elsewhere(&here, depth_m)
-    }
 }
 
 impl Seen {
@@ -64,44 +39,26 @@ impl Seen {
 }
 
 impl Album {
-    /// Takes a picture; one from another place is kept beside it.
-    pub fn take(&mut self, taken: Taken) {
-        // Another file's water makes another target of the same picture.
-        if self
-            .latest
-            .as_ref()
-            .is_some_and(|old| old.digest != taken.digest)
-        {
-            self.earlier = Earlier::default();
-        }
-        if let Some(old) = self.latest.take().filter(|old| old.is_elsewhere_of(&taken)) {
-            self.before = Some(old);
-        }
-        let comparable =
-            |before: &&Taken| before.digest == taken.digest && before.is_elsewhere_of(&taken);
-        let before = self.before.as_ref().filter(comparable);
-        self.brightness = before.and_then(|before| before.present.brightness_at(&taken.present));
-        self.earlier.keep(&taken.present, taken.taken_s);
-        self.latest = Some(taken);
+    /// Takes a picture, made ready with the water file of its digest, with its statistics.
+    pub fn take(&mut self, taken: TakenPicture<String>, statistics: Picture) {
+        self.statistics = Some(Reading {
+            value: statistics,
+            taken_s: taken.taken_s,
+        });
+        self.pictures.take(taken);
     }
 
     /// What earlier pictures tell a new one of the water file of this digest, taken at `taken_s`.
-    pub fn earlier(&self, digest: &str, taken_s: f64) -> Vec<Sight> {
-        match &self.latest {
-            Some(latest) if latest.digest == digest => self.earlier.sights(taken_s),
-            _ => Vec::new(),
-        }
+    pub fn earlier(&self, digest: &String, taken_s: f64) -> Vec<Sight> {
+        self.pictures.earlier(digest, taken_s)
     }
 
     /// The feed with the statistics of the latest picture, unless it has newer ones.
     pub fn feed(&self, mut feed: Feed) -> Feed {
-        if let Some(taken) = &self.latest
-            && feed.picture.is_none_or(|fed| fed.taken_s <= taken.taken_s)
+        if let Some(latest) = self.statistics
+            && feed.picture.is_none_or(|fed| fed.taken_s <= latest.taken_s)
         {
-            feed.picture = Some(Reading {
-                value: taken.picture,
-                taken_s: taken.taken_s,
-            });
+            feed.picture = Some(latest);
         }
         feed
     }
@@ -110,12 +67,11 @@ impl Album {
     pub fn seen(
         &self,
         known: &Known,
-        digest: &str,
+        digest: &String,
         max_age: &MaxAge,
         now: Moment,
     ) -> Result<Seen, Hold> {
-        let of_water = |taken: &&Taken| taken.digest == digest;
-        let Some(latest) = self.latest.as_ref().filter(of_water) else {
+        let Some(latest) = self.pictures.latest(digest) else {
             return Err(Hold::Missing("image"));
         };
         if now.since_start_s - latest.taken_s > max_age.image_s {
@@ -131,46 +87,26 @@ impl Album {
         }
         Ok(Seen {
             present: Arc::clone(&latest.present),
-            residual: self.residual(latest, observation, digest, now),
+            residual: self.residual(observation, now),
         })
     }
 
-    /// What an earlier picture predicts for the place of the statistics, else what the sights do, less what they have.
-    fn residual(
-        &self,
-        latest: &Taken,
-        observation: &Observation,
-        digest: &str,
-        now: Moment,
-    ) -> Option<Residual> {
+    /// What an earlier picture predicts for the place of the statistics, else what the sights do, less what they have. The pixels of
+    /// a picture that another program measured are not known.
+    fn residual(&self, observation: &Observation, now: Moment) -> Option<Residual> {
         let measured = observation.std;
-        let is_own = latest.picture.std == measured && latest.picture.mean == observation.mean;
-        let (place, depth_m) = match is_own {
-            true => (latest.present.here(), latest.present.depth_m()),
-            false => (
-                Candidate {
-                    distance_m: observation.distance_m,
-                    light_pct: observation.light_pct,
-                },
-                observation.depth_m,
-            ),
+        let is_own = |latest: Reading<Picture>| {
+            latest.value.std == measured && latest.value.mean == observation.mean
         };
-        let tells = |taken: &&Taken| {
-            taken.digest == digest
-                && now.since_start_s - taken.taken_s <= EARLIER_S
-                && taken.present.is_elsewhere(&place, depth_m)
+        if self.statistics.is_some_and(is_own) {
+            return self.pictures.residual(now.since_start_s);
+        }
+        let at = Candidate {
+            distance_m: observation.distance_m,
+            light_pct: observation.light_pct,
         };
-        let earlier = [Some(latest), self.before.as_ref()];
-        let of_pictures = earlier
-            .into_iter()
-            .flatten()
-            .filter(tells)
-            .find_map(|taken| taken.present.residual_at(&place, measured))
-            // The pixels of a picture that another program measured are not known.
-            .map(|found| found.and(self.brightness.filter(|_| is_own)));
-        of_pictures.or_else(|| match is_own {
-            true => latest.present.residual_of_sights(),
-            false => None,
-        })
+        let place = (at, observation.depth_m);
+        self.pictures
+            .residual_at(place, measured, now.since_start_s)
     }
 }

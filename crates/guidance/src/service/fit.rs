@@ -4,7 +4,7 @@ use uw_calib::{Profile, Rig};
 
 use crate::card::Sun;
 use crate::mlp::Model;
-use crate::physics::Water;
+use crate::physics::{Water, WaterFile};
 use crate::reason::Reason;
 use crate::service::{Basis, Loaded};
 use crate::wire::inputs::SunSeen;
@@ -46,8 +46,9 @@ pub(super) fn other_sensor(size_px: Option<[u32; 2]>, water: &Water) -> Option<R
 }
 
 /// Why a profile is not of the water file's camera; `None` where nothing speaks against it.
-pub(super) fn other_profile(profile: &Profile, water: &Water) -> Option<Reason> {
-    let (of_profile, of_water) = (profile.rig().size_px()?, water.size_px());
+pub fn other_profile(profile: &Profile, water: &WaterFile) -> Option<Reason> {
+    let of_profile = profile.rig().size_px()?;
+    let of_water = [water.sensor.width_px, water.sensor.height_px];
     let same = of_profile == of_water.map(|side| side as f64);
     (!same).then(|| {
         Reason::OtherCamera(format!(
@@ -113,7 +114,7 @@ impl Loaded {
             warnings.extend(profile.warnings());
             let other = match &self.basis {
                 Basis::Network(model) => other_camera(None, profile, model),
-                Basis::Physics(water) => other_profile(profile, water),
+                Basis::Physics(water) => other_profile(profile, water.file()),
             };
             let other = other.or_else(|| other_vehicle(vehicle, &self.basis, profile));
             warnings.extend(other.map(|reason| reason.to_string()));

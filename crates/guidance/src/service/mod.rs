@@ -36,7 +36,7 @@ mod subscription;
 mod suggestion;
 mod why;
 
-pub use fit::other_camera;
+pub use fit::{other_camera, other_profile};
 pub use image::ImagePolicy;
 pub use session::{Answered, Pending, Session};
 pub use subscription::steering_with;

@@ -13,8 +13,8 @@ use crate::checks::Strictness;
 use crate::features::Candidate;
 use crate::feed::Picture;
 use crate::objective::Objective;
-use crate::physics::{Present, Water};
-use crate::service::album::{Album, Taken};
+use crate::physics::{Present, TakenPicture, Water};
+use crate::service::album::Album;
 use crate::service::lamps::{read_level, tell_level};
 use crate::service::resolve::{Known, Unknown, age_s, resolve, update};
 use crate::service::subscription::{self, Subscription, steering_with};
@@ -447,7 +447,7 @@ impl Session {
         let taken_s = now.since_start_s - known.ages.image_s;
         let digest = snapshot.loaded.model_digest.clone();
         let earlier = album(&self.album).earlier(&digest, taken_s);
-        let taken = Taken {
+        let taken = TakenPicture {
             present: Arc::new(Present::new(
                 Arc::clone(water),
                 counts,
@@ -455,11 +455,10 @@ impl Session {
                 picture.std,
                 &earlier,
             )),
-            picture,
             taken_s,
-            digest,
+            water: digest,
         };
-        album(&self.album).take(taken);
+        album(&self.album).take(taken, picture);
     }
 
     /// Takes news of the vehicle's state; the place among the answers and the reply.

@@ -177,7 +177,10 @@ impl<'a> Predicting<'a> {
                 let seen = self
                     .album
                     .seen(known, digest, &self.settings.max_age, self.now)?;
-                (Ground::Physics(seen), fit::other_profile(profile, water))
+                (
+                    Ground::Physics(seen),
+                    fit::other_profile(profile, water.file()),
+                )
             }
         };
         let vehicle = &self.settings.vehicle;

@@ -10,10 +10,14 @@ use uw_media::phase::FournierForand;
 
 use super::error::{CliError, note};
 use super::output;
+use super::progress::ProgressDisplay;
 use super::values::triple;
 use uw_calib::vehicle::{Vehicle, VehicleFile};
 use uw_twin::environment::{PARTICLE_INDEX, WaterKind};
-use uw_twin::estimate::water_tables::{KnownWater, TablePlan, sensor_numbers, water_tables};
+use uw_twin::estimate::water_tables::{
+    KnownWater, TablePlan, USUAL_REFLECTANCE, sensor_numbers, spaced_distances_m,
+    water_tables_watched,
+};
 
 /// Arguments of `uw water-tables`.
 #[derive(Debug, Args)]
@@ -44,8 +48,8 @@ pub(super) struct WaterTablesArguments {
     #[arg(long)]
     bottom: bool,
     /// Mean reflectance of targets: some of their light comes back to them.
-    #[arg(long, default_value_t = 0.2)]
-    reflectance: f64,
+    #[arg(long, default_value_t = USUAL_REFLECTANCE)]
+    reflectance: f32,
     /// Paths per view and source, in thousands.
     #[arg(long, default_value_t = 128, value_parser = clap::value_parser!(u32).range(8..=8192))]
     kilo_paths: u32,
@@ -70,7 +74,7 @@ impl WaterTablesArguments {
             iops: self.iops()?,
             backscatter_fraction: self.backscatter_fraction,
             bottom: self.bottom,
-            reflectance: self.reflectance as f32,
+            reflectance: self.reflectance,
         };
         FournierForand::new(PARTICLE_INDEX, self.backscatter_fraction).map_err(CliError::input)?;
         note(format_args!(
@@ -79,9 +83,13 @@ impl WaterTablesArguments {
             1 + self.depths_m.len(),
             0.003 * f64::from(self.views * self.kilo_paths) * (1 + self.depths_m.len()) as f64
         ));
-        let tables = water_tables(&self.plan(), |depth_m, distance_m| {
-            water.scene(&vehicle, depth_m, distance_m)
+        let progress = ProgressDisplay::start(false, true);
+        let scene = |depth_m, distance_m| water.scene(&vehicle, depth_m, distance_m);
+        let tables = water_tables_watched(&self.plan(), scene, |share| {
+            progress.update(Some(share), String::new);
+            true
         });
+        progress.finish();
         let tables = tables.map_err(CliError::failed)?;
         let file = WaterFile {
             format: WATER_FORMAT.to_owned(),
@@ -153,14 +161,10 @@ impl WaterTablesArguments {
     }
 
     fn plan(&self) -> TablePlan {
-        let (near, far) = (self.distances_m[0], self.distances_m[1]);
-        let step = (far / near).ln() / f64::from(self.views - 1);
         TablePlan {
-            distances_m: (0..self.views)
-                .map(|i| near * (f64::from(i) * step).exp())
-                .collect(),
+            distances_m: spaced_distances_m(self.distances_m[0], self.distances_m[1], self.views),
             depths_m: self.depths_m.clone(),
-            reflectance: self.reflectance as f32,
+            reflectance: self.reflectance,
             paths_per_group: 1024 * self.kilo_paths / 8,
             seed: self.seed,
         }

@@ -3,6 +3,8 @@
 //! Veil and light come from the renderer's unbiased paths, fitted smooth over the image ([`super::fields`]), the share and spread of
 //! scattered rays from walks ([`super::spread`]): all of an image but its target, which is even and grey here.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use rayon::prelude::*;
 use uw_calib::Encoding;
 use uw_calib::stats::{PATCH_COLUMNS, PATCH_ROWS};
@@ -27,6 +29,17 @@ use uw_scenery::textures::Pattern;
 
 /// Texels of the even target.
 const TEXELS: u32 = 16;
+
+/// Mean reflectance that targets are taken to have where nothing is known of them: some of their light comes back to them.
+pub const USUAL_REFLECTANCE: f32 = 0.2;
+
+/// Distances from `near_m` to `far_m`, evenly spaced by their logarithm; `views`, at least 2.
+pub fn spaced_distances_m(near_m: f64, far_m: f64, views: u32) -> Vec<f64> {
+    let step = (far_m / near_m).ln() / f64::from(views - 1);
+    (0..views)
+        .map(|i| near_m * (f64::from(i) * step).exp())
+        .collect()
+}
 
 /// What tables are made with.
 #[derive(Clone, Debug)]
@@ -58,6 +71,9 @@ pub enum TablesError {
     /// The fit has no solution.
     #[error("the paths of a view are too few for a fit")]
     TooFewPaths,
+    /// They are not wanted any more.
+    #[error("stopped")]
+    Stopped,
 }
 
 /// Waves on the target, cycles per metre: octaves.
@@ -162,16 +178,34 @@ pub fn water_tables(
     plan: &TablePlan,
     scene: impl Fn(f64, f64) -> Result<Scene, EnvironmentError> + Sync,
 ) -> Result<WaterTables, TablesError> {
+    water_tables_watched(plan, scene, |_| true)
+}
+
+/// The same; `goes_on` hears before each source of each view what share of them is done, in [0, 1), from any thread, and says whether to go on.
+///
+/// # Errors
+/// A view shows more than the target, the renderer fails, or it was to stop.
+pub fn water_tables_watched(
+    plan: &TablePlan,
+    scene: impl Fn(f64, f64) -> Result<Scene, EnvironmentError> + Sync,
+    goes_on: impl Fn(f64) -> bool + Sync,
+) -> Result<WaterTables, TablesError> {
     let first = scene(plan.depths_m[0], plan.distances_m[0])?;
     let camera = &first.camera;
     let half_view = [
         0.5 * f64::from(camera.width) / camera.focal_px.x,
         0.5 * f64::from(camera.height) / camera.focal_px.y,
     ];
+    let begun = AtomicUsize::new(0);
+    let of = plan.distances_m.len() * (1 + plan.depths_m.len());
+    let begin = || match goes_on(begun.fetch_add(1, Ordering::Relaxed) as f64 / of as f64) {
+        true => Ok(()),
+        false => Err(TablesError::Stopped),
+    };
     let views: Result<Vec<ViewTables>, TablesError> = plan
         .distances_m
         .par_iter()
-        .map(|&distance_m| view(plan, distance_m, &scene))
+        .map(|&distance_m| view(plan, distance_m, &scene, &begin))
         .collect();
     Ok(WaterTables {
         half_view,
@@ -205,7 +239,9 @@ fn view(
     plan: &TablePlan,
     distance_m: f64,
     scene: &(impl Fn(f64, f64) -> Result<Scene, EnvironmentError> + Sync),
+    begin: &(impl Fn() -> Result<(), TablesError> + Sync),
 ) -> Result<ViewTables, TablesError> {
+    begin()?;
     let pyramid = TexturePyramid::new(&even_texture(plan.reflectance), 1.0);
     let middle = scene(plan.depths_m[plan.depths_m.len() / 2], distance_m)?;
     let prepared = Prepared::build(&lamps_alone(&middle));
@@ -213,6 +249,7 @@ fn view(
     let lamps = source_tables(plan, &middle, &prepared, &model.lamps())?;
     let mut daylight = Vec::new();
     for &depth_m in &plan.depths_m {
+        begin()?;
         let scene = scene(depth_m, distance_m)?;
         let model = model.at(&scene, &prepared)?;
         let alone = Prepared::build(&daylight_alone(&scene));

@@ -1,18 +1,15 @@
 //! Advice with the objective around it.
 
 use uw_calib::Profile;
-use uw_guidance::{
-    Candidate, Checks, Model, Objective, Observation,
-    advice::{predict, trace},
-    advise_checked,
-    service::other_camera,
-};
+use uw_guidance::advice::{Advice, By, Reason, advise_by, predict_by, quick_scores, trace};
+use uw_guidance::physics::Present;
+use uw_guidance::{Candidate, Checks, Objective, Observation};
 
 /// Columns (distances) and rows (lamp levels) of the map.
 pub const MAP_SIZE: (usize, usize) = (60, 41);
 
 /// What an answer of the library hangs on: state, objective, width and height of the picture (pixels) where they are known, and
-/// where profile and network lie in memory.
+/// where profile and network, or what physics made of the picture, lie in memory.
 pub type Question = (Observation, Objective, Option<[u32; 2]>, [usize; 2]);
 
 /// Scores over distance and lamp level.
@@ -45,18 +42,21 @@ pub struct Answer {
     pub reason: Option<String>,
     /// What was found wanting and is allowed.
     pub warnings: Vec<String>,
-    /// How far the prediction for no change misses the picture's contrast, in units of what is allowed.
+    /// How far the network's prediction for no change, or that of physics from an earlier picture, misses the picture's contrast, in units of what is
+    /// allowed.
     pub misfit: Option<f64>,
     /// Score of the suggestion.
     pub score: Option<f64>,
     /// Score of staying.
     pub score_here: Option<f64>,
-    /// Predicted contrast of the suggestion, 8-bit counts.
+    /// Predicted contrast of the suggestion, 8-bit counts; NaN for channels of which physics tells nothing.
     pub predicted: Option<[f64; 3]>,
-    /// Predicted contrast of staying, 8-bit counts.
+    /// Predicted contrast of staying, 8-bit counts, likewise.
     pub predicted_here: Option<[f64; 3]>,
     /// Standard errors of both predictions, 8-bit counts, where physics predicts; a network tells none.
     pub errors: [Option<[f64; 3]>; 2],
+    /// Distances of the earlier pictures that count, rising, m; none with a network.
+    pub earlier_m: Vec<f64>,
     /// Candidates that were looked at.
     pub evaluations: usize,
     /// The candidates with their scores, where they are known.
@@ -89,41 +89,61 @@ fn cell(value: f64, [low, high]: [f64; 2], of: usize) -> Option<(usize, f64)> {
     Some((below, at - below as f64))
 }
 
-/// Distances that objective and calibration have in common, m.
-pub fn common_distances(profile: &Profile, objective: &Objective) -> Option<[f64; 2]> {
+/// Distances that objective and calibration have in common, and the `tables` of the water where physics predicts, m.
+pub fn common_distances(
+    profile: &Profile,
+    objective: &Objective,
+    tables: Option<(f64, f64)>,
+) -> Option<[f64; 2]> {
     let (min, max) = profile.distance_range_m();
+    let (nearest, farthest) = tables.unwrap_or((min, max));
     let [near, far] = objective.distance_m;
-    let both = [near.max(min), far.min(max)];
+    let both = [near.max(min).max(nearest), far.min(max).min(farthest)];
     (both[0] < both[1]).then_some(both)
 }
 
+/// How far a prediction for the present place is off, in units of what is allowed.
+fn misfit(advice: &Advice) -> Option<f64> {
+    let of_network = advice.residual_here.map(|residual| residual.misfit);
+    let of_physics = || Some(advice.physics.as_ref()?.residual?.misfit);
+    of_network.or_else(of_physics)
+}
+
+/// Counts with NaN for the channels of which `present` tells nothing.
+fn told(counts: [f64; 3], present: Option<&Present>) -> [f64; 3] {
+    let told = present.map_or([true; 3], Present::told);
+    std::array::from_fn(|k| if told[k] { counts[k] } else { f64::NAN })
+}
+
 impl Answer {
-    /// The library's answer.
+    /// The library's answer; `other` is why profile and predictor are not of one camera, if so.
     pub fn of_library(
         now: &Observation,
         profile: &Profile,
-        model: &Model,
+        by: By,
         objective: &Objective,
         question: Question,
+        other: Option<Reason>,
     ) -> Self {
-        let advice = advise_checked(now, profile, model, objective, &Checks::default());
-        let other = other_camera(question.2, profile, model);
-        let map = common_distances(profile, objective).and_then(|distance_m| {
+        let advice = advise_by(now, profile, by, objective, &Checks::default());
+        let present = match by {
+            By::Network(_) => None,
+            By::Physics(physics) => Some(physics.present),
+        };
+        let tables = present.map(|present| present.water().tables.distance_range_m());
+        let map = common_distances(profile, objective, tables).and_then(|distance_m| {
             let candidates = map_candidates(distance_m, objective.light_pct);
-            let found = predict(now, &candidates, profile, model, objective).ok()?;
             Some(ScoreMap {
                 distance_m,
                 light_pct: objective.light_pct,
-                scores: found.scores,
+                scores: quick_scores(now, &candidates, profile, by, objective).ok()?,
             })
         });
         let here = Candidate {
             distance_m: now.distance_m,
             light_pct: now.light_pct,
         };
-        let predicted_here = predict(now, &[here], profile, model, objective)
-            .ok()
-            .and_then(|p| p.contrast.first().copied());
+        let staying = predict_by(now, &[here], profile, by, objective).ok();
         Self {
             observation: *now,
             question: Some(question),
@@ -136,14 +156,24 @@ impl Answer {
                 .or(advice.reason.as_ref())
                 .map(ToString::to_string),
             warnings: advice.warnings.iter().map(ToString::to_string).collect(),
-            misfit: advice.residual_here.map(|residual| residual.misfit),
+            misfit: misfit(&advice),
             score: advice.score,
             score_here: advice.score_here,
-            predicted: advice.predicted_contrast,
-            predicted_here,
-            errors: [None; 2],
+            predicted: advice
+                .predicted_contrast
+                .map(|counts| told(counts, present)),
+            predicted_here: staying
+                .as_ref()
+                .and_then(|p| Some(told(*p.contrast.first()?, present))),
+            errors: [
+                advice.physics.as_ref().and_then(|physics| physics.error),
+                staying.and_then(|p| p.errors?.first().copied()),
+            ],
+            earlier_m: advice
+                .physics
+                .map_or_else(Vec::new, |physics| physics.earlier_m),
             evaluations: advice.evaluations,
-            steps: trace(now, profile, model, objective).unwrap_or_default(),
+            steps: trace(now, profile, by, objective).unwrap_or_default(),
             map,
         }
     }

@@ -6,9 +6,10 @@ use std::sync::atomic::AtomicBool;
 use rayon::prelude::*;
 use uw_calib::ContrastMeasurement;
 use uw_calib::vehicle::Vehicle;
+use uw_guidance::physics::Water;
 use uw_media::WaterType;
 use uw_render::scene::Scene;
-use uw_twin::environment::{Target, View, WaterBody, scene, sensor};
+use uw_twin::environment::{EnvironmentError, Target, View, WaterBody, scene, sensor};
 use uw_twin::estimate::{
     pyramid::TexturePyramid, response::CountResponse, target_image::TargetImage,
 };
@@ -17,11 +18,11 @@ use uw_twin::routine::{
     self, CONTRAST_DEPTH_M, CONTRAST_LIGHT_PCT, DISTANCES_M, RoutineError, UP_DEPTHS_M, UP_SAMPLES,
 };
 
-use super::look::{Look, Seen, Thumbnail, levels_pct};
-use super::task::{Calibrated, ContrastErrors, GuidanceJob, VehiclePosition};
+use super::look::{Film, Look, Seen, levels_pct};
+use super::task::{Calibrated, ContrastErrors, GuidanceJob, Tables, VehiclePosition};
 
 /// Who made a profile.
-const MADE_BY: &str = concat!("viewer ", env!("CARGO_PKG_VERSION"));
+pub(super) const MADE_BY: &str = concat!("viewer ", env!("CARGO_PKG_VERSION"));
 
 /// Why there are no images in water that differs from place to place: what spreads the sight of the target is known for water
 /// of one kind, and the target stands in a world of its own, where the clouds of the scene are not.
@@ -30,13 +31,13 @@ pub const VARIES: &str = "The vehicle's images know water that is the same every
 
 /// Takes images; made once per task.
 pub struct VehicleCamera<'a> {
-    job: &'a GuidanceJob,
-    cancel: &'a AtomicBool,
+    pub(super) job: &'a GuidanceJob,
+    pub(super) cancel: &'a AtomicBool,
     target: Target,
     pyramid: TexturePyramid,
     response: CountResponse,
     /// The scene that is set, for its water, sun and sky.
-    set: Scene,
+    pub(super) set: Scene,
 }
 
 impl<'a> VehicleCamera<'a> {
@@ -60,14 +61,23 @@ impl<'a> VehicleCamera<'a> {
         })
     }
 
-    /// The scene of a view in the water that is set.
     fn scene(&self, vehicle: &Vehicle, view: View) -> Result<Scene, RoutineError> {
+        Ok(self.scene_of(vehicle, &self.target, view)?)
+    }
+
+    /// The scene of a view of `target` in the water that is set.
+    pub(super) fn scene_of(
+        &self,
+        vehicle: &Vehicle,
+        target: &Target,
+        view: View,
+    ) -> Result<Scene, EnvironmentError> {
         // The environment makes camera, lamps and target; its water gives way to the one that is set.
         let stand_in = WaterBody {
             jerlov: WaterType::ALL[0].into(),
             backscatter_fraction: 0.0183,
         };
-        let mut made = scene(vehicle, &stand_in, &self.target, view)?;
+        let mut made = scene(vehicle, &stand_in, target, view)?;
         made.water = self.set.water.clone();
         made.spectral = self.set.spectral.clone();
         made.sun = self.set.sun;
@@ -106,18 +116,22 @@ impl<'a> VehicleCamera<'a> {
         }
     }
 
-    /// What is seen from `here` at every lamp level.
+    /// What is seen from `here` at every lamp level, for predictions with the tables of `water`.
     ///
     /// # Errors
     /// See [`VehicleCamera::image`].
-    pub fn look(&self, here: VehiclePosition) -> Result<Look, String> {
+    pub fn look(&self, here: VehiclePosition, water: Option<Arc<Water>>) -> Result<Look, String> {
         let image = self.image(here, 300)?;
         let at_levels = levels_pct()
             .into_par_iter()
             .map(|light_pct| self.statistics(&image, light_pct))
             .collect();
-        let sensor = sensor(&self.job.vehicle, self.job.vehicle.exposure);
-        Ok(Look::new(here, at_levels, Thumbnail::new(&image, sensor)))
+        Ok(Look::new(here, at_levels, self.film(&image), water))
+    }
+
+    fn film(&self, image: &TargetImage) -> Film {
+        let vehicle = &self.job.vehicle;
+        Film::new(image, sensor(vehicle, vehicle.exposure))
     }
 
     /// The routine of [`uw_twin::routine`] and the standard errors of its contrasts; `tell` hears how many of its images are done, of how many, and what is
@@ -154,6 +168,7 @@ impl<'a> VehicleCamera<'a> {
         )
         .map_err(|e| e.to_string())?;
         let (mut contrast, mut errors) = (Vec::new(), ContrastErrors::default());
+        let mut films = Vec::new();
         for (i, distance_m) in DISTANCES_M.into_iter().enumerate() {
             tell(
                 UP_DEPTHS_M.len() + i,
@@ -175,6 +190,9 @@ impl<'a> VehicleCamera<'a> {
                 });
                 errors.push((distance_m, seen.errors.contrast));
             }
+            if !matches!(self.job.tables, Tables::Unasked) {
+                films.push((distance_m, self.film(&image)));
+            }
         }
         let depth = routine::measure_depths(&up_sensor, &ups);
         let profile = routine::profile(&depth, &contrast, MADE_BY).map_err(|e| e.to_string())?;
@@ -183,6 +201,7 @@ impl<'a> VehicleCamera<'a> {
         Ok(Calibrated {
             profile: Arc::new(profile),
             errors: Arc::new(errors),
+            films,
         })
     }
 }

@@ -195,7 +195,7 @@ fn ask(
     }
     let reply = talk.ask(&suggest)?;
     let mut answer = read_suggestion(now, &reply)?;
-    if let Some(distance_m) = profile.and_then(|p| common_distances(p, objective)) {
+    if let Some(distance_m) = profile.and_then(|p| common_distances(p, objective, None)) {
         let mut map = request("predict", 4);
         let mut candidates: Vec<[f64; 2]> = map_candidates(distance_m, objective.light_pct)
             .iter()
@@ -259,10 +259,11 @@ pub(super) fn read_suggestion(
             .and_then(|r| r.get("misfit")?.as_f64()),
         score: number("score"),
         score_here: number("score_here"),
-        predicted: reply.get("predicted_contrast").and_then(triple),
-        predicted_here: reply.get("predicted_here").and_then(triple),
+        predicted: reply.get("predicted_contrast").and_then(told),
+        predicted_here: reply.get("predicted_here").and_then(told),
         errors: ["predicted_contrast_error", "predicted_here_error"]
-            .map(|field| reply.get(field).and_then(triple)),
+            .map(|field| reply.get(field).and_then(told)),
+        earlier_m: numbers(reply, "earlier_m").unwrap_or_default(),
         evaluations: whole("evaluations") as usize,
         steps: Vec::new(),
         map: None,
@@ -271,6 +272,13 @@ pub(super) fn read_suggestion(
 
 pub(super) fn triple(value: &Value) -> Option<[f64; 3]> {
     let values: Vec<f64> = value.as_array()?.iter().filter_map(Value::as_f64).collect();
+    values.try_into().ok()
+}
+
+/// Counts of the channels, NaN where physics tells nothing.
+fn told(value: &Value) -> Option<[f64; 3]> {
+    let channel = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
+    let values: Vec<f64> = value.as_array()?.iter().map(channel).collect();
     values.try_into().ok()
 }
 

@@ -1,6 +1,10 @@
 //! What the vehicle's camera sees from one place, at every lamp level.
 
+use std::sync::Arc;
+
 use uw_calib::ImageStats;
+use uw_calib::picture::Counts;
+use uw_guidance::physics::Water;
 use uw_render::image::Picture;
 use uw_render::scene::{Noise, Sensor};
 use uw_twin::estimate::statistics::StandardErrors;
@@ -26,8 +30,12 @@ pub fn levels_pct() -> Vec<f64> {
 pub struct Look {
     /// Where it was taken.
     pub position: VehiclePosition,
-    /// A small copy of the image.
-    pub thumbnail: Thumbnail,
+    /// The image.
+    pub film: Film,
+    /// A small copy of it.
+    pub thumbnail: Film,
+    /// The tables of the water that it was taken in, where physics was to predict from it.
+    pub water: Option<Arc<Water>>,
     at_levels: Vec<Seen>,
 }
 
@@ -42,10 +50,17 @@ pub struct Seen {
 
 impl Look {
     /// A look whose statistics at [`levels_pct`] are known.
-    pub fn new(position: VehiclePosition, at_levels: Vec<Seen>, thumbnail: Thumbnail) -> Self {
+    pub fn new(
+        position: VehiclePosition,
+        at_levels: Vec<Seen>,
+        film: Film,
+        water: Option<Arc<Water>>,
+    ) -> Self {
         Self {
             position,
-            thumbnail,
+            thumbnail: film.thinned(),
+            film,
+            water,
             at_levels,
         }
     }
@@ -73,39 +88,51 @@ impl Look {
     }
 }
 
-/// A small copy of an image as radiance, and the sensor that stores it.
+/// An image as radiance of daylight and of the lamps at 100 %, and the sensor that stores it.
 #[derive(Clone, Debug)]
-pub struct Thumbnail {
+pub struct Film {
     daylight: Picture,
     lamps: Picture,
     sensor: Sensor,
 }
 
-impl Thumbnail {
-    /// Of `image`; every pixel is the mean of a block, noise of the sensor included.
+impl Film {
+    /// Of `image`.
     pub fn new(image: &TargetImage, sensor: Sensor) -> Self {
-        let block = (THUMBNAIL_STEP * THUMBNAIL_STEP) as f64;
-        let daylight = thinned(&image.picture(0.0));
-        let both = thinned(&image.picture(100.0));
+        let daylight = image.picture(0.0);
+        let both = image.picture(100.0);
         let lamps = Picture {
             data: std::iter::zip(&both.data, &daylight.data)
                 .map(|(both, day)| std::array::from_fn(|k| both[k] - day[k]))
                 .collect(),
             ..both
         };
-        let noise = sensor.noise.map(|n| Noise {
+        Self {
+            daylight,
+            lamps,
+            sensor,
+        }
+    }
+
+    /// A small copy: every pixel is the mean of a block, noise of the sensor included.
+    fn thinned(&self) -> Self {
+        let block = (THUMBNAIL_STEP * THUMBNAIL_STEP) as f64;
+        let noise = self.sensor.noise.map(|n| Noise {
             a: n.a / block,
             b: n.b / block,
         });
         Self {
-            daylight,
-            lamps,
-            sensor: Sensor { noise, ..sensor },
+            daylight: thinned(&self.daylight),
+            lamps: thinned(&self.lamps),
+            sensor: Sensor {
+                noise,
+                ..self.sensor
+            },
         }
     }
 
-    /// What the sensor stores at a lamp level: width, height, and 8-bit R, G, B of every pixel.
-    pub fn stored(&self, light_pct: f64) -> ([usize; 2], Vec<u8>) {
+    /// What the sensor stores at a lamp level, with noise of its own for each `seed`.
+    pub fn stored(&self, light_pct: f64, seed: u64) -> Counts {
         let level = (0.01 * light_pct) as f32;
         let data = std::iter::zip(&self.daylight.data, &self.lamps.data)
             .map(|(day, lamps)| std::array::from_fn(|k| day[k] + level * lamps[k]))
@@ -114,9 +141,11 @@ impl Thumbnail {
             data,
             ..self.daylight.clone()
         };
-        let counts = self.sensor.expose(&picture, 1).in_8_bit_counts();
-        let size = [picture.width as usize, picture.height as usize];
-        (size, counts.iter().flatten().map(|c| *c as u8).collect())
+        Counts {
+            width: picture.width as usize,
+            height: picture.height as usize,
+            pixels: self.sensor.expose(&picture, seed).in_8_bit_counts(),
+        }
     }
 }
 
@@ -165,12 +194,12 @@ mod tests {
             depth_m: 1.0,
             distance_m: 1.0,
         };
-        let nothing = Thumbnail {
-            daylight: Picture::black(1, 1),
-            lamps: Picture::black(1, 1),
+        let nothing = Film {
+            daylight: Picture::black(4, 4),
+            lamps: Picture::black(4, 4),
             sensor: uw_twin::environment::sensor(&Default::default(), 1.0),
         };
-        let look = Look::new(position, at_levels, nothing);
+        let look = Look::new(position, at_levels, nothing, None);
         // Between 0 and the first level of 0.25 % nobody sets lamps.
         for pct in [0.0, 0.3, 1.7, 20.0, 33.0, 67.0, 99.0, 100.0, 140.0] {
             let found = look.statistics(pct).expect("levels");

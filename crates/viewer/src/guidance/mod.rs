@@ -7,33 +7,41 @@ pub mod daemon;
 pub mod look;
 pub mod operation;
 pub mod origin;
+pub mod sightings;
 pub mod task;
+pub mod water;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use uw_calib::Profile;
 use uw_calib::vehicle::Vehicle;
+use uw_guidance::advice::By;
+use uw_guidance::service::{other_camera, other_profile};
 use uw_guidance::{Model, Objective, Observation};
 use uw_scenery::textures::Pattern;
 use uw_twin::routine::TARGET_PATHS;
 
 use crate::model::Settings;
 use crate::ui::toasts::Toasts;
-use answer::Answer;
+use answer::{Answer, Question};
 pub use camera::VARIES;
 use daemon::Link;
 pub use look::{Look, Seen};
 use operation::Operation;
 use origin::Origin;
-use task::{ContrastErrors, Done, Task, VehiclePosition};
+use sightings::Sightings;
+use task::{ContrastErrors, Done, Tables, Task, VehiclePosition};
+use water::{KnownWater, MadeFor};
 
 /// Who gives advice.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Adviser {
-    /// The library, in this program.
+    /// Physics, in the water that is set, from the picture of the last look.
     #[default]
-    Library,
+    Physics,
+    /// A network, from the statistics of a picture and the calibration.
+    Network,
     /// A running `uwguide`.
     Daemon,
 }
@@ -91,6 +99,14 @@ pub struct Guidance {
     water_known: Option<Settings>,
     /// With what the calibration is made that was begun.
     begun: Option<Origin>,
+    /// The water of the newest tables.
+    known_water: Option<KnownWater>,
+    /// What the tables are made for that were begun.
+    tables_for: Option<MadeFor>,
+    /// The pictures of the looks, for physics.
+    sightings: Sightings,
+    /// What was before the camera in them.
+    sighted: Pattern,
 }
 
 impl Guidance {
@@ -122,12 +138,21 @@ impl Guidance {
             vehicle: Vehicle::default(),
             water_known: None,
             begun: None,
+            known_water: None,
+            tables_for: None,
+            sightings: Sightings::default(),
+            sighted: Pattern::HullRed,
         }
     }
 
     /// What is being done, in words, and how much of it is done, in [0, 1].
     pub fn progress(&self) -> Option<(String, f32)> {
         self.task.as_ref().map(Task::progress)
+    }
+
+    /// Whether physics is reading a picture; what answers is older until then.
+    pub fn is_reading(&self) -> bool {
+        self.sightings.is_making()
     }
 
     /// Ends what is being done.
@@ -179,8 +204,10 @@ impl Guidance {
             toasts.error("the folder of the shipped files was not found: leave out --assets and UWGUIDE_ASSETS, or name one");
             return;
         };
+        let tables = self.tables(settings, work);
         let job = task::GuidanceJob {
             work,
+            tables,
             settings: settings.clone(),
             pattern: self.pattern,
             paths: self.paths,
@@ -194,6 +221,21 @@ impl Guidance {
         }
     }
 
+    /// What is to be done about the tables of the water for `work`.
+    fn tables(&mut self, settings: &Settings, work: task::Work) -> Tables {
+        let is_look = !matches!(work, task::Work::Check { .. });
+        if self.adviser != Adviser::Physics || !is_look {
+            return Tables::Unasked;
+        }
+        let made_for = MadeFor::new(settings, &self.vehicle, self.pattern);
+        let known = self.known_water.as_ref();
+        if let Some(known) = known.filter(|known| known.made_for == made_for) {
+            return Tables::Known(Arc::clone(&known.water));
+        }
+        self.tables_for = Some(made_for);
+        Tables::Make
+    }
+
     /// Takes what tasks have brought.
     pub fn poll(&mut self, toasts: &mut Toasts) {
         while let Some(done) = self.task.as_mut().and_then(Task::done) {
@@ -204,7 +246,17 @@ impl Guidance {
                     self.origin = self.begun.take();
                     toasts.info("Calibrated");
                 }
-                Done::Looked(look) => self.look = Some(look),
+                Done::Tabulated(water) => {
+                    let made_for = self.tables_for.take();
+                    self.known_water = made_for.map(|made_for| KnownWater { made_for, water });
+                }
+                Done::Looked(look) => {
+                    if self.sighted != self.pattern {
+                        self.sightings.forget();
+                        self.sighted = self.pattern;
+                    }
+                    self.look = Some(look);
+                }
                 Done::Checked(check) => self.check = Some(check),
                 Done::Failed(message) => toasts.error(message),
                 Done::All => self.task = None,
@@ -213,8 +265,10 @@ impl Guidance {
         if let Some(answer) = self.link.poll(toasts) {
             self.answer = Some(answer);
         }
-        if let Adviser::Library = self.adviser {
-            self.ask_library();
+        match self.adviser {
+            Adviser::Physics if self.operation_observation().is_none() => self.ask_physics(),
+            Adviser::Physics | Adviser::Network => self.ask_network(),
+            Adviser::Daemon => {}
         }
     }
 
@@ -224,11 +278,20 @@ impl Guidance {
         known.is_some_and(|known| known.water_and_sky() != settings.water_and_sky())
     }
 
+    /// The look from where the vehicle is.
+    fn look_from_here(&self) -> Option<&Arc<Look>> {
+        let looks = self.look.iter();
+        looks.filter(|look| look.position == self.position).next()
+    }
+
     /// What is seen from where the vehicle is; `None` before a look from there.
     pub fn seen(&self) -> Option<Seen> {
-        let looks = self.look.iter();
-        let mut here = looks.filter(|look| look.position == self.position);
-        here.next()?.statistics(self.light_pct)
+        self.look_from_here()?.statistics(self.light_pct)
+    }
+
+    /// Whether physics has tables of the water in which the vehicle sees; `None` before a look from where it is.
+    pub fn has_tables(&self) -> Option<bool> {
+        Some(self.look_from_here()?.water.is_some())
     }
 
     /// What the vehicle knows now; `None` before a look from where it is.
@@ -244,29 +307,55 @@ impl Guidance {
         })
     }
 
-    /// The advice of the library, where everything for it is there and something has changed.
-    fn ask_library(&mut self) {
+    /// The advice of the network, where everything for it is there and something has changed.
+    fn ask_network(&mut self) {
         let observation = self.operation_observation().or_else(|| self.observation());
         let (Some(now), Some(profile), Ok((model, _))) = (observation, &self.profile, &self.model)
         else {
             return;
         };
-        let identities = [Arc::as_ptr(profile) as usize, Arc::as_ptr(model) as usize];
-        let question = (now, self.objective, self.size_px(), identities);
-        if self
-            .answer
-            .as_ref()
-            .is_some_and(|a| a.question == Some(question))
-        {
+        let question = self.question(now, profile, Arc::as_ptr(model) as usize);
+        if self.is_answered(&question) {
             return;
         }
-        self.answer = Some(Answer::of_library(
-            &now,
-            profile,
-            model,
-            &self.objective,
-            question,
-        ));
+        let other = other_camera(question.2, profile, model);
+        let by = By::Network(model);
+        let answer = Answer::of_library(&now, profile, by, &self.objective, question, other);
+        self.answer = Some(answer);
+    }
+
+    /// The advice of physics, likewise.
+    fn ask_physics(&mut self) {
+        let look = self.look_from_here().cloned();
+        let (Some(now), Some(look), Some(profile)) =
+            (self.observation(), look, self.profile.clone())
+        else {
+            return;
+        };
+        let ctx = self.ctx.clone();
+        let wake = move || ctx.request_repaint();
+        let Some(sighting) = self.sightings.of(&look, self.light_pct, wake) else {
+            return;
+        };
+        let question = self.question(now, &profile, Arc::as_ptr(&sighting.present) as usize);
+        if self.is_answered(&question) {
+            return;
+        }
+        let other = other_profile(&profile, sighting.present.water());
+        let by = sighting.by();
+        let answer = Answer::of_library(&now, &profile, by, &self.objective, question, other);
+        self.answer = Some(answer);
+    }
+
+    /// What an answer about `now` hangs on, by what lies at `predictor` in memory.
+    fn question(&self, now: Observation, profile: &Arc<Profile>, predictor: usize) -> Question {
+        let identities = [Arc::as_ptr(profile) as usize, predictor];
+        (now, self.objective, self.size_px(), identities)
+    }
+
+    fn is_answered(&self, question: &Question) -> bool {
+        let answer = self.answer.as_ref();
+        answer.is_some_and(|answer| answer.question == Some(*question))
     }
 
     /// Asks the daemon about the present state.
@@ -310,7 +399,7 @@ impl Guidance {
         Ok(())
     }
 
-    /// Reads a network.
+    /// Reads a network, which is asked from then on.
     ///
     /// # Errors
     /// What is wrong with the file; the network that is there stays.
@@ -318,6 +407,7 @@ impl Guidance {
         let model = Model::read(path).map_err(|e| e.to_string())?;
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         self.model = Ok((Arc::new(model), name.into_owned()));
+        self.adviser = Adviser::Network;
         Ok(())
     }
 

@@ -7,9 +7,11 @@ use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 
 use uw_calib::Profile;
 use uw_calib::vehicle::Vehicle;
+use uw_guidance::physics::{Water, WaterFile};
 use uw_scenery::textures::Pattern;
 
-use super::{Check, Look, camera::VehicleCamera};
+use super::look::Film;
+use super::{Check, Look, camera::VehicleCamera, water};
 use crate::{background::step_back, model::Settings};
 
 /// Where the vehicle is.
@@ -58,6 +60,19 @@ pub struct GuidanceJob {
     pub vehicle: Vehicle,
     /// Folder of the textures.
     pub assets: PathBuf,
+    /// What is known of the water for predictions by physics.
+    pub tables: Tables,
+}
+
+/// What a task does about the tables of the water that physics predicts with.
+#[derive(Clone, Debug)]
+pub enum Tables {
+    /// Nothing: it is not physics that is asked.
+    Unasked,
+    /// They are there.
+    Known(Arc<Water>),
+    /// Makes them.
+    Make,
 }
 
 /// A profile of the routine.
@@ -67,6 +82,8 @@ pub struct Calibrated {
     pub profile: Arc<Profile>,
     /// How well its contrasts are known.
     pub errors: Arc<ContrastErrors>,
+    /// Its images of the target and their distances, m, where physics is to have them in mind.
+    pub films: Vec<(f64, Film)>,
 }
 
 /// Standard errors of contrasts that the paths of their renders leave: distance, m, and 8-bit counts per channel.
@@ -83,6 +100,8 @@ pub struct ContrastErrors {
 pub enum Done {
     /// A profile.
     Calibrated(Calibrated),
+    /// Tables of the water.
+    Tabulated(Arc<Water>),
     /// A look.
     Looked(Arc<Look>),
     /// What a suggestion gives.
@@ -121,7 +140,10 @@ impl Task {
     ///
     /// # Errors
     /// The system gives no thread.
-    pub fn start(job: GuidanceJob, wake: impl Fn() + Send + 'static) -> std::io::Result<Self> {
+    pub fn start(
+        job: GuidanceJob,
+        wake: impl Fn() + Send + Sync + 'static,
+    ) -> std::io::Result<Self> {
         let (sender, messages) = channel();
         let cancel = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&cancel);
@@ -171,7 +193,7 @@ struct Run {
     job: GuidanceJob,
     cancel: Arc<AtomicBool>,
     sender: Sender<Message>,
-    wake: Box<dyn Fn() + Send>,
+    wake: Box<dyn Fn() + Send + Sync>,
 }
 
 impl Run {
@@ -199,14 +221,15 @@ impl Run {
 
     fn work(&self) -> Result<(), String> {
         let camera = VehicleCamera::new(&self.job, &self.cancel)?;
-        let here = match self.job.work {
+        let (here, films) = match self.job.work {
             Work::Calibrate { here } => {
                 let tell = |done, of, what| self.progress(done, of, what);
-                let calibrated = camera.calibrate(&tell)?;
+                let mut calibrated = camera.calibrate(&tell)?;
+                let films = std::mem::take(&mut calibrated.films);
                 self.send(Message::Done(Done::Calibrated(calibrated)));
-                here
+                (here, films)
             }
-            Work::Look { here } => here,
+            Work::Look { here } => (here, Vec::new()),
             Work::Check { there, light_pct } => {
                 self.progress(0, 1, "rendering the suggestion".to_owned());
                 let seen = camera.statistics(&camera.image(there, 301)?, light_pct);
@@ -219,8 +242,44 @@ impl Run {
                 return Ok(());
             }
         };
+        let water = match self.water(&camera, &films) {
+            Err(message) if !self.cancel.load(Ordering::Relaxed) => {
+                // A network can be asked all the same.
+                self.send(Message::Done(Done::Failed(message)));
+                None
+            }
+            found => found?,
+        };
         self.progress(0, 1, format!("looking from {:.2} m", here.distance_m));
-        self.send(Message::Done(Done::Looked(Arc::new(camera.look(here)?))));
+        let look = camera.look(here, water)?;
+        self.send(Message::Done(Done::Looked(Arc::new(look))));
         Ok(())
+    }
+
+    /// The water with its tables, where they are asked for, and what a calibration saw of the target.
+    fn water(
+        &self,
+        camera: &VehicleCamera,
+        films: &[(f64, Film)],
+    ) -> Result<Option<Arc<Water>>, String> {
+        let file = match &self.job.tables {
+            Tables::Unasked => return Ok(None),
+            Tables::Known(water) if films.is_empty() => return Ok(Some(Arc::clone(water))),
+            Tables::Known(water) => water.file().clone(),
+            Tables::Make => {
+                let tell = |share: f64| {
+                    let what = "tables of the water, for physics".to_owned();
+                    self.progress((1e3 * share) as usize, 1000, what);
+                };
+                camera.water(&tell).map_err(|error| error.to_string())?
+            }
+        };
+        let sights = match films.is_empty() {
+            true => file.sights.clone(),
+            false => water::sights(&file, films),
+        };
+        let water = Arc::new(Water::new(WaterFile { sights, ..file }));
+        self.send(Message::Done(Done::Tabulated(Arc::clone(&water))));
+        Ok(Some(water))
     }
 }

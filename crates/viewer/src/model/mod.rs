@@ -29,7 +29,7 @@ pub use depth_profile::DepthProfile;
 pub use display::{Display, FalseColour, ShownLayer};
 pub use inspection::Inspection;
 pub use open_scene::{OpenError, OpenScene};
-pub use settings::{Balance, LampSettings, SensorSettings, Settings, Sun, Surface};
+pub use settings::{Balance, LampSettings, SensorSettings, Settings, Sun, Surface, WaterAndSky};
 pub use spectra::{LightSpectrum, ResponseSettings};
 pub use undo::History;
 pub use uw_media::spectral::WaterBands;

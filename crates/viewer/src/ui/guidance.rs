@@ -32,6 +32,25 @@ const LAMP: Steps = Steps {
     unit: " %",
 };
 
+/// Who can be asked, by name.
+const ADVISERS: [(Adviser, &str, &str); 3] = [
+    (
+        Adviser::Physics,
+        "Physics",
+        "What the water does to the image of the last look at other places; its tables take seconds once per water",
+    ),
+    (
+        Adviser::Network,
+        "Network",
+        "A network, from the statistics of the image and the calibration",
+    ),
+    (
+        Adviser::Daemon,
+        "uwguide",
+        "A running daemon, with the same profile",
+    ),
+];
+
 /// Shows the panel.
 pub fn show(app: &mut Viewer, ui: &mut Ui) {
     if let Some((what, share)) = app.guidance.progress() {
@@ -47,6 +66,7 @@ pub fn show(app: &mut Viewer, ui: &mut Ui) {
     calibration(app, ui);
     state(app, ui);
     adviser(app, ui);
+    objective(app, ui);
     advice(app, ui);
     operation::show(app, ui);
 }
@@ -204,44 +224,44 @@ fn state(app: &mut Viewer, ui: &mut Ui) {
             });
         }
         _ => {
-            ui.weak("press Look: the network needs the statistics of an image");
+            ui.weak("press Look: advice is about an image");
         }
     }
 }
 
-/// Three values per channel.
+/// Three values per channel; a dash for one that is not told.
 pub fn triple(values: [f64; 3]) -> String {
-    values.map(|x| format!("{x:.1}")).join("  ")
+    let told = |x: f64| match x.is_nan() {
+        true => "–".to_owned(),
+        false => format!("{x:.1}"),
+    };
+    values.map(told).join("  ")
 }
 
 fn adviser(app: &mut Viewer, ui: &mut Ui) {
     heading(ui, "3  Advice");
-    ui.horizontal(|ui| {
-        match &app.guidance.model {
-            Ok((_, name)) => ui.weak(format!("network {name}")),
-            Err(error) => ui.colored_label(ui.visuals().error_fg_color, error),
-        };
-        if ui.small_button("Open network...").clicked() {
-            app.ask_file(FilePurpose::OpenModel);
-        }
-    });
     let guidance = &mut app.guidance;
+    let before = guidance.adviser;
     ui.horizontal_wrapped(|ui| {
-        ui.selectable_value(&mut guidance.adviser, Adviser::Library, "Library");
-        ui.selectable_value(&mut guidance.adviser, Adviser::Daemon, "uwguide");
-        if guidance.adviser == Adviser::Daemon {
-            ui.add(egui::TextEdit::singleline(&mut guidance.link.address).desired_width(120.0))
-                .on_hover_text("Host and port of a running uwguide");
-            let idle = !guidance.link.is_waiting();
-            if ui.add_enabled(idle, egui::Button::new("Ask")).clicked() {
-                guidance.ask_daemon(&mut app.toasts);
-            }
+        for (adviser, name, tells) in ADVISERS {
+            ui.selectable_value(&mut guidance.adviser, adviser, name)
+                .on_hover_text(tells);
         }
     });
-    let guidance = &mut app.guidance;
-    if guidance.adviser == Adviser::Daemon {
-        ui.weak(&guidance.link.state);
+    if guidance.adviser != before {
+        // It is the other's.
+        guidance.answer = None;
     }
+    match app.guidance.adviser {
+        Adviser::Physics => physics(app, ui),
+        Adviser::Network => network(app, ui),
+        Adviser::Daemon => daemon(app, ui),
+    }
+}
+
+/// What is wanted.
+fn objective(app: &mut Viewer, ui: &mut Ui) {
+    let guidance = &mut app.guidance;
     ui.collapsing("Objective", |ui| {
         let o = &mut guidance.objective;
         ui.horizontal(|ui| {
@@ -263,6 +283,51 @@ fn adviser(app: &mut Viewer, ui: &mut Ui) {
         );
         slider(ui, "kappa c (narrowness)", &mut o.kappa_c, 0.2..=5.0, "");
     });
+}
+
+/// What physics predicts from, or what it lacks.
+fn physics(app: &mut Viewer, ui: &mut Ui) {
+    let guidance = &app.guidance;
+    if guidance.operation.is_some() {
+        ui.weak("a recording has no pictures: the network answers");
+        return network(app, ui);
+    }
+    ui.weak(match (guidance.has_tables(), &guidance.profile) {
+        (Some(false), _) => "press Look: tables of this water are made first".to_owned(),
+        (Some(true), Some(_)) => "from the image, in the water that is set".to_owned(),
+        (Some(true), None) => "calibrate: the objective needs a profile".to_owned(),
+        (None, _) => "from an image, in the water that is set".to_owned(),
+    });
+    let earlier_m = app.guidance.answer.as_ref().map(|answer| &answer.earlier_m);
+    if let Some(earlier_m) = earlier_m.filter(|earlier_m| !earlier_m.is_empty()) {
+        let from: Vec<String> = earlier_m.iter().map(|m| format!("{m:.2}")).collect();
+        ui.weak(format!("images from {} m count too", from.join(", ")));
+    }
+}
+
+fn network(app: &mut Viewer, ui: &mut Ui) {
+    ui.horizontal(|ui| {
+        match &app.guidance.model {
+            Ok((_, name)) => ui.weak(format!("network {name}")),
+            Err(error) => ui.colored_label(ui.visuals().error_fg_color, error),
+        };
+        if ui.small_button("Open network...").clicked() {
+            app.ask_file(FilePurpose::OpenModel);
+        }
+    });
+}
+
+fn daemon(app: &mut Viewer, ui: &mut Ui) {
+    let guidance = &mut app.guidance;
+    ui.horizontal_wrapped(|ui| {
+        ui.add(egui::TextEdit::singleline(&mut guidance.link.address).desired_width(120.0))
+            .on_hover_text("Host and port of a running uwguide");
+        let idle = !guidance.link.is_waiting();
+        if ui.add_enabled(idle, egui::Button::new("Ask")).clicked() {
+            guidance.ask_daemon(&mut app.toasts);
+        }
+    });
+    ui.weak(&app.guidance.link.state);
 }
 
 fn advice(app: &mut Viewer, ui: &mut Ui) {
@@ -376,7 +441,7 @@ fn contrasts(app: &Viewer, ui: &mut Ui, answer: &Answer) {
             if let Some(misfit) = answer.misfit {
                 ui.label("misfit here");
                 ui.label(format!("{misfit:.1}"))
-                    .on_hover_text("How far the prediction for no change misses the picture: 1 is 0.5 counts and 10 %");
+                    .on_hover_text("How far a prediction for here misses the image: 1 is 0.5 counts and 10 % of the network's for no change, three standard errors of that of physics from an earlier image");
                 ui.weak(format!("at most {:.1}", Checks::default().max_misfit));
                 ui.end_row();
             }

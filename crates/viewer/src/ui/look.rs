@@ -8,6 +8,8 @@ use crate::guidance::Look;
 
 /// Most height of the picture, points.
 const HEIGHT: f32 = 92.0;
+/// Of the noise of its pixels.
+const SEED: u64 = 1;
 
 /// Shows the image at a lamp level.
 pub fn show(ui: &mut Ui, look: &Arc<Look>, light_pct: f64) {
@@ -27,8 +29,9 @@ fn texture(ui: &Ui, look: &Arc<Look>, light_pct: f64) -> TextureHandle {
     {
         return kept.2.clone();
     }
-    let (size, counts) = look.thumbnail.stored(light_pct);
-    let image = ColorImage::from_rgb(size, &counts);
+    let counts = look.thumbnail.stored(light_pct, SEED);
+    let bytes: Vec<u8> = counts.pixels.iter().flatten().map(|c| *c as u8).collect();
+    let image = ColorImage::from_rgb([counts.width, counts.height], &bytes);
     let texture = ui.ctx().load_texture("look", image, TextureOptions::LINEAR);
     let kept = Arc::new((Arc::clone(look), light_pct, texture.clone()));
     ui.data_mut(|d| d.insert_temp(id, kept));

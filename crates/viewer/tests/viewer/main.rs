@@ -13,6 +13,7 @@ mod lasting;
 mod layout;
 mod objects;
 mod panels;
+mod physics;
 mod program;
 mod scene_files;
 mod shared;
