@@ -1,0 +1,136 @@
+//! The water that is set as physics knows it: tables of what it does to the vehicle's pictures.
+
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+use uw_calib::vehicle::Vehicle;
+use uw_guidance::Candidate;
+use uw_guidance::physics::file::{WATER_FORMAT, WaterNumbers};
+use uw_guidance::physics::{LinearPicture, Sight, Water, WaterFile};
+use uw_media::phase::PhaseFunction as _;
+use uw_scenery::textures::Pattern;
+use uw_twin::environment::{Target, View, is_bottom};
+use uw_twin::estimate::water_tables::{
+    TablePlan, TablesError, USUAL_REFLECTANCE, even_texture, sensor_numbers, spaced_distances_m,
+    water_tables_watched,
+};
+use uw_twin::routine::{CONTRAST_DEPTH_M, CONTRAST_LIGHT_PCT, DISTANCES_M};
+
+use super::camera::{MADE_BY, VehicleCamera};
+use super::look::Film;
+use crate::model::{Settings, WaterAndSky};
+
+/// Distances of the tables between the nearest and the farthest of the calibration.
+const VIEWS: u32 = 8;
+/// Depths of their daylight, m; the light at others lies between.
+const DEPTHS_M: [f64; 3] = [1.0, 3.0, 6.0];
+/// Paths of a view of the tables for each of an image.
+const PATHS: u32 = 4;
+/// Of the paths of tables, and of the noise of the calibration's images.
+const SEED: u64 = 400;
+
+/// A water whose tables are made.
+#[derive(Clone, Debug)]
+pub struct KnownWater {
+    /// What they were made for.
+    pub made_for: MadeFor,
+    /// The tables.
+    pub water: Arc<Water>,
+}
+
+/// What tables are made for: with anything else of it other ones are needed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MadeFor {
+    water_and_sky: WaterAndSky,
+    vehicle: Vehicle,
+    /// Whether the vehicle looks down at the bottom.
+    bottom: bool,
+}
+
+impl MadeFor {
+    /// The water of `settings` before the camera of `vehicle`.
+    pub fn new(settings: &Settings, vehicle: &Vehicle, pattern: Pattern) -> Self {
+        Self {
+            water_and_sky: settings.water_and_sky(),
+            vehicle: vehicle.clone(),
+            bottom: is_bottom(pattern),
+        }
+    }
+}
+
+impl VehicleCamera<'_> {
+    /// The tables of the water that is set; `tell` hears what share of them is done.
+    ///
+    /// # Errors
+    /// A view shows more than the target, the renderer fails, or the task was ended.
+    pub fn water(&self, tell: &(dyn Fn(f64) + Sync)) -> Result<WaterFile, TablesError> {
+        let even = Target {
+            pattern: self.job.pattern,
+            texture: even_texture(USUAL_REFLECTANCE),
+        };
+        let plan = TablePlan {
+            distances_m: spaced_distances_m(
+                DISTANCES_M[0],
+                DISTANCES_M[DISTANCES_M.len() - 1],
+                VIEWS,
+            ),
+            depths_m: DEPTHS_M.to_vec(),
+            reflectance: USUAL_REFLECTANCE,
+            paths_per_group: PATHS * self.job.paths,
+            seed: SEED,
+        };
+        let scene = |depth_m: f64, distance_m: f64| {
+            let view = View::Target {
+                depth_m,
+                distance_m,
+            };
+            self.scene_of(&self.job.vehicle, &even, view)
+        };
+        let tables = water_tables_watched(&plan, scene, |share| {
+            tell(share);
+            !self.cancel.load(Ordering::Relaxed)
+        })?;
+        let vehicle = &self.job.vehicle;
+        Ok(WaterFile {
+            format: WATER_FORMAT.to_owned(),
+            made_by: MADE_BY.to_owned(),
+            water: self.numbers(),
+            sensor: sensor_numbers(vehicle, vehicle.encoding),
+            tables,
+            sights: Vec::new(),
+            fit: None,
+        })
+    }
+
+    fn numbers(&self) -> WaterNumbers {
+        let iops = self.set.water.as_ref().map(|water| water.iops);
+        let phase = self.set.water.as_ref().map(|water| &water.phase);
+        WaterNumbers {
+            a_per_m: iops.map_or([0.0; 3], |iops| iops.a),
+            b_per_m: iops.map_or([0.0; 3], |iops| iops.b),
+            backscatter_fraction: phase.map_or(0.0, |phase| phase.backscatter_fraction()),
+        }
+    }
+}
+
+/// The target as a calibration saw it, from distances in m, lamps off and on.
+pub fn sights(file: &WaterFile, films: &[(f64, Film)]) -> Vec<Sight> {
+    let response = file.sensor.response();
+    let place = file.place(&response, CONTRAST_DEPTH_M);
+    let shots = films
+        .iter()
+        .flat_map(|film| [0.0, CONTRAST_LIGHT_PCT].map(|light_pct| (film, light_pct)));
+    let sight = |(seed, ((distance_m, film), light_pct)): (u64, (&(f64, Film), f64))| {
+        let here = Candidate {
+            distance_m: *distance_m,
+            light_pct,
+        };
+        let counts = film.stored(light_pct, SEED + seed);
+        Sight::new(
+            &place,
+            &LinearPicture::of_counts(&counts, file.sensor.encoding),
+            &here,
+        )
+    };
+    (0..).zip(shots).map(sight).collect()
+}
