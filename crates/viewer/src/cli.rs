@@ -431,6 +431,10 @@ impl Screenshot {
             && viewer
                 .frame()
                 .is_some_and(|f| f.coarseness == 1 && f.samples >= self.after_samples);
+        if self.asked {
+            // The picture comes back with a later frame, which nothing else may ask for.
+            ctx.request_repaint();
+        }
         if self.asked || !ready {
             return;
         }

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
+use rayon::prelude::*;
 use uw_calib::vehicle::Vehicle;
 use uw_guidance::Candidate;
 use uw_guidance::physics::file::{WATER_FORMAT, WaterNumbers};
@@ -117,20 +118,19 @@ impl VehicleCamera<'_> {
 pub fn sights(file: &WaterFile, films: &[(f64, Film)]) -> Vec<Sight> {
     let response = file.sensor.response();
     let place = file.place(&response, CONTRAST_DEPTH_M);
-    let shots = films
+    let shots: Vec<(&(f64, Film), f64)> = films
         .iter()
-        .flat_map(|film| [0.0, CONTRAST_LIGHT_PCT].map(|light_pct| (film, light_pct)));
-    let sight = |(seed, ((distance_m, film), light_pct)): (u64, (&(f64, Film), f64))| {
+        .flat_map(|film| [0.0, CONTRAST_LIGHT_PCT].map(|light_pct| (film, light_pct)))
+        .collect();
+    let sight = |(i, (film, light_pct)): (usize, &(&(f64, Film), f64))| {
+        let (distance_m, film) = film;
         let here = Candidate {
             distance_m: *distance_m,
-            light_pct,
+            light_pct: *light_pct,
         };
-        let counts = film.stored(light_pct, SEED + seed);
-        Sight::new(
-            &place,
-            &LinearPicture::of_counts(&counts, file.sensor.encoding),
-            &here,
-        )
+        let counts = film.stored(*light_pct, SEED + i as u64);
+        let picture = LinearPicture::of_counts(&counts, file.sensor.encoding);
+        Sight::new(&place, &picture, &here)
     };
-    (0..).zip(shots).map(sight).collect()
+    shots.par_iter().enumerate().map(sight).collect()
 }
