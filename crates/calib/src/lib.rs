@@ -49,7 +49,9 @@ pub use detail::Detail;
 pub use even::Even;
 pub use manifest::{Manifest, ManifestError, Row, RowKind};
 pub use noise::{NoiseModel, NoiseSource, SensorNoise};
-pub use photo::{Mask, MaskError, Opened, Resampling, Treatment, Undistortion, View};
+pub use photo::{
+    Mask, MaskError, Opened, Resampling, Treatment, Undistortion, UndistortionError, View,
+};
 pub use processing::Processing;
 pub use profile::{
     ContrastSample, Corrected, CorrectedSample, DepthSample, Profile, ProfileError, Source,

@@ -9,7 +9,7 @@ use crate::stats::StatsError;
 const LANES: usize = 8;
 
 /// A picture in 8-bit counts.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Planes {
     /// Width, pixels.
     pub width: usize,

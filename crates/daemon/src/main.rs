@@ -204,6 +204,7 @@ fn read_config(path: Option<&PathBuf>, vehicle: Option<&String>) -> Result<Confi
     config.read_token().map_err(bad_input)?;
     config.vehicle = vehicle.cloned().or(config.vehicle);
     config.read_vehicle().map_err(bad_input)?;
+    config.read_photographs().map_err(bad_input)?;
     Ok(config)
 }
 

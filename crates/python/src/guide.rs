@@ -5,12 +5,39 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use pyo3::prelude::*;
 use uw_assets::DEFAULT_MODEL;
+use uw_calib::Encoding;
 use uw_guidance::Service;
 use uw_guidance::service::{Basis, Loaded, Session, Settings};
+use uw_survey::treatment::{Photographs, ideal_camera};
+use uw_survey::undistort::port_distances_m;
 
 use crate::errors::{value_error, warn};
 use crate::profile::{Profile, shipped};
 use crate::water::Water;
+
+/// Has pictures measured as the ideal camera of model or water would have taken them; what should be known of it, a sentence each.
+fn photographed(
+    photographs: &Photographs,
+    basis: &Basis,
+    settings: &mut Settings,
+) -> PyResult<Vec<String>> {
+    if photographs.camera.is_none() && photographs.mask.is_none() {
+        return Ok(Vec::new());
+    }
+    let (rig, encoding, distances_m) = match basis {
+        Basis::Network(model) => (model.card().rig, Encoding::default(), port_distances_m()),
+        Basis::Physics(water) => {
+            let file = water.file();
+            (file.rig(), file.sensor.encoding, file.tables.distances_m())
+        }
+    };
+    let ideal = ideal_camera(&rig);
+    let (treatment, warnings) = photographs
+        .treatment((ideal.as_ref(), None, encoding), &distances_m)
+        .map_err(value_error)?;
+    settings.photographed(treatment.mask, treatment.undistortion);
+    Ok(warnings)
+}
 
 /// Answers requests of the daemon's protocol. ``uwguide.Guide`` is made of it.
 #[pyclass(frozen, module = "uwguide._native")]
@@ -20,14 +47,16 @@ pub(crate) struct Answers {
 
 #[pymethods]
 impl Answers {
-    /// Of a model's file or name, or of a water; with a profile.
+    /// Of a model's file or name, or of a water; with a profile, and what is done to pictures.
     #[new]
-    #[pyo3(signature = (model, water, profile))]
+    #[pyo3(signature = (model, water, profile, *, camera, mask))]
     fn new(
         py: Python<'_>,
         model: Option<PathBuf>,
         water: Option<&Bound<'_, Water>>,
         profile: Option<&Bound<'_, Profile>>,
+        camera: Option<PathBuf>,
+        mask: Option<PathBuf>,
     ) -> PyResult<Self> {
         let mut loaded = match water {
             Some(water) => Loaded {
@@ -46,10 +75,16 @@ impl Answers {
             }
         };
         loaded.profile = profile.map(|profile| profile.get().shared());
-        let settings = Settings {
+        let mut settings = Settings {
             tell_predictor: water.is_some(),
             ..Settings::default()
         };
+        let photographs = Photographs { camera, mask };
+        warn(
+            py,
+            2,
+            photographed(&photographs, &loaded.basis, &mut settings)?,
+        )?;
         warn(py, 2, loaded.warnings(None, &settings.vehicle))?;
         let service = Arc::new(Service::with_settings(loaded, settings));
         Ok(Self {

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use uw_assets::AssetError;
 use uw_calib::vehicle::Vehicle;
-use uw_calib::{Encoding, Even, Manifest, Mask, MaskError, RowKind, Treatment, Undistortion};
+use uw_calib::{Encoding, Even, Manifest, Mask, MaskError, Rig, RowKind, Treatment, Undistortion};
 use uw_render::scene::{Scene, SceneError};
 
 use crate::undistort::undistortion;
@@ -87,6 +87,17 @@ impl Photographs {
         };
         Ok((treatment, warnings))
     }
+}
+
+/// The ideal camera of a rig, as far as it states it; the rest is the default vehicle's.
+pub fn ideal_camera(rig: &Rig) -> Option<Vehicle> {
+    let [width, height] = rig.size_px()?;
+    Some(Vehicle {
+        width: width as u32,
+        height: height as u32,
+        hfov_deg: rig.hfov_deg?,
+        ..Vehicle::default()
+    })
 }
 
 /// The way from the camera's pictures to the vehicle's.

@@ -5,11 +5,17 @@ use uw_calib::{Resampling, Undistortion};
 use uw_render::scene::Camera;
 
 use uw_calib::vehicle::Vehicle;
+use uw_twin::estimate::water_tables::spaced_distances_m;
 
 /// Distance of what is far away, m: a port moves rays by centimetres.
 const FAR_M: f64 = 100.0;
 /// Directions that differ by less than this (its sine) are one: where a lens folds, a point is seen in another's place.
 const SAME_DIRECTION: f64 = 1e-4;
+
+/// Distances of the target for which the way through a port is kept where those of the pictures are not known, m.
+pub fn port_distances_m() -> Vec<f64> {
+    spaced_distances_m(0.3, 6.0, 9)
+}
 
 /// The way from pictures of `camera` to those of the vehicle's ideal one: same centre of projection, same axis, the vehicle's size and horizontal
 /// field of view. With a port that is another one at each of `distances_m`.
@@ -24,7 +30,7 @@ pub fn undistortion(camera: &Camera, vehicle: &Vehicle, distances_m: &[f64]) -> 
         Some(_) => distances_m.iter().map(|&d| (d, at(d))).collect(),
         None => Vec::new(),
     };
-    Undistortion::new(at(FAR_M), near)
+    Undistortion::new(vehicle.hfov_deg, at(FAR_M), near)
 }
 
 /// Where the ideal camera looks at (x, y), pixels; 1 along the axis.

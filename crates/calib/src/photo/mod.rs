@@ -1,5 +1,5 @@
 //! Photographs before they are measured: what a camera says of them ([`exif`]), one exposure for all ([`exposures`]), without what is
-//! not the target ([`mask`]), as an ideal camera would have taken them ([`resampling`]), a folder of frames as one ([`frames`]).
+//! not the target ([`mask`]), as an ideal camera would have taken them ([`resampling`], kept by [`Undistortion`]), a folder of frames as one ([`frames`]).
 //! [`Treatment`] does it, [`Opened`] is what comes out.
 
 pub mod exif;
@@ -9,6 +9,7 @@ mod lights;
 pub mod mask;
 mod opened;
 pub mod resampling;
+mod undistortion;
 
 #[cfg(test)]
 mod tests;
@@ -17,4 +18,5 @@ pub use exif::Shot;
 pub(crate) use lights::{FULL, Lights};
 pub use mask::{Mask, MaskError};
 pub use opened::{Opened, Treatment, View};
-pub use resampling::{Resampling, Undistortion};
+pub use resampling::Resampling;
+pub use undistortion::{Undistortion, UndistortionError};

@@ -6,12 +6,13 @@ use std::sync::Arc;
 use super::frames::{self, Still};
 use super::lights::Lights;
 use super::mask::Mask;
-use super::resampling::{Resampling, Undistortion};
+use super::resampling::Resampling;
+use super::undistortion::Undistortion;
 use crate::Encoding;
 use crate::detail::Behind;
 use crate::even::Even;
 use crate::noise::NoiseModel;
-use crate::picture::Counts;
+use crate::picture::{Counts, Decoded};
 use crate::planes::Planes;
 use crate::stats::{self, Measured, PatchGrid, StatsError};
 
@@ -62,13 +63,42 @@ impl Treatment {
     /// It cannot be read, is no picture of 8 or 16 bits, has another size than mask or camera, or nothing of it is left.
     pub fn open(&self, view: &View<'_>) -> Result<Opened, StatsError> {
         let name = view.path.display().to_string();
+        let still = frames::still(view.path, &Lights::new(self.encoding))?;
+        self.apply(name, still, view.distance_m, view.over)
+    }
+
+    /// The same of a picture in memory, of what is `distance_m` away, where that is known.
+    ///
+    /// # Errors
+    /// It has another size than mask or camera.
+    pub fn of_decoded(
+        &self,
+        decoded: &Decoded,
+        distance_m: Option<f64>,
+    ) -> Result<Opened, StatsError> {
+        let still = Still {
+            planes: decoded.planes.clone(),
+            step: decoded.step,
+            frames: 1,
+            told: Vec::new(),
+        };
+        self.apply(decoded.name.clone(), still, distance_m, 1.0)
+    }
+
+    fn apply(
+        &self,
+        name: String,
+        still: Still,
+        distance_m: Option<f64>,
+        over: f64,
+    ) -> Result<Opened, StatsError> {
         let lights = Lights::new(self.encoding);
         let Still {
             planes: mut stored,
             step,
             frames,
             told,
-        } = frames::still(view.path, &lights)?;
+        } = still;
         let size = |message: String| StatsError::OtherSize {
             name: name.clone(),
             message,
@@ -76,9 +106,9 @@ impl Treatment {
         if let Some(mask) = &self.mask {
             mask.apply(&mut stored).map_err(size)?;
         }
-        let even = self.even_of(view.over);
+        let even = self.even_of(over);
         let evened = even.as_ref().map(|even| even.of_planes(&stored));
-        let resampling = (self.undistortion.as_ref()).map(|way| way.at(view.distance_m).clone());
+        let resampling = (self.undistortion.as_ref()).map(|way| way.at(distance_m).clone());
         let made = match &resampling {
             None => evened,
             Some(map) => {

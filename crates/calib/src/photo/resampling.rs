@@ -7,8 +7,6 @@
 //! average), which the contrast without noise counts with; of a wave 4 pixels long it leaves 94 %, of 6 pixels 98.7 %, of 8
 //! pixels 99.6 %.
 
-use std::sync::Arc;
-
 use super::lights::{FULL, Lights};
 use crate::planes::Planes;
 
@@ -39,7 +37,7 @@ pub struct Resampling {
 impl Resampling {
     /// Of stored pictures of `from` pixels, `to` ideal ones of `to` pixels (both at least 1 × 1), whose point (x, y) is seen at `point(x, y)`.
     pub fn new(from: [u32; 2], to: [u32; 2], point: impl Fn(f64, f64) -> Option<[f64; 2]>) -> Self {
-        let cells = to.map(|side| (f64::from(side) / STEP_PX).ceil().max(1.0) as usize);
+        let cells = to.map(cells);
         let side = [0, 1].map(|axis| f64::from(to[axis]) / cells[axis] as f64);
         let mut net = Vec::with_capacity((cells[0] + 1) * (cells[1] + 1));
         for j in 0..=cells[1] {
@@ -47,6 +45,12 @@ impl Resampling {
                 net.push(point(side[0] * i as f64, side[1] * j as f64));
             }
         }
+        Self::of_net(from, to, net)
+    }
+
+    /// The same by the points of the net, row by row from the top left, as many as [`Resampling::nodes`].
+    pub(super) fn of_net(from: [u32; 2], to: [u32; 2], net: Vec<Option<[f64; 2]>>) -> Self {
+        let cells = to.map(cells);
         let mut made = Self {
             from: from.map(|side| side as usize),
             to: to.map(|side| side as usize),
@@ -57,6 +61,22 @@ impl Resampling {
         let stretch = made.most_stretched();
         made.samples = (stretch.round() as usize).clamp(1, MOST_SAMPLES);
         made
+    }
+
+    /// Points of the net of ideal pictures of this size, pixels.
+    pub(super) fn nodes(to: [u32; 2]) -> usize {
+        let [across, down] = to.map(cells);
+        (across + 1) * (down + 1)
+    }
+
+    /// The points of the net.
+    pub(super) fn net(&self) -> &[Option<[f64; 2]>] {
+        &self.net
+    }
+
+    /// Width and height of the ideal pictures, pixels.
+    pub fn to_px(&self) -> [usize; 2] {
+        self.to
     }
 
     /// Width and height of the stored pictures, pixels.
@@ -168,11 +188,14 @@ impl Resampling {
 
     /// The ideal picture. A pixel is at full scale where one that it is made of is, and unknown (NaN) where one is unknown or not seen.
     pub(crate) fn apply(&self, stored: &Planes, lights: &Lights) -> Planes {
+        let lit: Vec<Vec<f64>> = (stored.channels.iter())
+            .map(|plane| plane.iter().map(|counts| light(*counts, lights)).collect())
+            .collect();
         let mut taps = Vec::new();
         let mut made = [const { Vec::new() }; 3];
         for i in 0..self.to[0] * self.to[1] {
             self.taps(i % self.to[0], i / self.to[0], &mut taps);
-            for (plane, to) in stored.channels.iter().zip(&mut made) {
+            for (plane, to) in lit.iter().zip(&mut made) {
                 to.push(mean(&taps, plane, lights));
             }
         }
@@ -205,6 +228,11 @@ impl Resampling {
     }
 }
 
+/// Cells of the net along a side of an ideal picture, pixels.
+fn cells(side: u32) -> usize {
+    (f64::from(side) / STEP_PX).ceil().max(1.0) as usize
+}
+
 /// Weights of four values one apart for a place that lies `t` in [0, 1] behind the second (Keys 1981, a = -1/2).
 fn cubic(t: f64) -> [f64; 4] {
     let (square, cube) = (t * t, t * t * t);
@@ -216,14 +244,22 @@ fn cubic(t: f64) -> [f64; 4] {
     ]
 }
 
-/// Counts of the mean light of stored pixels.
+/// Light of a stored pixel; NaN of one that is unknown.
+fn light(counts: f64, lights: &Lights) -> f64 {
+    match counts.is_nan() {
+        true => f64::NAN,
+        false => lights.light(counts),
+    }
+}
+
+/// Counts of the mean of stored pixels' light.
 fn mean(taps: &[(usize, f64)], plane: &[f64], lights: &Lights) -> f64 {
     let mut sum = 0.0;
     for &(pixel, weight) in taps.iter().filter(|tap| tap.1 != 0.0) {
-        let light = match plane[pixel] {
-            counts if counts.is_nan() => return f64::NAN,
-            counts => lights.light(counts),
-        };
+        let light = plane[pixel];
+        if light.is_nan() {
+            return f64::NAN;
+        }
         if light >= FULL_LIGHT {
             return FULL;
         }
@@ -232,49 +268,6 @@ fn mean(taps: &[(usize, f64)], plane: &[f64], lights: &Lights) -> f64 {
     match taps.is_empty() {
         true => f64::NAN,
         false => lights.counts(sum),
-    }
-}
-
-/// The ways from a camera's pictures to ideal ones: with a port they differ with the target's distance.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Undistortion {
-    far: Arc<Resampling>,
-    near: Vec<(f64, Arc<Resampling>)>,
-}
-
-impl Undistortion {
-    /// The way for what is far away, and for the target at distances in m, where that differs.
-    pub fn new(far: Resampling, near: Vec<(f64, Resampling)>) -> Self {
-        Self {
-            far: Arc::new(far),
-            near: near
-                .into_iter()
-                .map(|(at, map)| (at, Arc::new(map)))
-                .collect(),
-        }
-    }
-
-    /// The way for what is far away.
-    pub fn far(&self) -> &Resampling {
-        &self.far
-    }
-
-    /// The way for a target at a distance, m.
-    pub fn near(&self, distance_m: f64) -> &Resampling {
-        self.at(Some(distance_m))
-    }
-
-    /// That for a target at a distance, m: the nearest in ratio; for what is far away without one.
-    pub(crate) fn at(&self, distance_m: Option<f64>) -> &Arc<Resampling> {
-        let Some(distance_m) = distance_m else {
-            return &self.far;
-        };
-        let off = |at: f64| (at / distance_m).ln().abs();
-        let nearest = self
-            .near
-            .iter()
-            .min_by(|x, y| off(x.0).total_cmp(&off(y.0)));
-        nearest.map_or(&self.far, |(_, map)| map)
     }
 }
 

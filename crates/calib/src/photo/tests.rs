@@ -95,6 +95,7 @@ fn resampling_takes_off_as_much_noise_as_is_counted_with() {
     let to = [SIZE[0] * 9 / 10, SIZE[1] * 9 / 10];
     let treatment = Treatment {
         undistortion: Some(Undistortion::new(
+            50.0,
             Resampling::new(SIZE, to, way),
             Vec::new(),
         )),
@@ -205,6 +206,7 @@ fn pictures_of_another_size_than_mask_or_camera_are_named() {
         (
             Treatment {
                 undistortion: Some(Undistortion::new(
+                    50.0,
                     Resampling::new([80, 60], [40, 24], same),
                     Vec::new(),
                 )),

@@ -83,6 +83,10 @@ pub struct Config {
     pub water: Option<PathBuf>,
     /// The vehicle: the name of a shipped one or a file.
     pub vehicle: Option<String>,
+    /// What of pictures is left out: polygons or a picture.
+    pub mask: Option<PathBuf>,
+    /// From the camera's pictures to those of the ideal camera.
+    pub undistortion: Option<PathBuf>,
     /// Files of TLS.
     pub tls: Option<TlsFiles>,
     /// Loopback address of metrics and health checks.

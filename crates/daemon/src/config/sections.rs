@@ -94,7 +94,16 @@ pub(super) fn config(value: &Value) -> Result<Config, FieldError> {
         settings.beams = beams(&geometry)?;
     }
     if let Some(images) = section(&document, "images")? {
-        images.only(&["directory", "noise_a", "noise_b", "encoding"])?;
+        images.only(&[
+            "directory",
+            "noise_a",
+            "noise_b",
+            "encoding",
+            "mask",
+            "undistortion",
+        ])?;
+        config.mask = path(&images, "mask")?;
+        config.undistortion = path(&images, "undistortion")?;
         settings.noise = noise(&images)?;
         if let Some(directory) = path(&images, "directory")? {
             settings.images = ImagePolicy::Under(directory);

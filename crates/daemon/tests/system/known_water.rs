@@ -89,20 +89,35 @@ pub(crate) fn waves(x: f64, y: f64) -> f64 {
 /// Writes the picture of a target from a distance with lamps at a level.
 pub(crate) fn write_picture(
     path: &Path,
+    place: (f64, f64),
+    reflectance: &dyn Fn(f64, f64) -> f64,
+    noise: [f64; 2],
+) {
+    picture_through(&|x, y| [x, y], SIZE_PX, place, reflectance, noise)
+        .save(path)
+        .unwrap();
+}
+
+/// The same of a camera of another size, whose point (x, y) lies at `ideal(x, y)` in the picture of the water file's camera, pixels.
+pub(crate) fn picture_through(
+    ideal: &dyn Fn(f64, f64) -> [f64; 2],
+    size_px: [u32; 2],
     (distance_m, light_pct): (f64, f64),
     reflectance: &dyn Fn(f64, f64) -> f64,
     [noise_a, noise_b]: [f64; 2],
-) {
+) -> image::RgbImage {
     let mut numbers = Numbers::new(5);
     let light = 1.0 + 0.2 * 0.01 * light_pct;
     let left = (-C_PER_M * distance_m).exp();
     let pixel_m = 2.0 * HALF_VIEW * distance_m / f64::from(SIZE_PX[0]);
-    let picture = image::RgbImage::from_fn(SIZE_PX[0], SIZE_PX[1], |column, row| {
-        let at = |i: u32, middle: u32, part: u32| {
-            (f64::from(i) + f64::from(part) / 3.0 + 1.0 / 6.0 - 0.5 * f64::from(middle)) * pixel_m
-        };
-        let parts =
-            (0..9).map(|j| reflectance(at(column, SIZE_PX[0], j % 3), at(row, SIZE_PX[1], j / 3)));
+    image::RgbImage::from_fn(size_px[0], size_px[1], |column, row| {
+        let within = |i: u32, part: u32| f64::from(i) + f64::from(part) / 3.0 + 1.0 / 6.0;
+        let parts = (0..9).map(|j| {
+            let [x, y] = ideal(within(column, j % 3), within(row, j / 3));
+            let [x, y] = [(x, SIZE_PX[0]), (y, SIZE_PX[1])]
+                .map(|(at, side)| (at - 0.5 * f64::from(side)) * pixel_m);
+            reflectance(x, y)
+        });
         let mean = parts.sum::<f64>() / 9.0;
         let signal = light * (veil(distance_m) + DAYLIGHT * left * mean);
         let deviation = (noise_a * signal + noise_b).sqrt();
@@ -111,6 +126,5 @@ pub(crate) fn write_picture(
             let normal: f64 = (0..12).map(|_| numbers.between(-0.5, 0.5)).sum();
             Encoding::Srgb.counts(signal + deviation * normal).round() as u8
         }))
-    });
-    picture.save(path).unwrap();
+    })
 }

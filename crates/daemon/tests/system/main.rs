@@ -12,6 +12,7 @@ mod faults;
 mod files;
 #[cfg(unix)]
 mod known_water;
+mod lens;
 mod links;
 mod model;
 mod noise;

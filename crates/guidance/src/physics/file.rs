@@ -169,6 +169,14 @@ impl SensorNumbers {
 }
 
 impl WaterFile {
+    /// The camera of its pictures.
+    pub fn rig(&self) -> Rig {
+        Rig {
+            hfov_deg: Some(2.0 * self.tables.half_view[0].atan().to_degrees()),
+            ..self.sensor.rig()
+        }
+    }
+
     /// Reads a water file.
     ///
     /// # Errors
@@ -309,8 +317,7 @@ impl WaterTables {
             ));
         }
         rising("frequencies_per_m", &self.frequencies_per_m, 1e-9, 2)?;
-        let distances: Vec<f64> = self.views.iter().map(|view| view.distance_m).collect();
-        rising("views.distance_m", &distances, 1e-3, 2)?;
+        rising("views.distance_m", &self.distances_m(), 1e-3, 2)?;
         if !self.half_view.iter().all(|v| *v > 0.0 && v.is_finite()) {
             return Err(format!(
                 "tables.half_view must be > 0, got {:?}",

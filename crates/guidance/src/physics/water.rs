@@ -53,6 +53,11 @@ pub struct WaterTables {
 }
 
 impl WaterTables {
+    /// Distances of the tables, rising, m.
+    pub fn distances_m(&self) -> Vec<f64> {
+        self.views.iter().map(|view| view.distance_m).collect()
+    }
+
     /// Least and greatest distance of the tables, m.
     pub fn distance_range_m(&self) -> (f64, f64) {
         let of = |view: Option<&ViewTables>| view.map_or(0.0, |view| view.distance_m);

@@ -62,7 +62,7 @@ pub fn other_profile(profile: &Profile, water: &WaterFile) -> Option<Reason> {
 pub(super) fn other_vehicle(vehicle: &Rig, basis: &Basis, profile: &Profile) -> Option<Reason> {
     let (of_basis, rig) = match basis {
         Basis::Network(model) => ("model", model.card().rig),
-        Basis::Physics(water) => ("water file", water.file().sensor.rig()),
+        Basis::Physics(water) => ("water file", water.file().rig()),
     };
     [(of_basis, &rig), ("profile", profile.rig())]
         .into_iter()

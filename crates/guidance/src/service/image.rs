@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use base64::Engine as _;
 use uw_calib::picture::{Counts, Decoded};
-use uw_calib::{Measured, NoiseModel, Processing};
+use uw_calib::{Measured, NoiseModel, Processing, StatsError, Treatment};
 
 use crate::feed::Picture;
 use crate::observation::Quality;
@@ -58,39 +58,23 @@ fn open_under(directory: &Path, path: &str) -> Option<File> {
     (same && usable(&file.metadata().ok()?)).then_some(file)
 }
 
-/// Reads and measures an image, without what the lens does; its noise is taken from where the settings say, and compared with the
-/// sensor's where they or `water` know it. The pixels come with it where it has the size of the water's pictures.
+/// Reads and measures an image, as the settings treat it: without what is masked and what the lens does. Its noise is taken from where the settings say,
+/// and compared with the sensor's where they or `water` know it. The pixels come with it where it has the size of the water's pictures. A port's way differs
+/// with the distance, m, where that is known.
 pub(super) fn measure(
     image: &ImageSource,
     settings: &Settings,
     water: Option<&Water>,
+    distance_m: Option<f64>,
 ) -> Result<(Picture, Option<Counts>), WireError> {
-    let bad = |field: &str, message: String| WireError::new(Code::BadImage, message).at(field);
-    let (field, bytes) = match image {
-        ImageSource::Path(path) => {
-            let field = "image.path";
-            let file = settings
-                .images
-                .open(path)
-                .map_err(|message| bad(field, message))?;
-            (field, of_file(file).map_err(|message| bad(field, message))?)
-        }
-        ImageSource::Base64(text) => {
-            let field = "image.base64_png";
-            let bytes = base64::engine::general_purpose::STANDARD
-                .decode(text)
-                .map_err(|error| bad(field, format!("image.base64_png is not base64: {error}")))?;
-            (field, bytes)
-        }
-    };
-    let unusable = |error: uw_calib::StatsError| bad(field, error.to_string());
+    let (field, bytes) = bytes(image, settings)?;
+    let unusable = |error: StatsError| bad(field, error.to_string());
     let noise = &settings.noise;
-    let of_water = water.and_then(|water| water.even());
-    let even = settings.even.as_ref().or(of_water);
     let decoded = Decoded::new(&bytes, field).map_err(unusable)?;
-    let Measured { grid, detail } = Measured::of(&decoded, noise, even).map_err(unusable)?;
+    let Seen { measured, counts } =
+        seen(&decoded, settings, water, distance_m).map_err(unusable)?;
+    let Measured { grid, detail } = measured;
     let of_water = water.filter(|water| water.size_px() == [grid.width, grid.height]);
-    let counts = of_water.map(|_| Counts::of_decoded(&decoded, even));
     let sensor = match (noise, of_water) {
         (NoiseModel::Picture, Some(water)) => water.noise(),
         (noise, _) => noise,
@@ -119,7 +103,68 @@ pub(super) fn measure(
                 ..quality
             }),
     };
-    Ok((picture, counts))
+    Ok((picture, of_water.and(counts)))
+}
+
+fn bad(field: &str, message: String) -> WireError {
+    WireError::new(Code::BadImage, message).at(field)
+}
+
+/// The bytes of an image and the field that they are from.
+fn bytes<'a>(image: &ImageSource, settings: &Settings) -> Result<(&'a str, Vec<u8>), WireError> {
+    match image {
+        ImageSource::Path(path) => {
+            let field = "image.path";
+            let file = settings
+                .images
+                .open(path)
+                .map_err(|message| bad(field, message))?;
+            let bytes = of_file(file).map_err(|message| bad(field, message))?;
+            Ok((field, bytes))
+        }
+        ImageSource::Base64(text) => {
+            let field = "image.base64_png";
+            let bytes = base64::engine::general_purpose::STANDARD
+                .decode(text)
+                .map_err(|error| bad(field, format!("image.base64_png is not base64: {error}")))?;
+            Ok((field, bytes))
+        }
+    }
+}
+
+/// An image as it is treated.
+struct Seen {
+    measured: Measured,
+    /// Its pixels, where a water is to know them.
+    counts: Option<Counts>,
+}
+
+fn seen(
+    decoded: &Decoded,
+    settings: &Settings,
+    water: Option<&Water>,
+    distance_m: Option<f64>,
+) -> Result<Seen, StatsError> {
+    let of_water = water.and_then(|water| water.even());
+    let even = settings.treatment.even.as_ref().or(of_water);
+    if settings.treatment.mask.is_none() && settings.treatment.undistortion.is_none() {
+        return Ok(Seen {
+            measured: Measured::of(decoded, &settings.noise, even)?,
+            counts: water.map(|_| Counts::of_decoded(decoded, even)),
+        });
+    }
+    let treatment = Treatment {
+        encoding: water.map_or(settings.treatment.encoding, |water| {
+            water.file().sensor.encoding
+        }),
+        even: even.cloned(),
+        ..settings.treatment.clone()
+    };
+    let opened = treatment.of_decoded(decoded, distance_m)?;
+    Ok(Seen {
+        measured: opened.measure(&settings.noise)?,
+        counts: water.map(|_| opened.counts().filled()),
+    })
 }
 
 /// The advice is made from what the reply tells, so that it can be made again from a recording.

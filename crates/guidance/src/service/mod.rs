@@ -12,7 +12,7 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 use serde_json::{Value, json};
 use thiserror::Error;
 use uw_calib::vehicle::LevelCurve;
-use uw_calib::{Even, NoiseModel, Profile, ProfileError, Rig};
+use uw_calib::{Mask, NoiseModel, Profile, ProfileError, Rig, Treatment, Undistortion};
 
 use crate::beams::BeamGeometry;
 use crate::checks::Checks;
@@ -58,8 +58,8 @@ pub struct Settings {
     pub images: ImagePolicy,
     /// Where the noise of images is taken from.
     pub noise: NoiseModel,
-    /// The lens that is taken out of images; `None` for that of the water file, where there is one.
-    pub even: Option<Even>,
+    /// What is done to images before they are measured: their lens (that of the water file where none is given), mask and undistortion.
+    pub treatment: Treatment,
     /// Camera and lamps of the vehicle, as far as they are known: those of model, water file and profile have to be the same.
     pub vehicle: Rig,
     /// Light of the vehicle's lamps by the level that they are set to; `None`: in proportion.
@@ -68,6 +68,21 @@ pub struct Settings {
     pub token: Option<String>,
     /// Whether replies by a network say so; those by physics always do.
     pub tell_predictor: bool,
+}
+
+impl Settings {
+    /// Images are those of a camera with a mask, a lens and a port: they are measured as the ideal camera would have taken them, which model, water file and
+    /// profile have to be of.
+    pub fn photographed(&mut self, mask: Option<Mask>, undistortion: Option<Undistortion>) {
+        if let Some(undistortion) = &undistortion {
+            let ideal = Rig::of_size(undistortion.ideal_px());
+            self.vehicle.width_px = ideal.width_px;
+            self.vehicle.height_px = ideal.height_px;
+            self.vehicle.hfov_deg = Some(undistortion.hfov_deg());
+        }
+        self.treatment.mask = mask;
+        self.treatment.undistortion = undistortion;
+    }
 }
 
 /// What contrast is predicted from.

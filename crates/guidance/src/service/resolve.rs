@@ -93,6 +93,13 @@ fn range(distance: &Distance, geometry: &BeamGeometry) -> Result<Range, Unknown>
     }
 }
 
+/// The distance alone, m, where the request or the feed has it.
+pub(super) fn distance_m(inputs: &Inputs, feed: &Feed, geometry: &BeamGeometry) -> Option<f64> {
+    let own = update(inputs, geometry).ok()?.range;
+    let range = own.or(feed.range.map(|reading| reading.value))?;
+    Some(range.distance_m)
+}
+
 /// The observation and how old its parts are.
 pub(super) fn resolve(
     inputs: &Inputs,

@@ -16,7 +16,7 @@ use crate::objective::Objective;
 use crate::physics::{Present, TakenPicture, Water};
 use crate::service::album::Album;
 use crate::service::lamps::{read_level, tell_level};
-use crate::service::resolve::{Known, Unknown, age_s, resolve, update};
+use crate::service::resolve::{Known, Unknown, age_s, distance_m, resolve, update};
 use crate::service::subscription::{self, Subscription, steering_with};
 use crate::service::suggestion::{self, Hold, Predicting, usable};
 use crate::service::{Basis, Moment, Service, Snapshot, describe, image};
@@ -256,7 +256,8 @@ impl Session {
                 objective,
             } => {
                 let settings = &self.service.settings;
-                let measure = |water| image::measure(&image, settings, water);
+                let distance_m = distance_m(&inputs, &snapshot.feed, &settings.beams);
+                let measure = |water| image::measure(&image, settings, water, distance_m);
                 let picture = match (&snapshot.loaded.basis, measured) {
                     (Basis::Network(_), Some(picture)) => picture,
                     (Basis::Network(_), None) => measure(None)?.0,

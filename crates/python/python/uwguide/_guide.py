@@ -26,6 +26,8 @@ class Guide:
         *,
         water: Optional[Union[Water, PathLike]] = None,
         objective: Optional[Mapping[str, Any]] = None,
+        camera: Optional[PathLike] = None,
+        mask: Optional[PathLike] = None,
     ):
         """Loads what contrast is predicted from.
 
@@ -35,6 +37,9 @@ class Guide:
             water: in the place of a model: a :class:`Water` or the path of a water file (uw-water/1), for predictions by physics
                 from pictures.
             objective: fields of the objective in the place of its defaults, such as ``{"preset": "tracking"}``.
+            camera: the camera that takes the pictures of :meth:`suggest`: a scene file whose ``[camera]`` has their size, lens and port. They are
+                measured as the ideal camera of model or water would have taken them.
+            mask: what of them is not the target, as of :func:`uwguide.calibrate`.
 
         Raises:
             ValueError: a file that cannot be used.
@@ -45,7 +50,13 @@ class Guide:
             profile = _profile_of(profile)
         if water is not None and not isinstance(water, Water):
             water = Water.from_file(water)
-        self._answers = _native.Answers(model, water, profile)
+        self._answers = _native.Answers(
+            model,
+            water,
+            profile,
+            camera=None if camera is None else os.fspath(camera),
+            mask=None if mask is None else os.fspath(mask),
+        )
         self._objective = None if objective is None else dict(objective)
 
     def request(self, op: str, **fields: Any) -> Dict[str, Any]:

@@ -118,7 +118,15 @@ class Water:
 class Answers:
     """Answers requests of the daemon's protocol."""
 
-    def __new__(cls, model: Optional[_Path], water: Optional[Water], profile: Optional[Profile]) -> Answers: ...
+    def __new__(
+        cls,
+        model: Optional[_Path],
+        water: Optional[Water],
+        profile: Optional[Profile],
+        *,
+        camera: Optional[_Path],
+        mask: Optional[_Path],
+    ) -> Answers: ...
     def reply(self, line: str) -> str:
         """The daemon's reply to a line."""
 

@@ -33,6 +33,7 @@ mod sensor;
 mod sequence;
 mod shell;
 mod stats;
+mod undistortion;
 pub(crate) mod values;
 mod water;
 mod water_spectrum;
@@ -105,6 +106,8 @@ enum Command {
     Calibrate(calibrate::CalibrateArguments),
     /// Fit water and lamps to the pictures of a calibration, and make the water file for predictions by physics.
     Fit(fit::FitArguments),
+    /// Make the file with which the daemon undistorts a camera's pictures.
+    Undistortion(undistortion::UndistortionArguments),
     /// Find a vehicle's noise from frames of its camera, and its lamps from a data sheet.
     CameraFit(camera_fit::CameraFitArguments),
     /// Predict contrast: with a trained model for the rows of a table, or by physics from a picture.
@@ -141,6 +144,7 @@ impl Command {
             Self::Sensor(arguments) => arguments.run(),
             Self::Calibrate(arguments) => arguments.run(),
             Self::Fit(arguments) => arguments.run(),
+            Self::Undistortion(arguments) => arguments.run(),
             Self::CameraFit(arguments) => arguments.run(json),
             Self::Predict(arguments) => arguments.run(),
             Self::WaterTables(arguments) => arguments.run(),

@@ -23,6 +23,11 @@ pub(super) struct PhotoArguments {
 }
 
 impl PhotoArguments {
+    /// By a camera and a mask.
+    pub(super) fn new(camera: Option<PathBuf>, mask: Option<PathBuf>) -> Self {
+        Self { camera, mask }
+    }
+
     /// What the options say of pictures from `distances_m`.
     ///
     /// # Errors

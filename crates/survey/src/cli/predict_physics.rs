@@ -6,15 +6,17 @@ use clap::Args;
 use csv::{ReaderBuilder, Trim};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
-use uw_calib::ImageStats;
 use uw_calib::detail::channel_names;
 use uw_calib::picture::Counts;
+use uw_calib::{NoiseModel, Treatment, View};
 use uw_guidance::Candidate;
 use uw_guidance::physics::{Contrast, LinearPicture, Predictor, Sight, WaterFile};
 
 use super::error::{CliError, note};
 use super::numbers::significant;
 use super::output;
+use super::photo::PhotoArguments;
+use crate::treatment::ideal_camera;
 
 /// Significant digits of the predictions, which are known to a percent at best.
 const DIGITS: usize = 6;
@@ -41,6 +43,20 @@ pub(super) struct PhysicsArguments {
     /// and, where it was not --depth-m, depth_m.
     #[arg(long, requires = "water")]
     earlier: Option<PathBuf>,
+    /// With --water: camera that took the pictures, a scene file whose [camera] has their size, lens (distortion or fisheye) and port. They are read as the water
+    /// file's ideal camera would have taken them.
+    #[arg(long, value_name = "NAME|FILE", requires = "water")]
+    camera: Option<PathBuf>,
+    /// With --water: what of the pictures is not the target, polygons (*.toml, uw-mask/1) or a picture whose dark pixels are left out.
+    #[arg(long, value_name = "FILE", requires = "water")]
+    mask: Option<PathBuf>,
+}
+
+/// A picture as the water file's camera would have taken it.
+struct Taken {
+    counts: Counts,
+    /// 8-bit counts.
+    contrast: [f64; 3],
 }
 
 /// A row of --earlier.
@@ -76,21 +92,29 @@ impl PhysicsArguments {
         })?;
         let candidates = read(&file, table)?;
         let depth_m = self.depth(&file)?;
-        let picture = picture(&file, image)?;
-        let stats = ImageStats::from_counts(picture.width, picture.height, &picture.pixels);
-        let stats = stats.map_err(|e| CliError::input(format!("{}: {e}", image.display())))?;
+        let treatment = self.treatment(&file)?;
+        let picture = picture(&file, image, &treatment, distance_m)?;
         let response = file.sensor.response();
-        let linear = LinearPicture::of_counts(&picture, file.sensor.encoding);
+        let linear = LinearPicture::of_counts(&picture.counts, file.sensor.encoding);
         let place = file.place(&response, depth_m);
         let earlier = match &self.earlier {
-            Some(table) => earlier(&file, table, depth_m)?,
+            Some(table) => earlier(&file, table, depth_m, &treatment)?,
             None => Vec::new(),
         };
         let sights = [&earlier[..], &file.sights];
-        let predictor = Predictor::on_the_way(place, &linear, (&here, stats.contrast), sights);
+        let predictor = Predictor::on_the_way(place, &linear, (&here, picture.contrast), sights);
         let known = known(&predictor, image)?;
         let found: Vec<Contrast> = candidates.iter().map(|at| predictor.contrast(at)).collect();
         write(to, &candidates, &found, known)
+    }
+
+    /// What makes the pictures those of the water file's camera.
+    fn treatment(&self, file: &WaterFile) -> Result<Treatment, CliError> {
+        let sensor = &file.sensor;
+        let ideal = ideal_camera(&file.rig());
+        let known = (ideal.as_ref(), sensor.even(), sensor.encoding);
+        let photo = PhotoArguments::new(self.camera.clone(), self.mask.clone());
+        photo.treatment(known, &file.tables.distances_m())
     }
 
     fn depth(&self, file: &WaterFile) -> Result<f64, CliError> {
@@ -117,7 +141,12 @@ fn check_depth(file: &WaterFile, depth_m: f64) -> Result<(), String> {
 }
 
 /// What the pictures of a table show, taken at `depth_m` where it does not say otherwise.
-fn earlier(file: &WaterFile, table: &Path, depth_m: f64) -> Result<Vec<Sight>, CliError> {
+fn earlier(
+    file: &WaterFile,
+    table: &Path,
+    depth_m: f64,
+    treatment: &Treatment,
+) -> Result<Vec<Sight>, CliError> {
     let response = file.sensor.response();
     let folder = table.parent().unwrap_or(Path::new(""));
     let mut sights = Vec::new();
@@ -132,8 +161,8 @@ fn earlier(file: &WaterFile, table: &Path, depth_m: f64) -> Result<Vec<Sight>, C
         check(file, &from).map_err(|(field, told)| wrong(field, told))?;
         let depth_m = row.depth_m.unwrap_or(depth_m);
         check_depth(file, depth_m).map_err(|told| wrong("depth_m", told))?;
-        let picture = picture(file, &folder.join(&row.file))?;
-        let linear = LinearPicture::of_counts(&picture, file.sensor.encoding);
+        let picture = picture(file, &folder.join(&row.file), treatment, row.distance_m)?;
+        let linear = LinearPicture::of_counts(&picture.counts, file.sensor.encoding);
         let sight = Sight::new(&file.place(&response, depth_m), &linear, &from);
         match sight.tells_any() {
             true => sights.push(sight),
@@ -147,18 +176,35 @@ fn earlier(file: &WaterFile, table: &Path, depth_m: f64) -> Result<Vec<Sight>, C
     Ok(sights)
 }
 
-fn picture(file: &WaterFile, image: &Path) -> Result<Counts, CliError> {
-    let picture = Counts::read(image, file.sensor.even().as_ref()).map_err(CliError::input)?;
+fn picture(
+    file: &WaterFile,
+    image: &Path,
+    treatment: &Treatment,
+    distance_m: f64,
+) -> Result<Taken, CliError> {
+    let view = View {
+        path: image,
+        distance_m: Some(distance_m),
+        over: 1.0,
+    };
+    let opened = treatment.open(&view).map_err(CliError::input)?;
+    let counts = opened.counts().filled();
     let (width, height) = (file.sensor.width_px, file.sensor.height_px);
-    if (picture.width, picture.height) != (width, height) {
+    if (counts.width, counts.height) != (width, height) {
         return Err(CliError::input(format!(
             "{}: the picture must have {width} x {height} pixels, for which the water file was made, got {} x {}",
             image.display(),
-            picture.width,
-            picture.height
+            counts.width,
+            counts.height
         )));
     }
-    Ok(picture)
+    let measured = opened
+        .measure(&NoiseModel::Picture)
+        .map_err(CliError::input)?;
+    Ok(Taken {
+        counts,
+        contrast: measured.grid.stats.contrast,
+    })
 }
 
 /// Which channels can be told, with a note for each other one.

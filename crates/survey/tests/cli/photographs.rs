@@ -3,12 +3,12 @@
 use glam::DVec3;
 use image::{DynamicImage, GrayImage, ImageBuffer, Rgb, RgbImage};
 use serde_json::Value;
-use uw_calib::{Encoding, Profile};
+use uw_calib::{Encoding, Profile, Undistortion};
 use uw_render::image::{Counts, Frame};
 use uw_render::scene::Scene;
 use uw_survey::photograph::{Exposed, jpeg};
 
-use super::support::Folder;
+use super::support::{Folder, numbers};
 
 const HEADER: &str = "file,kind,depth_m,distance_m,light_pct\n";
 /// Size of the pictures, pixels.
@@ -177,22 +177,23 @@ fn photographs_of_many_exposures_are_those_of_one() {
     assert!((time_s * 60.0 - 1.0).abs() < 1e-3, "{time_s}");
 }
 
-/// The wall as the fisheye stores it.
-fn distorted(folder: &Folder) -> RgbImage {
+/// The wall as the fisheye stores it in light of some brightness.
+fn distorted(folder: &Folder, brightness: f64) -> RgbImage {
     folder.write("camera.toml", CAMERA);
     let camera = Scene::read(&folder.path("camera.toml"))
         .expect("a scene")
         .camera;
     RgbImage::from_fn(camera.width, camera.height, |x, y| {
         stored(
-            0.5 * over_pixel(x, y, |x, y| {
-                let towards: DVec3 = camera.direction(x, y);
-                let ahead = towards.dot(camera.forward);
-                wall(
-                    towards.dot(camera.right) / ahead,
-                    towards.dot(camera.down) / ahead,
-                )
-            }),
+            brightness
+                * over_pixel(x, y, |x, y| {
+                    let towards: DVec3 = camera.direction(x, y);
+                    let ahead = towards.dot(camera.forward);
+                    wall(
+                        towards.dot(camera.right) / ahead,
+                        towards.dot(camera.down) / ahead,
+                    )
+                }),
         )
     })
 }
@@ -202,7 +203,7 @@ fn a_lens_is_taken_out_of_pictures() {
     let folder = Folder::new();
     folder.write("mine.toml", VEHICLE);
     save(&folder, "ideal.png", &picture(0.5));
-    save(&folder, "fisheye.png", &distorted(&folder));
+    save(&folder, "fisheye.png", &distorted(&folder, 0.5));
     let contrast = |line: &str| {
         let run = folder.good(&format!("stats --json {line}"));
         let list: Value = serde_json::from_str(&run.stdout).expect("JSON");
@@ -260,6 +261,63 @@ fn a_lens_is_taken_out_of_pictures() {
     folder.refused(
         "stats fisheye.png --vehicle mine.toml --camera none.toml",
         &["--camera", "none.toml"],
+    );
+}
+
+/// From pictures of the water file's own camera and of one with a fisheye, with parts of the vehicle before it.
+#[test]
+fn physics_predicts_from_pictures_of_a_lens_as_from_those_of_the_ideal_camera() {
+    let folder = Folder::new();
+    folder.write("mine.toml", VEHICLE);
+    folder.write("places.csv", "distance_m,light_pct\n1.0,0\n1.2,60\n");
+    folder.good("water-tables --jerlov IB --vehicle mine.toml --distances-m 0.8 1.5 --views 3 --depths-m 3 --kilo-paths 8 -o water.json");
+    save(&folder, "ideal.png", &picture(0.12));
+    save(&folder, "fisheye.png", &distorted(&folder, 0.12));
+    let predict = |options: &str| {
+        folder.good(&format!(
+            "predict --water water.json --distance-m 1.0 --light-pct 20 --candidates places.csv -o out.csv --image {options}"
+        ));
+        numbers(&folder.text("out.csv"))
+    };
+    let ideal = predict("ideal.png");
+    let mut covered = distorted(&folder, 0.12);
+    for (x, y, pixel) in covered.enumerate_pixels_mut() {
+        if x < 60 && y > 110 {
+            *pixel = Rgb([255; 3]);
+        }
+    }
+    save(&folder, "covered.png", &covered);
+    folder.write(
+        "frame.toml",
+        "format = \"uw-mask/1\"\nwidth = 240\nheight = 144\n[[polygon]]\npoints = [[0, 109], [61, 109], [61, 144], [0, 144]]\n",
+    );
+    for (options, most) in [
+        ("fisheye.png --camera camera.toml", 0.01),
+        ("covered.png --camera camera.toml --mask frame.toml", 0.05),
+    ] {
+        for (made, ideal) in predict(options).iter().zip(&ideal) {
+            for k in 2..5 {
+                assert!(
+                    (made[k] / ideal[k] - 1.0).abs() < most,
+                    "{options}: {made:?} {ideal:?}"
+                );
+            }
+        }
+    }
+    folder.refused(
+        "predict --water water.json --image fisheye.png --distance-m 1.0 --light-pct 20 --candidates places.csv -o out.csv",
+        &["fisheye.png: the picture must have 160 x 96 pixels", "got 240 x 144"],
+    );
+    // The same for the daemon.
+    folder.good("undistortion camera.toml --vehicle mine.toml -o lens.json");
+    let lens = Undistortion::read(&folder.path("lens.json")).expect("a file");
+    assert_eq!((lens.hfov_deg(), lens.ideal_px()), (50.0, SIZE));
+    let middle = lens.far().at(80.0, 48.0).expect("seen");
+    assert!((middle[0] - 120.0).abs() < 1e-3 && (middle[1] - 72.0).abs() < 1e-3);
+    folder.write("wider.toml", VEHICLE.replace("50.0", "150.0"));
+    folder.refused(
+        "undistortion camera.toml --vehicle wider.toml -o lens.json",
+        &["camera: camera.toml", "smaller field of view"],
     );
 }
 

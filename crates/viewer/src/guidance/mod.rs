@@ -280,8 +280,8 @@ impl Guidance {
 
     /// The look from where the vehicle is.
     fn look_from_here(&self) -> Option<&Arc<Look>> {
-        let looks = self.look.iter();
-        looks.filter(|look| look.position == self.position).next()
+        let look = self.look.as_ref();
+        look.filter(|look| look.position == self.position)
     }
 
     /// What is seen from where the vehicle is; `None` before a look from there.

@@ -1,0 +1,168 @@
+//! Pictures of a camera with a lens, and with parts of the vehicle before it.
+
+use serde_json::{Value, json};
+use uw_calib::{Resampling, Undistortion};
+
+use crate::client::{Client, without};
+use crate::known_water::{SIZE_PX, picture_through, water_file, waves, write_picture};
+use crate::program::{ANY_PORT, Program, text};
+
+/// Size of the camera's pictures, pixels.
+const STORED_PX: [u32; 2] = [448, 272];
+/// Field of view of the water file's ideal camera, degrees.
+const HFOV_DEG: f64 = 53.13;
+const PLACE: (f64, f64) = (1.0, 20.0);
+/// Next to none, so that resampling takes nothing off.
+const QUIET: [f64; 2] = [1e-8, 1e-9];
+const CONFIG: &str = "[images]\ndirectory = \".\"\nundistortion = \"lens.json\"\n";
+/// Where a part of the vehicle covers the camera's picture.
+const MASK: &str = "format = \"uw-mask/1\"\nwidth = 448\nheight = 272\n[[polygon]]\npoints = [[0, 200], [90, 200], [90, 272], [0, 272]]\n";
+
+/// Cosine and sine of the camera's roll, and its scale.
+const ROLLED: [f64; 3] = [0.995, 0.0999, 1.3];
+
+/// Where a point of the ideal picture lies in the stored one: the camera is rolled and sees more.
+fn stored(x: f64, y: f64) -> [f64; 2] {
+    let [c, s, scale] = ROLLED;
+    let [x, y] = [x - 160.0, y - 96.0].map(|at| scale * at);
+    [224.0 + c * x - s * y, 136.0 + s * x + c * y]
+}
+
+/// The way back.
+fn ideal(x: f64, y: f64) -> [f64; 2] {
+    let [c, s, scale] = ROLLED;
+    let [x, y] = [x - 224.0, y - 136.0].map(|at| at / (scale * (c * c + s * s)));
+    [160.0 + c * x + s * y, 96.0 - s * x + c * y]
+}
+
+fn lens(hfov_deg: f64) -> String {
+    let map = Resampling::new(STORED_PX, SIZE_PX, |x, y| Some(stored(x, y)));
+    let made = Undistortion::new(hfov_deg, map, Vec::new());
+    made.to_json("tests").unwrap()
+}
+
+/// A folder with the ideal camera's picture, the stored one and that with a part of the vehicle on it.
+fn folder() -> Program {
+    let program = Program::folder()
+        .write(
+            "water.json",
+            &water_file(&[0.5, 1.0, 2.0, 4.0], QUIET).to_json(),
+        )
+        .write("lens.json", &lens(HFOV_DEG))
+        .write("mask.toml", MASK);
+    write_picture(&program.path("ideal.png"), PLACE, &waves, QUIET);
+    let mut picture = picture_through(&ideal, STORED_PX, PLACE, &waves, QUIET);
+    picture.save(program.path("stored.png")).unwrap();
+    for (x, y, pixel) in picture.enumerate_pixels_mut() {
+        if x < 90 && y >= 200 {
+            *pixel = image::Rgb([250; 3]);
+        }
+    }
+    picture.save(program.path("covered.png")).unwrap();
+    program
+}
+
+fn start(config: &str) -> Program {
+    let arguments = [&ANY_PORT[..], &["--water", "water.json"]].concat();
+    folder().config(config).start(&arguments)
+}
+
+fn suggest(client: &mut Client, name: &str) -> Value {
+    let mut request = without(&["mean", "std"]);
+    request["op"] = json!("suggest_image");
+    request["distance_m"] = json!(PLACE.0);
+    request["light_pct"] = json!(PLACE.1);
+    request["image"] = json!({"path": name});
+    client.ask(&request)
+}
+
+fn near(one: &Value, other: &Value, most: f64) {
+    for field in ["std", "mean", "predicted_here", "predicted_contrast"] {
+        for k in 0..3 {
+            let [one, other] = [one, other].map(|reply| {
+                reply[field][k]
+                    .as_f64()
+                    .unwrap_or_else(|| panic!("{field}: {reply}"))
+            });
+            assert!((one / other - 1.0).abs() < most, "{field}: {one} {other}");
+        }
+    }
+}
+
+#[test]
+fn pictures_of_a_lens_are_advised_from_as_those_of_the_ideal_camera() {
+    let plain = suggest(
+        &mut start("[images]\ndirectory = \".\"\n").client(),
+        "ideal.png",
+    );
+    assert_eq!(plain["predictor"], "physics", "{plain}");
+    let mut program = start(CONFIG);
+    let mut client = program.client();
+    let reply = suggest(&mut client, "stored.png");
+    assert_eq!(
+        (&reply["width"], &reply["height"]),
+        (&json!(320), &json!(192))
+    );
+    near(&reply, &plain, 0.03);
+    for field in ["valid", "action"] {
+        assert_eq!(reply[field], plain[field], "{reply} {plain}");
+    }
+    // A picture that is the ideal camera's already is none of this one's.
+    let other = suggest(&mut client, "ideal.png");
+    assert_eq!(other["error"]["code"], "bad_image");
+    let told = other["error"]["message"].as_str().unwrap();
+    assert!(
+        told.contains("must have the 448 x 272 pixels of the camera's file, got 320 x 192"),
+        "{told}"
+    );
+}
+
+#[test]
+fn what_a_mask_covers_does_not_count() {
+    let config = format!("{CONFIG}mask = \"mask.toml\"\n");
+    let mut program = start(&config);
+    let mut client = program.client();
+    let whole = suggest(&mut client, "stored.png");
+    near(&suggest(&mut client, "covered.png"), &whole, 1e-9);
+    let bare = suggest(&mut start(CONFIG).client(), "covered.png");
+    let [bare, whole] = [&bare, &whole].map(|reply| reply["mean"][1].as_f64().unwrap());
+    assert!(bare > 1.03 * whole, "{bare} {whole}");
+}
+
+#[test]
+fn a_lens_of_another_camera_is_refused_and_a_file_that_is_none_ends_the_start() {
+    let mut program = folder().write("lens.json", &lens(70.0)).config(CONFIG);
+    let physics = ["--water", "water.json"];
+    let checked = program.output(&[&physics[..], &["--check-config"]].concat());
+    let words = "vehicle and water file must be of the same camera and lamps: camera.hfov_deg is 70 of the vehicle and 53.13";
+    assert!(
+        text(&checked.stderr).contains(words),
+        "{}",
+        text(&checked.stderr)
+    );
+    program = program.start(&[&ANY_PORT[..], &physics].concat());
+    let reply = suggest(&mut program.client(), "stored.png");
+    assert_eq!(
+        (&reply["valid"], &reply["reason"]),
+        (&json!(false), &json!("other_camera"))
+    );
+    for (name, words) in [
+        (
+            "mask.toml",
+            "images.undistortion: mask.toml: not a usable file of uw-undistortion/1",
+        ),
+        (
+            "none.json",
+            "images.undistortion: none.json: cannot be read",
+        ),
+    ] {
+        let program = folder().config(&CONFIG.replace("lens.json", name));
+        let output = program.output(&["--check-config"]);
+        assert_eq!(output.status.code(), Some(2), "{name}");
+        assert!(
+            text(&output.stderr).contains(words),
+            "{}",
+            text(&output.stderr)
+        );
+    }
+}
