@@ -134,6 +134,34 @@ class Advice(unittest.TestCase):
                 self.assertEqual(theirs["predictor"], "physics")
                 for guide in guides:
                     self.assertEqual(timeless(guide.suggest(picture, **HERE)), theirs)
+            self.of_a_lens(folder, (vehicle, water, profile), theirs)
+
+    def of_a_lens(self, folder, files, ideal):
+        """Pictures of a camera with more pixels and a frame before it, as the daemon reads them and as those of the ideal camera."""
+        vehicle, water, profile = files
+        camera, mask, lens, stored = folder / "camera.toml", folder / "mask.toml", folder / "lens.json", folder / "stored.png"
+        camera.write_text(
+            'format = "uw-scene/1"\n[camera]\nposition_m = [0, 0, 0]\nforward = [1, 0, 0]\nhfov_deg = 60\nwidth = 240\nheight = 144\n'
+        )
+        mask.write_text('format = "uw-mask/1"\nwidth = 240\nheight = 144\n[[polygon]]\npoints = [[0, 120], [24, 120], [24, 144], [0, 144]]\n')
+        uw("undistortion", camera, "--vehicle", vehicle, "-o", lens)
+        larger = a_picture().repeat(2, axis=0).repeat(2, axis=1)
+        larger[120:, :24] = 250
+        uwguide.save(stored, larger)
+        config = folder / "config.toml"
+        config.write_text(f'format = "uwguide-config/1"\n[images]\ndirectory = "{folder}"\nundistortion = "{lens}"\nmask = "{mask}"\n')
+        with Daemon("--water", water, "--profile", profile, "--config", config) as client, client:
+            theirs = client.suggest_image("stored.png", **HERE)
+        guide = uwguide.Guide(water=water, profile=profile, camera=camera, mask=mask)
+        own = guide.suggest(stored, **HERE)
+        self.assertEqual((own["width"], own["height"]), (120, 72))
+        np.testing.assert_allclose(own["std"], theirs["std"], atol=0.02)
+        np.testing.assert_allclose(own["mean"], theirs["mean"], atol=0.02)
+        np.testing.assert_allclose(own["mean"], ideal["mean"], atol=1)
+        with self.assertRaisesRegex(ValueError, "must have the mask's 240 x 144 pixels"):
+            guide.suggest(a_picture(), **HERE)
+        with self.assertRaisesRegex(ValueError, "none.toml"):
+            uwguide.Guide(water=water, profile=profile, camera="none.toml")
 
     def test_numbers_may_be_of_numpy(self):
         guide = uwguide.Guide(profile="1C")

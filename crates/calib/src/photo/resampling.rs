@@ -14,8 +14,8 @@ use crate::planes::Planes;
 const STEP_PX: f64 = 4.0;
 /// Most samples along the side of a pixel.
 const MOST_SAMPLES: usize = 16;
-/// Pixels beyond the edge of a picture at which a point still lies on it: that much is rounding.
-const EDGE_PX: f64 = 1e-6;
+/// Pixels beyond the edge of a picture at which a point still lies on it: that much is rounding of files, whose fields of view have six digits.
+const EDGE_PX: f64 = 1e-2;
 /// Light from which a pixel is at full scale.
 const FULL_LIGHT: f64 = 1.0 - 1e-9;
 /// Pixels along the side of a patch at which what is left of its noise is taken.
@@ -301,6 +301,19 @@ mod tests {
             (left - squares).abs() < 1e-9 && squares < 0.55,
             "{left} {squares}"
         );
+    }
+
+    /// A field of view of six digits, as files have it, is not the camera's to the last.
+    #[test]
+    fn a_camera_of_the_same_view_sees_all_of_it() {
+        let scale = 2.0 * (1.0 + 2e-6);
+        let about = |at: f64, middle: f64| 2.0 * middle + scale * (at - middle);
+        let map = Resampling::new([2560, 1440], [1280, 720], |x, y| {
+            Some([about(x, 640.0), about(y, 360.0)])
+        });
+        assert_eq!(map.seen(), 1.0);
+        let made = map.apply(&ramp(2560, 1440), &Lights::new(Encoding::Linear));
+        assert!(made.channels[0].iter().all(|counts| !counts.is_nan()));
     }
 
     #[test]

@@ -32,7 +32,9 @@ pub struct Sight {
 
 /// A ray of the image misses the target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the image must show the target alone, but one of its corners sees past it")]
+#[error(
+    "the image must show the target alone, but one of its corners sees past it: go nearer or deeper (a wall ends at the water surface), or take a smaller field of view"
+)]
 pub struct BeyondTarget;
 
 impl TargetView {

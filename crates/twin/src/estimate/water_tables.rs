@@ -60,8 +60,15 @@ pub struct TablePlan {
 #[derive(Debug, thiserror::Error)]
 pub enum TablesError {
     /// A view would show more than the target.
-    #[error(transparent)]
-    BeyondTarget(#[from] BeyondTarget),
+    #[error("{depth_m} m deep, {distance_m:.2} m away: {source}")]
+    BeyondTarget {
+        /// Depth, m.
+        depth_m: f64,
+        /// Distance, m.
+        distance_m: f64,
+        /// What is wrong.
+        source: BeyondTarget,
+    },
     /// A scene cannot be made.
     #[error(transparent)]
     Environment(#[from] EnvironmentError),
@@ -243,15 +250,24 @@ fn view(
 ) -> Result<ViewTables, TablesError> {
     begin()?;
     let pyramid = TexturePyramid::new(&even_texture(plan.reflectance), 1.0);
-    let middle = scene(plan.depths_m[plan.depths_m.len() / 2], distance_m)?;
+    let beyond = |depth_m: f64| {
+        move |source| TablesError::BeyondTarget {
+            depth_m,
+            distance_m,
+            source,
+        }
+    };
+    let middle_m = plan.depths_m[plan.depths_m.len() / 2];
+    let middle = scene(middle_m, distance_m)?;
     let prepared = Prepared::build(&lamps_alone(&middle));
-    let model = TargetModel::new(&middle, &prepared, &pyramid, true, plan.seed)?;
+    let model = TargetModel::new(&middle, &prepared, &pyramid, true, plan.seed)
+        .map_err(beyond(middle_m))?;
     let lamps = source_tables(plan, &middle, &prepared, &model.lamps())?;
     let mut daylight = Vec::new();
     for &depth_m in &plan.depths_m {
         begin()?;
         let scene = scene(depth_m, distance_m)?;
-        let model = model.at(&scene, &prepared)?;
+        let model = model.at(&scene, &prepared).map_err(beyond(depth_m))?;
         let alone = Prepared::build(&daylight_alone(&scene));
         daylight.push(source_tables(plan, &scene, &alone, &model.daylight())?);
     }

@@ -23,8 +23,10 @@ use crate::model::{Settings, WaterAndSky};
 
 /// Distances of the tables between the nearest and the farthest of the calibration.
 const VIEWS: u32 = 8;
-/// Depths of their daylight, m; the light at others lies between.
+/// Depths of their daylight, m; the light at others lies between. A wall ends at the surface, so that those begin deeper from which a camera sees past it.
 const DEPTHS_M: [f64; 3] = [1.0, 3.0, 6.0];
+/// How far below the surface the picture of a wall has to end, as a share of the depth.
+const BELOW_SURFACE: f64 = 0.02;
 /// Paths of a view of the tables for each of an image.
 const PATHS: u32 = 4;
 /// Of the paths of tables, and of the noise of the calibration's images.
@@ -75,7 +77,7 @@ impl VehicleCamera<'_> {
                 DISTANCES_M[DISTANCES_M.len() - 1],
                 VIEWS,
             ),
-            depths_m: DEPTHS_M.to_vec(),
+            depths_m: depths_m(&self.job.vehicle, even.is_bottom()),
             reflectance: USUAL_REFLECTANCE,
             paths_per_group: PATHS * self.job.paths,
             seed: SEED,
@@ -114,6 +116,23 @@ impl VehicleCamera<'_> {
     }
 }
 
+/// Depths of the tables, rising, m.
+fn depths_m(vehicle: &Vehicle, is_bottom: bool) -> Vec<f64> {
+    let half_view = (0.5 * vehicle.hfov_deg.to_radians()).tan() * f64::from(vehicle.height)
+        / f64::from(vehicle.width);
+    let farthest_m = DISTANCES_M[DISTANCES_M.len() - 1];
+    let least_m = match is_bottom {
+        true => 0.0,
+        false => half_view * farthest_m / (1.0 - BELOW_SURFACE),
+    };
+    let mut depths_m: Vec<f64> = DEPTHS_M
+        .iter()
+        .map(|depth_m| depth_m.max(least_m))
+        .collect();
+    depths_m.dedup();
+    depths_m
+}
+
 /// The target as a calibration saw it, from distances in m, lamps off and on.
 pub fn sights(file: &WaterFile, films: &[(f64, Film)]) -> Vec<Sight> {
     let response = file.sensor.response();
@@ -133,4 +152,27 @@ pub fn sights(file: &WaterFile, films: &[(f64, Film)]) -> Vec<Sight> {
         Sight::new(&place, &picture, &here)
     };
     shots.par_iter().enumerate().map(sight).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tables_begin_where_a_camera_sees_no_more_than_the_wall() {
+        assert_eq!(depths_m(&Vehicle::default(), false), DEPTHS_M);
+        let mut wide = Vehicle {
+            width: 640,
+            height: 480,
+            hfov_deg: 80.0,
+            ..Vehicle::default()
+        };
+        let found = depths_m(&wide, false);
+        let reach_m = 3.0 * 40f64.to_radians().tan() * 0.75;
+        assert!(found[0] > reach_m && found[0] < 1.03 * reach_m, "{found:?}");
+        assert_eq!(found[1..], [3.0, 6.0]);
+        assert_eq!(depths_m(&wide, true), DEPTHS_M);
+        wide.hfov_deg = 120.0;
+        assert_eq!(depths_m(&wide, false).len(), 2);
+    }
 }
