@@ -1,5 +1,6 @@
 //! What is on the screen: a file per part.
 
+pub mod advice;
 pub mod camera;
 mod canvas;
 pub mod clouds;

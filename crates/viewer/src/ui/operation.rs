@@ -5,7 +5,7 @@ use std::time::Instant;
 use egui::{Slider, Ui};
 use egui_plot::{Line, LineStyle, PlotPoints, VLine};
 
-use super::guidance::triple;
+use super::advice::triple;
 use super::knobs::{heading, still_plot, x_axis, y_axis};
 use super::theme::SUGGESTED;
 use crate::app::{FilePurpose, Viewer};
