@@ -96,6 +96,7 @@ pub fn from_manifest(
     let OneExposure {
         approximate,
         warnings,
+        exposure: _,
     } = manifest.one_exposure(options.treatment.exposure);
     let mut work = Work {
         manifest: &manifest,

@@ -22,6 +22,8 @@ pub struct OneExposure {
     pub approximate: Vec<String>,
     /// What should be known besides, a sentence each.
     pub warnings: Vec<String>,
+    /// What the pictures of the target are brought to, time (s) · ISO / f-number²; `None` where no file states it or the manifest has a unit of its own.
+    pub exposure: Option<f64>,
 }
 
 /// What is known of a row's exposure.
@@ -44,6 +46,8 @@ pub(crate) fn one_exposure(manifest: &mut Manifest, asked: Option<f64>) -> OneEx
         let reference = asked.or_else(|| shortest(&known));
         told.tell_of_none(&known, asked);
         told.tell_of_exposures(kind, &known, reference);
+        let by_files = !known.iter().any(|of| of.is_given);
+        told.exposure = reference.filter(|_| by_files && !depth);
         for of in &known {
             let over = of.exposure.zip(reference).map_or(1.0, |(own, to)| own / to);
             manifest.rows[of.row].over = if is_same(over, 1.0) { 1.0 } else { over };
@@ -86,6 +90,12 @@ fn shots(path: &Path) -> Vec<Shot> {
     // A folder that cannot be read is refused where its frames are.
     let files = frames::files(path).unwrap_or_default();
     files.iter().map(|file| Shot::of_file(file)).collect()
+}
+
+/// The exposure of a picture over another, where it states one; 1 where they are the same.
+pub fn exposure_over(shot: &Shot, to: Option<f64>) -> Option<f64> {
+    let over = shot.stated_exposure()? / to?;
+    Some(if is_same(over, 1.0) { 1.0 } else { over })
 }
 
 fn is_same(one: f64, other: f64) -> bool {

@@ -15,6 +15,7 @@ mod undistortion;
 mod tests;
 
 pub use exif::Shot;
+pub use exposures::exposure_over;
 pub(crate) use lights::{FULL, Lights};
 pub use mask::{Mask, MaskError};
 pub use opened::{Opened, Treatment, View};

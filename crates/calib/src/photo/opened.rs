@@ -67,7 +67,7 @@ impl Treatment {
         self.apply(name, still, view.distance_m, view.over)
     }
 
-    /// The same of a picture in memory, of what is `distance_m` away, where that is known.
+    /// The same of a picture in memory, of what is `distance_m` away, where that is known, exposed `over` times as long as it is brought to.
     ///
     /// # Errors
     /// It has another size than mask or camera.
@@ -75,6 +75,7 @@ impl Treatment {
         &self,
         decoded: &Decoded,
         distance_m: Option<f64>,
+        over: f64,
     ) -> Result<Opened, StatsError> {
         let still = Still {
             planes: decoded.planes.clone(),
@@ -82,7 +83,7 @@ impl Treatment {
             frames: 1,
             told: Vec::new(),
         };
-        self.apply(decoded.name.clone(), still, distance_m, 1.0)
+        self.apply(decoded.name.clone(), still, distance_m, over)
     }
 
     fn apply(

@@ -1,7 +1,10 @@
 //! Pictures of a camera with a lens, and with parts of the vehicle before it.
 
+use image::ImageEncoder as _;
+use image::codecs::png::PngEncoder;
 use serde_json::{Value, json};
-use uw_calib::{Resampling, Undistortion};
+use uw_calib::{Encoding, Resampling, Undistortion};
+use uw_guidance::physics::file::FitNumbers;
 
 use crate::client::{Client, without};
 use crate::known_water::{SIZE_PX, picture_through, water_file, waves, write_picture};
@@ -115,6 +118,77 @@ fn pictures_of_a_lens_are_advised_from_as_those_of_the_ideal_camera() {
         told.contains("must have the 448 x 272 pixels of the camera's file, got 320 x 192"),
         "{told}"
     );
+}
+
+/// EXIF of a picture that was exposed for 1/`per_second` s and says nothing else.
+fn exif(per_second: u32) -> Vec<u8> {
+    let mut bytes = b"II*\0\x08\0\0\0".to_vec();
+    let mut entry = |tag: u16, kind: u16, value: u32| {
+        bytes.extend(1u16.to_le_bytes());
+        bytes.extend(tag.to_le_bytes());
+        bytes.extend(kind.to_le_bytes());
+        bytes.extend(1u32.to_le_bytes());
+        bytes.extend(value.to_le_bytes());
+        bytes.extend([0; 4]);
+    };
+    // Where the exposure's numbers lie, then the time, a fraction.
+    entry(0x8769, 4, 26);
+    entry(0x829a, 5, 44);
+    bytes.extend(1u32.to_le_bytes());
+    bytes.extend(per_second.to_le_bytes());
+    bytes
+}
+
+#[test]
+fn a_picture_of_another_exposure_is_brought_to_that_of_the_water_file() {
+    let program = folder().config("[images]\ndirectory = \".\"\n");
+    let mut file = water_file(&[0.5, 1.0, 2.0, 4.0], QUIET);
+    let names = ["a_r", "a_g", "a_b", "b_r", "b_g", "b_b"];
+    let row = |i: usize| (0..6).map(|j| f64::from(u8::from(i == j))).collect();
+    file.fit = Some(FitNumbers {
+        a_relative_error: [0.01; 3],
+        b_relative_error: [0.01; 3],
+        backscatter_relative_error: 0.01,
+        jerlov: None,
+        jerlov_error: None,
+        lamp_gain: [1.0; 3],
+        lamp_gain_relative_error: [0.01; 3],
+        daylight_gain: None,
+        daylight_gain_relative_error: None,
+        reflectance: [0.3; 3],
+        names: names.map(str::to_owned).to_vec(),
+        correlation: (0..6).map(row).collect(),
+        not_identified: Vec::new(),
+        misfit: 1.0,
+        exposure_s: Some(0.01),
+    });
+    std::fs::write(program.path("water.json"), file.to_json()).unwrap();
+    let plain = image::open(program.path("ideal.png")).unwrap().to_rgb8();
+    let write = |name: &str, share: f64, per_second: u32| {
+        let mut picture = plain.clone();
+        for count in picture.iter_mut() {
+            let light = share * Encoding::Srgb.light(f64::from(*count));
+            *count = Encoding::Srgb.counts(light).round() as u8;
+        }
+        let out = std::fs::File::create(program.path(name)).unwrap();
+        let mut encoder = PngEncoder::new(out);
+        encoder.set_exif_metadata(exif(per_second)).unwrap();
+        encoder
+            .write_image(
+                &picture,
+                SIZE_PX[0],
+                SIZE_PX[1],
+                image::ExtendedColorType::Rgb8,
+            )
+            .unwrap();
+    };
+    write("same.png", 1.0, 100);
+    write("shorter.png", 0.5, 200);
+    let mut program = program.start(&[&ANY_PORT[..], &["--water", "water.json"]].concat());
+    let mut client = program.client();
+    let same = suggest(&mut client, "same.png");
+    near(&same, &suggest(&mut client, "ideal.png"), 1e-9);
+    near(&suggest(&mut client, "shorter.png"), &same, 0.03);
 }
 
 #[test]

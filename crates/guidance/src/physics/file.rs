@@ -125,6 +125,9 @@ pub struct FitNumbers {
     pub not_identified: Vec<String>,
     /// Mean square of the residuals over what noise and model leave.
     pub misfit: f64,
+    /// Exposure of the pictures that it is for, as EXIF states it: time (s) · ISO / f-number². `None` where no file did; also in files of earlier versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub exposure_s: Option<f64>,
 }
 
 /// A water file.
@@ -169,6 +172,11 @@ impl SensorNumbers {
 }
 
 impl WaterFile {
+    /// Exposure of the pictures that it is for, as EXIF states it, where that is known.
+    pub fn exposure_s(&self) -> Option<f64> {
+        self.fit.as_ref()?.exposure_s
+    }
+
     /// The camera of its pictures.
     pub fn rig(&self) -> Rig {
         Rig {
@@ -265,6 +273,13 @@ impl WaterFile {
         }
         if let Some(Err(error)) = self.doubt() {
             return Err(format!("fit.{error}"));
+        }
+        if let Some(exposure_s) = self.exposure_s()
+            && !(exposure_s > 0.0 && exposure_s.is_finite())
+        {
+            return Err(format!(
+                "fit.exposure_s must be finite and > 0, got {exposure_s}"
+            ));
         }
         self.tables.check()?;
         for (i, sight) in self.sights.iter().enumerate() {

@@ -355,6 +355,7 @@ fn fitted(correlation: f64) -> FitNumbers {
             .collect(),
         not_identified: Vec::new(),
         misfit: 1.0,
+        exposure_s: None,
     }
 }
 

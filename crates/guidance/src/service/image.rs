@@ -5,6 +5,7 @@ use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use base64::Engine as _;
+use uw_calib::photo::{Shot, exposure_over};
 use uw_calib::picture::{Counts, Decoded};
 use uw_calib::{Measured, NoiseModel, Processing, StatsError, Treatment};
 
@@ -60,7 +61,7 @@ fn open_under(directory: &Path, path: &str) -> Option<File> {
 
 /// Reads and measures an image, as the settings treat it: without what is masked and what the lens does. Its noise is taken from where the settings say,
 /// and compared with the sensor's where they or `water` know it. The pixels come with it where it has the size of the water's pictures. A port's way differs
-/// with the distance, m, where that is known.
+/// with the distance, m, where that is known. A picture that was exposed longer or shorter than the water file's, as its EXIF states, is brought to theirs.
 pub(super) fn measure(
     image: &ImageSource,
     settings: &Settings,
@@ -71,8 +72,10 @@ pub(super) fn measure(
     let unusable = |error: StatsError| bad(field, error.to_string());
     let noise = &settings.noise;
     let decoded = Decoded::new(&bytes, field).map_err(unusable)?;
+    let exposure_s = water.and_then(|water| water.file().exposure_s());
+    let over = exposure_over(&Shot::of_bytes(&bytes), exposure_s).unwrap_or(1.0);
     let Seen { measured, counts } =
-        seen(&decoded, settings, water, distance_m).map_err(unusable)?;
+        seen(&decoded, settings, water, (distance_m, over)).map_err(unusable)?;
     let Measured { grid, detail } = measured;
     let of_water = water.filter(|water| water.size_px() == [grid.width, grid.height]);
     let sensor = match (noise, of_water) {
@@ -143,11 +146,12 @@ fn seen(
     decoded: &Decoded,
     settings: &Settings,
     water: Option<&Water>,
-    distance_m: Option<f64>,
+    (distance_m, over): (Option<f64>, f64),
 ) -> Result<Seen, StatsError> {
     let of_water = water.and_then(|water| water.even());
     let even = settings.treatment.even.as_ref().or(of_water);
-    if settings.treatment.mask.is_none() && settings.treatment.undistortion.is_none() {
+    let is_plain = settings.treatment.mask.is_none() && settings.treatment.undistortion.is_none();
+    if is_plain && over == 1.0 {
         return Ok(Seen {
             measured: Measured::of(decoded, &settings.noise, even)?,
             counts: water.map(|_| Counts::of_decoded(decoded, even)),
@@ -160,7 +164,7 @@ fn seen(
         even: even.cloned(),
         ..settings.treatment.clone()
     };
-    let opened = treatment.of_decoded(decoded, distance_m)?;
+    let opened = treatment.of_decoded(decoded, distance_m, over)?;
     Ok(Seen {
         measured: opened.measure(&settings.noise)?,
         counts: water.map(|_| opened.counts().filled()),

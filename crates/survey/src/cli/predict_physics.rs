@@ -7,6 +7,7 @@ use csv::{ReaderBuilder, Trim};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use uw_calib::detail::channel_names;
+use uw_calib::photo::{Shot, exposure_over};
 use uw_calib::picture::Counts;
 use uw_calib::{NoiseModel, Treatment, View};
 use uw_guidance::Candidate;
@@ -185,7 +186,7 @@ fn picture(
     let view = View {
         path: image,
         distance_m: Some(distance_m),
-        over: 1.0,
+        over: over(file, image),
     };
     let opened = treatment.open(&view).map_err(CliError::input)?;
     let counts = opened.counts().filled();
@@ -205,6 +206,23 @@ fn picture(
         counts,
         contrast: measured.grid.stats.contrast,
     })
+}
+
+/// The exposure of a picture over that of the water file's pictures; 1 where one of them is not known.
+fn over(file: &WaterFile, image: &Path) -> f64 {
+    let name = image.display();
+    let over = exposure_over(&Shot::of_file(image), file.exposure_s());
+    match (over, file.exposure_s()) {
+        (None, Some(_)) => note(format_args!(
+            "uw: warning: {name}: states no exposure: taken to be that of the water file's pictures"
+        )),
+        (Some(over), _) if over != 1.0 => note(format_args!(
+            "uw: warning: {name}: was exposed {} times as long as the water file's pictures, and is brought to theirs in linear light",
+            significant(over, 3)
+        )),
+        _ => {}
+    }
+    over.unwrap_or(1.0)
 }
 
 /// Which channels can be told, with a note for each other one.

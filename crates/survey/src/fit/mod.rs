@@ -278,6 +278,8 @@ pub struct Fit {
     pub reflectance: [f64; 3],
     /// What a user should know, a sentence each.
     pub warnings: Vec<String>,
+    /// Exposure that the pictures were brought to, as EXIF states it, where it does: time (s) · ISO / f-number².
+    pub exposure_s: Option<f64>,
     /// The pictures by place.
     places: Vec<Vec<pictures::Row>>,
     /// Mean counts of the pictures that look up.

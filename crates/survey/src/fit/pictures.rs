@@ -66,6 +66,8 @@ pub(super) struct Pictures {
     pub(super) up: Vec<DepthMeasurement>,
     /// What should be known of the pictures, a sentence each.
     pub(super) told: Vec<String>,
+    /// What they are brought to, where files state it ([`super::Fit::exposure_s`]).
+    pub(super) exposure_s: Option<f64>,
 }
 
 /// A picture of the target that the manifest lists.
@@ -120,6 +122,7 @@ impl Pictures {
             single: 0,
             up: looking_up(&manifest, options, &treatment)?,
             told,
+            exposure_s: exposures.exposure,
         };
         let sensor = Sensor {
             encoding: options.encoding,

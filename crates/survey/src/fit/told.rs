@@ -61,6 +61,7 @@ pub(super) fn told(problem: &Problem, found: &Solution, dark: [bool; 3]) -> Fit 
         pictures: problem.fitted_pictures(&found.parameters),
         reflectance: problem.reflectances(&found.parameters),
         warnings: warnings(problem, found, misfit, dark),
+        exposure_s: problem.pictures.exposure_s,
         places: problem.pictures.places.clone(),
         up: problem.pictures.up.clone(),
     }

@@ -189,5 +189,6 @@ fn numbers(fit: &Fit, daylight: Option<&Daylight>) -> FitNumbers {
         correlation: fit.correlation.clone(),
         not_identified: fit.not_identified.clone(),
         misfit: fit.misfit,
+        exposure_s: fit.exposure_s,
     }
 }

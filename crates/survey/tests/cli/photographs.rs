@@ -264,6 +264,69 @@ fn a_lens_is_taken_out_of_pictures() {
     );
 }
 
+/// A picture that was exposed longer than those of the water file, and one that does not say.
+#[test]
+fn physics_predicts_from_pictures_of_another_exposure() {
+    let folder = Folder::new();
+    folder.write("mine.toml", VEHICLE);
+    folder.write("places.csv", "distance_m,light_pct\n1.0,0\n1.2,60\n");
+    folder.good("water-tables --jerlov IB --vehicle mine.toml --distances-m 0.8 1.5 --views 3 --depths-m 3 --kilo-paths 8 -o plain.json");
+    let plain = folder.text("plain.json");
+    // 1/480 s · 100 / 2.8².
+    let numbers_of = "[0.01,0.01,0.01]";
+    let row = |i: usize| {
+        (0..6)
+            .map(|j| if i == j { "1" } else { "0" })
+            .collect::<Vec<_>>()
+            .join(",")
+    };
+    let rows: Vec<String> = (0..6).map(|i| format!("[{}]", row(i))).collect();
+    let fit = format!(
+        "\"fit\":{{\"a_relative_error\":{numbers_of},\"b_relative_error\":{numbers_of},\"backscatter_relative_error\":0.01,\"lamp_gain\":[1,1,1],\
+         \"lamp_gain_relative_error\":{numbers_of},\"daylight_gain\":null,\"reflectance\":[0.3,0.3,0.3],\
+         \"names\":[\"a_r\",\"a_g\",\"a_b\",\"b_r\",\"b_g\",\"b_b\"],\"correlation\":[{}],\
+         \"not_identified\":[],\"misfit\":1,\"exposure_s\":{}}}}}\n",
+        rows.join(","),
+        100.0 / 480.0 / 2.8f64.powi(2)
+    );
+    let text = plain.trim_end().strip_suffix('}').expect("an object");
+    folder.write("water.json", format!("{text},{fit}"));
+    save(&folder, "same.png", &picture(0.1));
+    photograph(&folder, "same.jpg", &picture(0.1), 480.0);
+    photograph(&folder, "longer.jpg", &picture(0.4), 120.0);
+    let predict = |image: &str| {
+        let run = folder.good(&format!(
+            "predict --water water.json --distance-m 1.0 --light-pct 20 --candidates places.csv -o out.csv --image {image}"
+        ));
+        (numbers(&folder.text("out.csv")), run.stderr)
+    };
+    let (same, told) = predict("same.jpg");
+    assert!(!told.contains("expos"), "{told}");
+    let (longer, told) = predict("longer.jpg");
+    assert!(
+        told.contains("longer.jpg: was exposed 4 times as long as the water file's"),
+        "{told}"
+    );
+    for (longer, same) in longer.iter().zip(&same) {
+        for k in 2..5 {
+            assert!(
+                (longer[k] / same[k] - 1.0).abs() < 0.03,
+                "{longer:?} {same:?}"
+            );
+        }
+    }
+    let (_, told) = predict("same.png");
+    assert!(told.contains("same.png: states no exposure"), "{told}");
+    let wrong = folder
+        .text("water.json")
+        .replace("\"exposure_s\":", "\"exposure_s\":-");
+    folder.write("wrong.json", wrong);
+    folder.refused(
+        "predict --water wrong.json --image same.png --distance-m 1.0 --light-pct 20 --candidates places.csv -o out.csv",
+        &["wrong.json", "fit.exposure_s must be finite and > 0, got -0.02"],
+    );
+}
+
 /// From pictures of the water file's own camera and of one with a fisheye, with parts of the vehicle before it.
 #[test]
 fn physics_predicts_from_pictures_of_a_lens_as_from_those_of_the_ideal_camera() {
