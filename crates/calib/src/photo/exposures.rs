@@ -46,8 +46,11 @@ pub(crate) fn one_exposure(manifest: &mut Manifest, asked: Option<f64>) -> OneEx
         let reference = asked.or_else(|| shortest(&known));
         told.tell_of_none(&known, asked);
         told.tell_of_exposures(kind, &known, reference);
-        let by_files = !known.iter().any(|of| of.is_given);
-        told.exposure = reference.filter(|_| by_files && !depth);
+        if !depth {
+            let by_files = !known.iter().any(|of| of.is_given);
+            let is_stated = known.iter().any(|of| of.exposure.is_some());
+            told.exposure = reference.filter(|_| by_files && is_stated);
+        }
         for of in &known {
             let over = of.exposure.zip(reference).map_or(1.0, |(own, to)| own / to);
             manifest.rows[of.row].over = if is_same(over, 1.0) { 1.0 } else { over };
@@ -279,14 +282,20 @@ mod tests {
             "{words}"
         );
         assert!(words.contains("that of p1.jpg (line 3)"), "{words}");
+        assert_eq!(of.exposure, Some(100.0 / 240.0));
         let (over, of) = told(&three, Some(100.0 / 480.0));
         assert_eq!(over, [8.0, 2.0, 4.0]);
         assert!(
             of.approximate[0].ends_with("in linear light, 0.208"),
             "{of:?}"
         );
+        assert_eq!(of.exposure, Some(100.0 / 480.0));
         let (over, of) = told(&[(Some(60), None), (Some(60), None)], None);
-        assert_eq!((over, of), (vec![1.0, 1.0], OneExposure::default()));
+        let one = OneExposure {
+            exposure: Some(100.0 / 60.0),
+            ..OneExposure::default()
+        };
+        assert_eq!((over, of), (vec![1.0, 1.0], one));
         let (over, of) = told(&[(None, None), (None, None)], None);
         assert_eq!((over, of), (vec![1.0, 1.0], OneExposure::default()));
         let (over, of) = told(&[(None, None), (None, None)], Some(1.0));
@@ -295,6 +304,7 @@ mod tests {
             of.warnings[0].contains("no picture of the target tells"),
             "{of:?}"
         );
+        assert_eq!(of.exposure, None);
     }
 
     #[test]
@@ -302,6 +312,8 @@ mod tests {
         let (over, of) = told(&[(None, Some(3.0)), (None, Some(1.0))], None);
         assert_eq!(over, [3.0, 1.0]);
         assert_eq!(of.warnings, Vec::<String>::new());
+        // Of a unit that only the manifest knows.
+        assert_eq!(of.exposure, None);
         // Of a picture with both the column counts.
         let (over, of) = told(&[(Some(100), Some(2.0)), (Some(100), None)], None);
         assert_eq!(over, [2.0, 1.0]);
