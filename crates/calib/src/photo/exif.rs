@@ -84,6 +84,14 @@ impl Shot {
         })
     }
 
+    /// Time · ISO / f-number², s, of a file that states all three: what may be compared with another file's.
+    pub fn whole_exposure(&self) -> Option<f64> {
+        self.exposure(&Stated {
+            iso: true,
+            f_number: true,
+        })
+    }
+
     /// Light per count by what is known: time · ISO / f-number², without what `stated` says that all pictures lack.
     pub(crate) fn exposure(&self, stated: &Stated) -> Option<f64> {
         let iso = match stated.iso {

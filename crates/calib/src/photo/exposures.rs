@@ -22,7 +22,7 @@ pub struct OneExposure {
     pub approximate: Vec<String>,
     /// What should be known besides, a sentence each.
     pub warnings: Vec<String>,
-    /// What the pictures of the target are brought to, time (s) · ISO / f-number²; `None` where no file states it or the manifest has a unit of its own.
+    /// What the pictures of the target are brought to, time (s) · ISO / f-number²; `None` where no file states all three or the manifest has a unit of its own.
     pub exposure: Option<f64>,
 }
 
@@ -48,7 +48,8 @@ pub(crate) fn one_exposure(manifest: &mut Manifest, asked: Option<f64>) -> OneEx
         told.tell_of_exposures(kind, &known, reference);
         if !depth {
             let by_files = !known.iter().any(|of| of.is_given);
-            let is_stated = known.iter().any(|of| of.exposure.is_some());
+            let mut shots = known.iter().flat_map(|of| &of.shots);
+            let is_stated = shots.any(|shot| shot.whole_exposure().is_some());
             told.exposure = reference.filter(|_| by_files && is_stated);
         }
         for of in &known {
@@ -95,9 +96,9 @@ fn shots(path: &Path) -> Vec<Shot> {
     files.iter().map(|file| Shot::of_file(file)).collect()
 }
 
-/// The exposure of a picture over another, where it states one; 1 where they are the same.
+/// The exposure of a picture over another, where it states time, ISO and f-number; 1 where they are the same.
 pub fn exposure_over(shot: &Shot, to: Option<f64>) -> Option<f64> {
-    let over = shot.stated_exposure()? / to?;
+    let over = shot.whole_exposure()? / to?;
     Some(if is_same(over, 1.0) { 1.0 } else { over })
 }
 
@@ -249,14 +250,25 @@ mod tests {
 
     /// A manifest of pictures of the target with these exposure times, 1/s, and what the column states.
     fn told(of: &[(Option<u32>, Option<f64>)], asked: Option<f64>) -> (Vec<f64>, OneExposure) {
+        told_of(of, asked, true)
+    }
+
+    /// The same; `is_whole` says whether files state their f-number, 1.
+    fn told_of(
+        of: &[(Option<u32>, Option<f64>)],
+        asked: Option<f64>,
+        is_whole: bool,
+    ) -> (Vec<f64>, OneExposure) {
         let folder = tempfile::tempdir().unwrap();
         let mut text = "file,kind,depth_m,distance_m,light_pct,exposure\n".to_owned();
         for (i, (time, given)) in of.iter().enumerate() {
             let fields = time.map(|time| {
-                vec![
+                let mut fields = vec![
                     ratio(Tag::ExposureTime, 1, time),
                     short(Tag::PhotographicSensitivity, 100),
-                ]
+                ];
+                fields.extend(is_whole.then(|| ratio(Tag::FNumber, 1, 1)));
+                fields
             });
             let plain = [0xff, 0xd8, 0xff, 0xd9];
             let bytes = fields.map_or(plain.to_vec(), |fields| with_exif(&plain, &fields));
@@ -283,6 +295,9 @@ mod tests {
         );
         assert!(words.contains("that of p1.jpg (line 3)"), "{words}");
         assert_eq!(of.exposure, Some(100.0 / 240.0));
+        // Comparable among themselves alone.
+        let (over, of) = told_of(&three, None, false);
+        assert_eq!((over, of.exposure), (vec![4.0, 1.0, 2.0], None));
         let (over, of) = told(&three, Some(100.0 / 480.0));
         assert_eq!(over, [8.0, 2.0, 4.0]);
         assert!(

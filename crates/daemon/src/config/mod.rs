@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 use thiserror::Error;
+use uw_calib::Encoding;
 use uw_calib::json::{FieldError, Object};
 
 use crate::links::dvl::DvlConfig;
@@ -18,6 +19,7 @@ use uw_guidance::operations::files::exposure;
 use uw_guidance::service::Settings;
 
 mod links;
+mod photographs;
 mod sections;
 mod vehicle;
 
@@ -83,6 +85,8 @@ pub struct Config {
     pub water: Option<PathBuf>,
     /// The vehicle: the name of a shipped one or a file.
     pub vehicle: Option<String>,
+    /// How the camera's counts stand for light, where `[images]` says it.
+    pub encoding: Option<Encoding>,
     /// What of pictures is left out: polygons or a picture.
     pub mask: Option<PathBuf>,
     /// From the camera's pictures to those of the ideal camera.

@@ -104,7 +104,9 @@ pub(super) fn config(value: &Value) -> Result<Config, FieldError> {
         ])?;
         config.mask = path(&images, "mask")?;
         config.undistortion = path(&images, "undistortion")?;
-        settings.noise = noise(&images)?;
+        config.encoding = encoding(&images)?;
+        settings.treatment.encoding = config.encoding.unwrap_or_default();
+        settings.noise = noise(&images, settings.treatment.encoding)?;
         if let Some(directory) = path(&images, "directory")? {
             settings.images = ImagePolicy::Under(directory);
         }
@@ -152,20 +154,24 @@ fn predictor(document: &Object) -> Result<PredictorKind, FieldError> {
     }
 }
 
+/// How its counts stand for light, where that is given.
+fn encoding(images: &Object) -> Result<Option<Encoding>, FieldError> {
+    if images.get("encoding").is_none() {
+        return Ok(None);
+    }
+    match images.text("encoding")? {
+        "srgb" => Ok(Some(Encoding::Srgb)),
+        "linear" => Ok(Some(Encoding::Linear)),
+        other => {
+            let field = images.path_of("encoding");
+            let expected = "\"srgb\" or \"linear\"";
+            Err(FieldError::invalid(field, expected, format!("{other:?}")))
+        }
+    }
+}
+
 /// The noise of the camera; taken from the pictures where it is not given.
-fn noise(images: &Object) -> Result<NoiseModel, FieldError> {
-    let encoding = match images.get("encoding") {
-        None => Encoding::Srgb,
-        Some(_) => match images.text("encoding")? {
-            "srgb" => Encoding::Srgb,
-            "linear" => Encoding::Linear,
-            other => {
-                let field = images.path_of("encoding");
-                let expected = "\"srgb\" or \"linear\"";
-                return Err(FieldError::invalid(field, expected, format!("{other:?}")));
-            }
-        },
-    };
+fn noise(images: &Object, encoding: Encoding) -> Result<NoiseModel, FieldError> {
     let given = ["noise_a", "noise_b"].map(|name| images.get(name).is_some());
     if given == [false, false] {
         return Ok(NoiseModel::Picture);

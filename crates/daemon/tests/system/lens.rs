@@ -120,22 +120,40 @@ fn pictures_of_a_lens_are_advised_from_as_those_of_the_ideal_camera() {
     );
 }
 
-/// EXIF of a picture that was exposed for 1/`per_second` s and says nothing else.
-fn exif(per_second: u32) -> Vec<u8> {
-    let mut bytes = b"II*\0\x08\0\0\0".to_vec();
-    let mut entry = |tag: u16, kind: u16, value: u32| {
-        bytes.extend(1u16.to_le_bytes());
-        bytes.extend(tag.to_le_bytes());
-        bytes.extend(kind.to_le_bytes());
-        bytes.extend(1u32.to_le_bytes());
-        bytes.extend(value.to_le_bytes());
-        bytes.extend([0; 4]);
+/// EXIF of a picture that was exposed for 1/`per_second` s at f/1 and ISO 1; or that says nothing but the time.
+fn exif(per_second: u32, is_whole: bool) -> Vec<u8> {
+    let number = |value: u32| value.to_le_bytes().to_vec();
+    let entry = |tag: u16, kind: u16, value: u32| {
+        let head = [tag.to_le_bytes(), kind.to_le_bytes()].concat();
+        [head, number(1), number(value)].concat()
     };
-    // Where the exposure's numbers lie, then the time, a fraction.
-    entry(0x8769, 4, 26);
-    entry(0x829a, 5, 44);
-    bytes.extend(1u32.to_le_bytes());
-    bytes.extend(per_second.to_le_bytes());
+    // Fractions lie behind the two lists of entries: the exposure's begins at 26.
+    let entries = if is_whole { 3 } else { 1 };
+    let behind = 26 + 2 + 12 * entries + 4;
+    let mut bytes = [
+        b"II*\0".to_vec(),
+        number(8),
+        vec![1, 0],
+        entry(0x8769, 4, 26),
+        number(0),
+    ]
+    .concat();
+    bytes.extend((entries as u16).to_le_bytes());
+    bytes.extend(entry(0x829a, 5, behind));
+    if is_whole {
+        bytes.extend(entry(0x829d, 5, behind + 8));
+        bytes.extend(entry(0x8827, 3, 1));
+    }
+    bytes.extend(
+        [
+            number(0),
+            number(1),
+            number(per_second),
+            number(1),
+            number(1),
+        ]
+        .concat(),
+    );
     bytes
 }
 
@@ -164,7 +182,7 @@ fn a_picture_of_another_exposure_is_brought_to_that_of_the_water_file() {
     });
     std::fs::write(program.path("water.json"), file.to_json()).unwrap();
     let plain = image::open(program.path("ideal.png")).unwrap().to_rgb8();
-    let write = |name: &str, share: f64, per_second: u32| {
+    let write = |name: &str, share: f64, exif: Vec<u8>| {
         let mut picture = plain.clone();
         for count in picture.iter_mut() {
             let light = share * Encoding::Srgb.light(f64::from(*count));
@@ -172,7 +190,7 @@ fn a_picture_of_another_exposure_is_brought_to_that_of_the_water_file() {
         }
         let out = std::fs::File::create(program.path(name)).unwrap();
         let mut encoder = PngEncoder::new(out);
-        encoder.set_exif_metadata(exif(per_second)).unwrap();
+        encoder.set_exif_metadata(exif).unwrap();
         encoder
             .write_image(
                 &picture,
@@ -182,13 +200,16 @@ fn a_picture_of_another_exposure_is_brought_to_that_of_the_water_file() {
             )
             .unwrap();
     };
-    write("same.png", 1.0, 100);
-    write("shorter.png", 0.5, 200);
+    write("same.png", 1.0, exif(100, true));
+    write("shorter.png", 0.5, exif(200, true));
+    // Without ISO and f-number it may be any exposure.
+    write("unknown.png", 1.0, exif(7, false));
     let mut program = program.start(&[&ANY_PORT[..], &["--water", "water.json"]].concat());
     let mut client = program.client();
     let same = suggest(&mut client, "same.png");
     near(&same, &suggest(&mut client, "ideal.png"), 1e-9);
     near(&suggest(&mut client, "shorter.png"), &same, 0.03);
+    near(&suggest(&mut client, "unknown.png"), &same, 1e-9);
 }
 
 #[test]

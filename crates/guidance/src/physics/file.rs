@@ -125,7 +125,7 @@ pub struct FitNumbers {
     pub not_identified: Vec<String>,
     /// Mean square of the residuals over what noise and model leave.
     pub misfit: f64,
-    /// Exposure of the pictures that it is for, as EXIF states it: time (s) · ISO / f-number². `None` where no file did; also in files of earlier versions.
+    /// Exposure of the pictures that it is for, as EXIF states it: time (s) · ISO / f-number². `None` where no file states all three; also in files of earlier versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub exposure_s: Option<f64>,
 }

@@ -9,7 +9,7 @@ use serde::de::DeserializeOwned;
 use uw_calib::detail::channel_names;
 use uw_calib::photo::{Shot, exposure_over};
 use uw_calib::picture::Counts;
-use uw_calib::{NoiseModel, Treatment, View};
+use uw_calib::{Treatment, View};
 use uw_guidance::Candidate;
 use uw_guidance::physics::{Contrast, LinearPicture, Predictor, Sight, WaterFile};
 
@@ -183,6 +183,13 @@ fn picture(
     treatment: &Treatment,
     distance_m: f64,
 ) -> Result<Taken, CliError> {
+    // The mean of frames has less noise than the water file's sensor.
+    if image.is_dir() {
+        return Err(CliError::input(format!(
+            "{}: must be one picture, got a folder",
+            image.display()
+        )));
+    }
     let view = View {
         path: image,
         distance_m: Some(distance_m),
@@ -199,12 +206,12 @@ fn picture(
             counts.height
         )));
     }
-    let measured = opened
-        .measure(&NoiseModel::Picture)
+    let grid = opened
+        .measure_as(|counts| counts)
         .map_err(CliError::input)?;
     Ok(Taken {
         counts,
-        contrast: measured.grid.stats.contrast,
+        contrast: grid.stats.contrast,
     })
 }
 
@@ -214,7 +221,7 @@ fn over(file: &WaterFile, image: &Path) -> f64 {
     let over = exposure_over(&Shot::of_file(image), file.exposure_s());
     match (over, file.exposure_s()) {
         (None, Some(_)) => note(format_args!(
-            "uw: warning: {name}: states no exposure: taken to be that of the water file's pictures"
+            "uw: warning: {name}: does not state time, ISO and f-number of its exposure: taken to be that of the water file's pictures"
         )),
         (Some(over), _) if over != 1.0 => note(format_args!(
             "uw: warning: {name}: was exposed {} times as long as the water file's pictures, and is brought to theirs in linear light",

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use image::{DynamicImage, GrayImage, ImageBuffer, Rgb, RgbImage};
-use serde_json::Value;
+use serde_json::{Value, json};
 use uw_calib::{Encoding, Profile, Undistortion};
 use uw_render::image::{Counts, Frame};
 use uw_render::scene::Scene;
@@ -271,26 +271,19 @@ fn physics_predicts_from_pictures_of_another_exposure() {
     folder.write("mine.toml", VEHICLE);
     folder.write("places.csv", "distance_m,light_pct\n1.0,0\n1.2,60\n");
     folder.good("water-tables --jerlov IB --vehicle mine.toml --distances-m 0.8 1.5 --views 3 --depths-m 3 --kilo-paths 8 -o plain.json");
-    let plain = folder.text("plain.json");
-    // 1/480 s · 100 / 2.8².
-    let numbers_of = "[0.01,0.01,0.01]";
-    let row = |i: usize| {
-        (0..6)
-            .map(|j| if i == j { "1" } else { "0" })
-            .collect::<Vec<_>>()
-            .join(",")
-    };
-    let rows: Vec<String> = (0..6).map(|i| format!("[{}]", row(i))).collect();
-    let fit = format!(
-        "\"fit\":{{\"a_relative_error\":{numbers_of},\"b_relative_error\":{numbers_of},\"backscatter_relative_error\":0.01,\"lamp_gain\":[1,1,1],\
-         \"lamp_gain_relative_error\":{numbers_of},\"daylight_gain\":null,\"reflectance\":[0.3,0.3,0.3],\
-         \"names\":[\"a_r\",\"a_g\",\"a_b\",\"b_r\",\"b_g\",\"b_b\"],\"correlation\":[{}],\
-         \"not_identified\":[],\"misfit\":1,\"exposure_s\":{}}}}}\n",
-        rows.join(","),
-        100.0 / 480.0 / 2.8f64.powi(2)
-    );
-    let text = plain.trim_end().strip_suffix('}').expect("an object");
-    folder.write("water.json", format!("{text},{fit}"));
+    let mut water: Value = serde_json::from_str(&folder.text("plain.json")).expect("JSON");
+    let identity: Vec<Vec<u8>> = (0..6)
+        .map(|i| (0..6).map(|j| u8::from(i == j)).collect())
+        .collect();
+    let (one, error) = ([1.0; 3], [0.01; 3]);
+    water["fit"] = json!({
+        "a_relative_error": error, "b_relative_error": error, "backscatter_relative_error": 0.01, "lamp_gain": one,
+        "lamp_gain_relative_error": error, "daylight_gain": null, "reflectance": one,
+        "names": ["a_r", "a_g", "a_b", "b_r", "b_g", "b_b"], "correlation": identity, "not_identified": [], "misfit": 1,
+        // 1/480 s · 100 / 2.8².
+        "exposure_s": 100.0 / 480.0 / 2.8f64.powi(2),
+    });
+    folder.write("water.json", water.to_string());
     save(&folder, "same.png", &picture(0.1));
     photograph(&folder, "same.jpg", &picture(0.1), 480.0);
     photograph(&folder, "longer.jpg", &picture(0.4), 120.0);
@@ -316,7 +309,16 @@ fn physics_predicts_from_pictures_of_another_exposure() {
         }
     }
     let (_, told) = predict("same.png");
-    assert!(told.contains("same.png: states no exposure"), "{told}");
+    assert!(
+        told.contains("same.png: does not state time, ISO and f-number"),
+        "{told}"
+    );
+    std::fs::create_dir(folder.path("frames")).expect("made");
+    save(&folder, "frames/1.png", &picture(0.1));
+    folder.refused(
+        "predict --water water.json --distance-m 1.0 --light-pct 20 --candidates places.csv -o out.csv --image frames",
+        &["frames: must be one picture, got a folder"],
+    );
     let wrong = folder
         .text("water.json")
         .replace("\"exposure_s\":", "\"exposure_s\":-");
