@@ -106,6 +106,20 @@ fn the_noise_of_the_camera_is_read() {
 }
 
 #[test]
+fn the_encoding_of_images_goes_before_the_vehicles() {
+    let encoding = |images: &str| {
+        let text = format!(
+            "format = \"uwguide-config/1\"\n[images]\n{images}[vehicle]\nfile = \"default\"\n"
+        );
+        let mut config = read(&text).unwrap();
+        config.read_vehicle().unwrap();
+        config.settings.treatment.encoding
+    };
+    assert_eq!(encoding("encoding = \"linear\"\n"), Encoding::Linear);
+    assert_eq!(encoding(""), Encoding::Srgb);
+}
+
+#[test]
 fn short_tokens_are_refused_and_only_the_first_line_counts() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("token");
