@@ -1,9 +1,9 @@
 // Free flights of walks that look for daylight, and scatterings.
 // Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
 import package::common::air_lamps::{around_air_lamp, density_around_air_lamps, draw_lamp_point};
-import package::common::ambient_walk::{AmbientWalk, DirectionNumbers, LEADING, SCATTERED_BEFORE, along, direction_numbers, push_walk, sin2_half_to_sun, turned_walk};
+import package::common::ambient_walk::{AmbientWalk, DirectionNumbers, Heading, LEADING, SCATTERED_BEFORE, direction_numbers, headed, heading_along, push_walk, sin2_half_to_sun, turned_heading};
 import package::common::camera::{BOUNDARY, End, SCATTER, SURFACE};
-import package::common::daylight::field_sun_share;
+import package::common::daylight::{worth_along, worths_at};
 import package::common::interface::{depth_of, internal_reflectance};
 import package::common::layer_distance::distance_of;
 import package::common::layer_tables::BY_ATTENUATION;
@@ -11,7 +11,7 @@ import package::common::layers::{water_at, way_along};
 import package::common::layout::{HAS_AIR_LAMPS, HAS_DAYLIGHT_FIELD, HAS_GEOMETRY_IN_AIR, HAS_SCATTERING, HAS_SKY, HAS_SUN, HAS_SURFACE, INFINITE, NONE, Spectrum, scene};
 import package::common::math::{circle, ln_1p, minus_ln, sin2_half};
 import package::common::medium::{ChannelSampling, channels_pass, channels_scatter, transmittance_along, used, one_minus_exp};
-import package::common::phase::{phase_sample_x, phase_value};
+import package::common::phase::{phase_sample_x, phase_value, sun_phase_peak};
 import package::common::rng::{uniform_number, unit};
 
 /// Shares of directions drawn around the sun where no field tells it, in the cone through which the sky is seen, and around lamps in the
@@ -19,6 +19,12 @@ import package::common::rng::{uniform_number, unit};
 const SUN_SHARE: f32 = 0.15;
 const SKY_SHARE: f32 = 0.1;
 const LAMP_SHARE: f32 = 0.4;
+/// Candidates for the direction of a scattering after the first, where the field of daylight tells what each is worth, and what takes the
+/// numbers of one to those of the next: powers of the root of x⁴ = x + 1 (Roberts 2018).
+const CANDIDATES: u32 = 3u;
+const CHOICE_STEP: f32 = 0.8191725;
+const BITS_STEP: u32 = 2882110345u;
+const TURN_STEP: f32 = 0.5497005;
 /// Scatterings that may be drawn towards the sky.
 const SKY_EVENTS: u32 = 4u;
 /// Kinds of directions at a scattering.
@@ -99,29 +105,30 @@ fn draw_flight(w: AmbientWalk, end: End, sigma: Spectrum, u: f32) -> Flight {
     return flight;
 }
 
-/// Expected numbers of directions drawn at a scattering: around the old one and around the sun, per strategy; in the cone
-/// through which the sky is seen; around lamps in the air.
+/// Expected numbers of directions drawn at a scattering, or shares of each candidate: around the old one, around the sun, in the cone
+/// through which the sky is seen, around lamps in the air.
 struct Counts {
-    own: Spectrum,
-    sun: Spectrum,
+    own: f32,
+    sun: f32,
     sky: f32,
     lamp: f32,
 }
 
-fn counts_of(w: AmbientWalk) -> Counts {
+/// Of a walk at the place where it scatters; `worths` as `worths_at` gives it.
+fn counts_of(w: AmbientWalk, worths: u32) -> Counts {
     let sees_sky = HAS_SURFACE && HAS_SKY;
     if w.events == 1u {
-        return Counts(Spectrum(1.0), Spectrum(select(0.0, 1.0, HAS_SUN)), select(0.0, 1.0, sees_sky), select(0.0, 1.0, HAS_AIR_LAMPS));
+        return Counts(1.0, select(0.0, 1.0, HAS_SUN), select(0.0, 1.0, sees_sky), select(0.0, 1.0, HAS_AIR_LAMPS));
     }
-    var sun = Spectrum(0.0);
+    var sun = 0.0;
     if HAS_SUN {
-        sun = Spectrum(SUN_SHARE);
+        sun = SUN_SHARE;
         if HAS_DAYLIGHT_FIELD {
-            sun = field_sun_share(depth_of(w.origin), w.direction);
+            sun = worth_along(worths, w.direction).sun_share;
         }
     }
     let sky = select(0.0, SKY_SHARE, sees_sky && w.events <= SKY_EVENTS);
-    let counts = Counts(Spectrum(1.0 - sky) - sun, sun, sky, 0.0);
+    let counts = Counts(1.0 - sky - sun, sun, sky, 0.0);
     if !HAS_AIR_LAMPS {
         return counts;
     }
@@ -137,8 +144,9 @@ fn lowest_sky() -> f32 {
     return sqrt(max(1.0 - 1.0 / (index * index), 0.0));
 }
 
-/// A scattering after `t`: new directions around the old one, around the sun, towards the sky or around a lamp in the air. The first scattering makes
-/// one of each, later ones one of them.
+/// A scattering after `t`: new directions around the old one, around the sun, towards the sky or around a lamp in the air. The first
+/// scattering makes one of each. Later ones draw candidates, of which one goes on, by the light that is expected from there (resampled
+/// importance sampling, Talbot et al. 2005): mean of what all are worth over their density, over what that one is.
 fn scatter_ambient(walk: AmbientWalk, t: f32) {
     var w = walk;
     w.origin += t * w.direction;
@@ -148,36 +156,74 @@ fn scatter_ambient(walk: AmbientWalk, t: f32) {
     w.start_primitive = NONE;
     w.flags |= SCATTERED_BEFORE;
     w.events += 1u;
-    let numbers = direction_numbers(w);
+    var numbers = direction_numbers(w);
     w.flags &= ~LEADING;
-    let counts = counts_of(w);
-    let first = w.events == 1u;
-    var choice = 1.0;
     if HAS_AIR_LAMPS {
         w.lamp_point = draw_lamp_point();
+    }
+    var worths = 0u;
+    if HAS_DAYLIGHT_FIELD {
+        worths = worths_at(depth_of(w.origin));
+    }
+    let counts = counts_of(w, worths);
+    let first = w.events == 1u;
+    var candidates = 1u;
+    var choice = 1.0;
+    if HAS_DAYLIGHT_FIELD && !HAS_AIR_LAMPS {
+        candidates = CANDIDATES;
     }
     if !first && (HAS_SUN || HAS_AIR_LAMPS || counts.sky > 0.0) {
         choice = uniform_number();
     }
-    let sun = counts.sun[w.channels.chosen];
-    var kind = AROUND_OLD;
-    if first {
-        kind = next_kind(0u, counts);
-    } else if choice < sun {
-        kind = AROUND_SUN;
-    } else if choice < sun + counts.sky {
-        kind = TOWARDS_SKY;
-    } else if choice < sun + counts.sky + counts.lamp {
-        kind = AROUND_LAMP;
-    }
+    var sum = 0.0;
+    var heading: Heading;
+    var worth = 0.0;
+    var i = 0u;
+    var kind = select(kind_of(choice, counts), next_kind(0u, counts), first);
     // One after the other through the same code, because compilers copy what is called from several places.
     loop {
-        go_along(w, kind, numbers, counts);
-        kind = next_kind(kind + 1u, counts);
-        if !first || kind > AROUND_OLD {
-            break;
+        let one = candidate(w, kind, numbers, counts, worths);
+        if first {
+            if one.density > 0.0 {
+                go_along(w, one.heading, 1.0 / one.density);
+            }
+            kind = next_kind(kind + 1u, counts);
+            if kind > AROUND_OLD {
+                break;
+            }
+        } else {
+            if one.density > 0.0 {
+                sum += one.worth / one.density;
+                if uniform_number() * sum < one.worth / one.density {
+                    heading = one.heading;
+                    worth = one.worth;
+                }
+            }
+            i += 1u;
+            if i >= candidates {
+                break;
+            }
+            // Candidates need not be independent, and those of a rank-1 lattice lie apart.
+            numbers.bits += BITS_STEP;
+            numbers.v = fract(numbers.v + TURN_STEP);
+            choice = fract(choice + CHOICE_STEP);
+            kind = kind_of(choice, counts);
         }
     }
+    if sum > 0.0 {
+        go_along(w, heading, sum / (f32(candidates) * worth));
+    }
+}
+
+/// The kind that a number in (0, 1) stands for.
+fn kind_of(choice: f32, counts: Counts) -> u32 {
+    if choice < counts.sun {
+        return AROUND_SUN;
+    }
+    if choice < counts.sun + counts.sky {
+        return TOWARDS_SKY;
+    }
+    return select(AROUND_OLD, AROUND_LAMP, choice < counts.sun + counts.sky + counts.lamp);
 }
 
 /// The first possible kind from `kind` on.
@@ -195,37 +241,60 @@ fn next_kind(kind: u32, counts: Counts) -> u32 {
     return next;
 }
 
-/// Sends a copy of `w` on along a direction of one kind, weighted by all ways of drawing it.
-fn go_along(w: AmbientWalk, kind: u32, numbers: DirectionNumbers, counts: Counts) {
+fn go_along(walk: AmbientWalk, heading: Heading, weight: f32) {
+    var w = headed(walk, heading);
+    w.channels.value *= weight;
+    push_walk(w);
+}
+
+/// A direction that was drawn.
+struct Candidate {
+    heading: Heading,
+    /// Of all ways of drawing it, over the phase function's; 0 where nothing scatters there.
+    density: f32,
+    /// The light that is expected from there.
+    worth: f32,
+}
+
+/// A direction of one kind for a walk.
+fn candidate(w: AmbientWalk, kind: u32, numbers: DirectionNumbers, counts: Counts, worths: u32) -> Candidate {
     let lowest = lowest_sky();
-    var copy: AmbientWalk;
+    var one: Candidate;
+    one.worth = 1.0;
     // sin²(θ/2) from the axis that the direction was drawn around is known without cancellation.
     var x = 0.0;
     if kind == TOWARDS_SKY {
         let up = lowest + (1.0 - lowest) * unit(numbers.bits);
-        copy = along(w, vec3f(sqrt(max(1.0 - up * up, 0.0)) * circle(numbers.v), up));
+        one.heading = heading_along(vec3f(sqrt(max(1.0 - up * up, 0.0)) * circle(numbers.v), up));
     } else {
         x = phase_sample_x(numbers.bits);
         if HAS_AIR_LAMPS && kind == AROUND_LAMP {
-            copy = along(w, around_air_lamp(w, x, numbers.v));
+            one.heading = heading_along(around_air_lamp(w, x, numbers.v));
         } else {
-            copy = turned_walk(w, kind == AROUND_SUN, x, numbers.v);
+            one.heading = turned_heading(w, kind == AROUND_SUN, x, numbers.v);
         }
     }
-    let phase = phase_value(select(sin2_half(w.from_sun, copy.from_sun), x, kind == AROUND_OLD));
+    let phase = phase_value(select(sin2_half(w.from_sun, one.heading.from_sun), x, kind == AROUND_OLD));
     if !(phase > 0.0) {
-        return;
+        return one;
     }
-    var density = counts.own;
+    var to_sun = 0.0;
+    one.density = counts.own;
     if HAS_SUN {
-        density += counts.sun * (phase_value(select(sin2_half_to_sun(copy), x, kind == AROUND_SUN)) / phase);
+        to_sun = phase_value(select(sin2_half_to_sun(one.heading.from_sun), x, kind == AROUND_SUN));
+        one.density += counts.sun * (to_sun / phase);
     }
-    if counts.sky > 0.0 && copy.direction.z >= lowest {
-        density += Spectrum(counts.sky / (TAU * (1.0 - lowest)) / phase);
+    if counts.sky > 0.0 && one.heading.direction.z >= lowest {
+        one.density += counts.sky / (TAU * (1.0 - lowest)) / phase;
     }
     if HAS_AIR_LAMPS {
-        density += Spectrum(counts.lamp * density_around_air_lamps(w, copy.direction) / phase);
+        one.density += counts.lamp * density_around_air_lamps(w, one.heading.direction) / phase;
+    } else if HAS_DAYLIGHT_FIELD {
+        let worth = worth_along(worths, one.heading.direction);
+        one.worth = worth.light;
+        if HAS_SUN {
+            one.worth += worth.sunlight * min(to_sun, sun_phase_peak());
+        }
     }
-    copy.channels = add_ambient_ln(copy.channels, log(max(density, Spectrum(1e-30))));
-    push_walk(copy);
+    return one;
 }

@@ -3,7 +3,7 @@
 import package::common::air_lamps::{around_air_lamp, density_around_air_lamps, draw_lamp_point, score_air_lamps_along, score_air_lamps_on, see_air_lamps};
 import package::common::ambient_flight::{draw_flight, scatter_ambient};
 import package::common::ambient_queue::numbers;
-import package::common::ambient_walk::{AmbientWalk, IN_AIR, LEADING, MET_SURFACE, SCATTERED_BEFORE, along, copies_made, copies_of, diffuse_irradiance, direction_numbers, has, has_reference, has_top, light_ahead, light_on_surface, pending, pop_walk, push_walk, relative_light, score, set_reference, sin2_half_to_sun, survival_of, turned_walk};
+import package::common::ambient_walk::{AmbientWalk, IN_AIR, LEADING, MET_SURFACE, SCATTERED_BEFORE, along, copies_made, copies_of, diffuse_irradiance, direction_numbers, has, has_reference, has_top, headed, light_ahead, light_on_surface, pending, pop_walk, push_walk, relative_light, score, set_reference, sin2_half_to_sun, survival_of, turned_heading};
 import package::common::bvh::{closest, occluded};
 import package::common::surface::{SurfacePoint, lit_point};
 import package::common::camera::{BOUNDARY, End, NOTHING, SCATTER, SURFACE, end_point, full_segment, no_point};
@@ -95,7 +95,7 @@ struct Ahead {
 fn water_segment(w: AmbientWalk, weight: Spectrum, end: End, point: SurfacePoint) -> Ahead {
     var line = Spectrum(0.0);
     if HAS_MEDIUM && w.events < max_events() {
-        line = scattered_sunlight(w.origin, w.direction, end.t, sin2_half_to_sun(w));
+        line = scattered_sunlight(w.origin, w.direction, end.t, sin2_half_to_sun(w.from_sun));
         score(w, weight, true, line);
     }
     let sky = sky_at_end(w, end);
@@ -340,7 +340,7 @@ fn leave_surface(walk: AmbientWalk, point: SurfacePoint) {
         w = along(w, around_air_lamp(w, phase_sample_x(numbers.bits), numbers.v));
     } else if around_sun {
         x = phase_sample_x(numbers.bits);
-        w = turned_walk(w, true, x, numbers.v);
+        w = headed(w, turned_heading(w, true, x, numbers.v));
     } else {
         w = along(w, surface_direction(point, numbers.bits, numbers.v));
     }
@@ -354,7 +354,7 @@ fn leave_surface(walk: AmbientWalk, point: SurfacePoint) {
     var density = scattering_pdf;
     if mixed {
         if x < 0.0 {
-            x = sin2_half_to_sun(w);
+            x = sin2_half_to_sun(w.from_sun);
         }
         density = (1.0 - SUN_SHARE_SURFACE) * scattering_pdf + SUN_SHARE_SURFACE * phase_value(x);
     }

@@ -121,23 +121,36 @@ fn along(walk: AmbientWalk, direction: vec3f) -> AmbientWalk {
     return w;
 }
 
-/// The walk turned by the angle θ with sin²(θ/2) = `x`, at azimuth 2π·`u`, from its direction or from the sun's.
-fn turned_walk(walk: AmbientWalk, around_sun: bool, x: f32, u: f32) -> AmbientWalk {
-    var w = walk;
+/// Where a walk goes, and that less the direction towards the sun, as a walk holds both.
+struct Heading {
+    direction: vec3f,
+    from_sun: vec3f,
+}
+
+fn heading_along(direction: vec3f) -> Heading {
+    return Heading(direction, direction - scene.sun_towards);
+}
+
+/// Turned by an angle of which `x` is sin²(θ/2), from a walk's own direction or the sun's, by `u` turns about it.
+fn turned_heading(w: AmbientWalk, around_sun: bool, x: f32, u: f32) -> Heading {
     if around_sun {
-        w.from_sun = turn_change(scene.sun_towards, x, u);
-        w.direction = turned(scene.sun_towards, w.from_sun);
-    } else {
-        let change = turn_change(w.direction, x, u);
-        w.from_sun += change;
-        w.direction = turned(w.direction, change);
+        let from_sun = turn_change(scene.sun_towards, x, u);
+        return Heading(turned(scene.sun_towards, from_sun), from_sun);
     }
+    let change = turn_change(w.direction, x, u);
+    return Heading(turned(w.direction, change), w.from_sun + change);
+}
+
+fn headed(walk: AmbientWalk, heading: Heading) -> AmbientWalk {
+    var w = walk;
+    w.direction = heading.direction;
+    w.from_sun = heading.from_sun;
     return w;
 }
 
-/// sin²(θ/2) of the angle between the walk's direction and the sun's.
-fn sin2_half_to_sun(w: AmbientWalk) -> f32 {
-    return min(0.25 * dot(w.from_sun, w.from_sun), 1.0);
+/// sin²(θ/2) of the angle between the sun's direction and one that is it and `from_sun`.
+fn sin2_half_to_sun(from_sun: vec3f) -> f32 {
+    return min(0.25 * dot(from_sun, from_sun), 1.0);
 }
 
 fn has(w: AmbientWalk, flag: u32) -> bool {

@@ -28,7 +28,7 @@ const TABLES: u32 = 3u;
 const SCATTERED: u32 = 0u;
 const DOWN: u32 = 1u;
 const UP: u32 = 2u;
-const SUN_SHARES: u32 = 3u;
+const WORTHS: u32 = 3u;
 
 /// Node above a depth, fraction of the way to the next one, and how far it is beyond the last, m.
 struct FieldDepth {
@@ -112,14 +112,29 @@ fn field_scattered(point: vec3f, view: vec3f, line: Spectrum) -> Spectrum {
     return max(broad, line * max(exp(narrow) - Spectrum(1.0), narrow));
 }
 
-/// Share of directions to draw around the sun at `depth_m` when going along `view`, per strategy, from the nearest node.
-fn field_sun_share(depth_m: f32, view: vec3f) -> Spectrum {
+/// What a direction is worth where light scatters.
+struct Worth {
+    /// Share of directions to draw around the sun where a walk comes along it.
+    sun_share: f32,
+    /// Light from there but for the sunlight, which is over the phase function towards the sun.
+    light: f32,
+    sunlight: f32,
+}
+
+/// First entry of what directions are worth at a depth, from the nearest node.
+fn worths_at(depth_m: f32) -> u32 {
     let at = field_depth(depth_m);
-    let d = field_direction(view);
     let node = at.node + select(0u, 1u, at.fraction > 0.5);
+    return node * COSINES * table_row(scene.field_table + SUN_AZIMUTH).z;
+}
+
+/// The same of a direction, of those whose first entry is `first`.
+fn worth_along(first: u32, view: vec3f) -> Worth {
+    let d = field_direction(view);
     let bin = d.bin + select(0u, 1u, d.weight > 0.5);
     let azimuth = d.azimuth + select(0u, 1u, d.azimuth_weight > 0.5);
-    return entry(SUN_SHARES, (node * COSINES + bin) * d.azimuths + azimuth);
+    let row = entry(WORTHS, first + bin * d.azimuths + azimuth);
+    return Worth(row.x, row.y, row.z);
 }
 
 /// Plane irradiance at `depth_m` on a surface whose normal has the vertical component `up`, without the sun's beam.

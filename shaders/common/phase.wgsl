@@ -31,12 +31,18 @@ fn phase_value(x: f32) -> f32 {
     return max(table_at(scene.value_ends, scene.value_blocks, scene.value_cells, key, high), 0.0);
 }
 
-/// Its mean over the disk of the sun, whose middle is at x. The table ends where its record says; its high end is not used.
+/// Its mean over the disk of the sun, whose middle is at x. In the place of its high end the record says where the table ends and what
+/// the mean is in the middle.
 fn sun_phase_value(x: f32) -> f32 {
     if !(x < bitcast<f32>(scene.sun_value_ends.z)) {
         return phase_value(x);
     }
     return max(table_at(scene.sun_value_ends, scene.sun_value_blocks, scene.sun_value_cells, max(x, 0.0), false), 0.0);
+}
+
+/// The most that the mean is.
+fn sun_phase_peak() -> f32 {
+    return bitcast<f32>(scene.sun_value_ends.w);
 }
 
 /// x = sin²(θ/2) drawn from the phase function, from 32 random bits.

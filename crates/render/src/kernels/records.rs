@@ -243,6 +243,7 @@ fn water(medium: &Medium, sun_phase: Option<&DiskTable>, record: &mut Scene, row
         let mean = rows.cells(&table.parts());
         record.sun_value_ends = mean.ends;
         record.sun_value_ends[2] = (table.far_x() as f32).to_bits();
+        record.sun_value_ends[3] = (table.value(0.0) as f32).to_bits();
         record.sun_value_blocks = mean.blocks;
         record.sun_value_cells = mean.cells;
     }

@@ -5,9 +5,9 @@
 
 mod column;
 mod solver;
-mod sun_share;
 mod table;
 mod transition;
+mod worth;
 
 use rayon::prelude::*;
 use uw_media::Spectrum;
@@ -15,9 +15,9 @@ use uw_media::Spectrum;
 use super::{Boundary, Layers, Medium, SunBeam};
 use column::Column;
 use solver::{Daylight, Solution};
-use sun_share::{Lit, sun_shares};
 use table::{ChannelField, FieldTable};
 use transition::Transitions;
+use worth::{Lit, Worths};
 
 /// Bins in the cosine u of the viewing direction against the vertical.
 const COSINES: usize = 40;
@@ -76,19 +76,16 @@ impl DaylightField {
                 };
                 let max_depth = column.optical_depth(deepest_m) + BELOW;
                 let solution = Solution::solve(&light, &transitions, max_depth);
-                let sun_share = sun.map_or_else(Vec::new, |sun| {
-                    let lit = Lit {
-                        phase: &medium.phase,
-                        column: &column,
-                        irradiance: sun.irradiance[k],
-                        narrow: transitions.narrow,
-                    };
-                    sun_shares(&lit, sun, &solution)
-                });
+                let lit = Lit {
+                    phase: &medium.phase,
+                    light: &light,
+                    narrow: transitions.narrow,
+                };
+                let worths = Worths::of(&lit, &solution);
                 ChannelField {
                     column,
                     solution,
-                    sun_share,
+                    worths,
                 }
             })
             .collect();
@@ -172,10 +169,8 @@ mod tests {
         (at(down), at(up))
     }
 
-    /// Mobley et al. 1993, problem 1 (albedo 0.9): E_d and E_u from discrete ordinates, for a sun at 60° with
-    /// 0.5 W/m² on the horizontal. A field that only steers may be off by some percent, not by a factor.
-    #[test]
-    fn irradiances_are_nearly_those_of_discrete_ordinates() {
+    /// Water of an albedo of 0.9 with Rayleigh's phase function below a refracting surface.
+    fn water() -> (Medium, Boundary) {
         let medium = Medium::build(&Water {
             iops: Iops {
                 a: [0.1; 3],
@@ -190,6 +185,11 @@ mod tests {
             height: 0.0,
             index: 1.34,
         };
+        (medium, boundary)
+    }
+
+    /// A sun at 60° with 0.5 W/m² on the horizontal, and what of it enters.
+    fn low_sun(boundary: &Boundary) -> (SunBeam, f64) {
         let travel = boundary.refract_into_water(DVec3::new(0.75f64.sqrt(), 0.0, -0.5));
         let entering = (1.0 - boundary.external_reflectance(0.5)) * 0.5;
         let sun = SunBeam {
@@ -199,16 +199,53 @@ mod tests {
             irradiance: [entering / -travel.z; 3],
             irradiance_in_air: [1.0; 3],
         };
+        (sun, entering)
+    }
+
+    /// Mobley et al. 1993, problem 1 (albedo 0.9): E_d and E_u from discrete ordinates, for a sun at 60° with
+    /// 0.5 W/m² on the horizontal. A field that only steers may be off by some percent, not by a factor.
+    #[test]
+    fn irradiances_are_nearly_those_of_discrete_ordinates() {
+        let (medium, boundary) = water();
+        let (sun, entering) = low_sun(&boundary);
         let field = DaylightField::build(&medium, &boundary, Some(&sun), [0.0; 3], 10.0, None)
             .expect("lit");
         for (depth, down, up) in [(1.0, 0.3659944, 0.1734997), (5.0, 0.04328907, 0.02035448)] {
             let (diffuse, found_up) = irradiances(&field, depth);
-            let beam = entering * (-depth / -travel.z).exp();
+            let beam = entering * (-depth / sun.towards.z).exp();
             assert!(
                 ((diffuse + beam) / down - 1.0).abs() < 0.1,
                 "{depth}: {diffuse} + {beam}"
             );
             assert!((found_up / up - 1.0).abs() < 0.1, "{depth}: {found_up}");
+        }
+    }
+
+    /// What directions are worth is the light from there over the mean: its own mean is about 1, with a sun and without.
+    #[test]
+    fn worths_are_over_the_mean_light() {
+        let (medium, boundary) = water();
+        let (sun, _) = low_sun(&boundary);
+        for (sun, sky) in [(Some(sun), 0.0), (Some(sun), 0.3), (None, 0.3)] {
+            let field =
+                DaylightField::build(&medium, &boundary, sun.as_ref(), [sky; 3], 10.0, None)
+                    .expect("lit");
+            let (azimuths, [.., worths]) = field.table.parts();
+            assert_eq!(worths.len(), DEPTHS * COSINES * azimuths);
+            for node in [10, 30, 60] {
+                let own = &worths[node * COSINES * azimuths..(node + 1) * COSINES * azimuths];
+                let mean = own.iter().map(|worth| f64::from(worth[1])).sum::<f64>();
+                // Rayleigh's function is not far from even.
+                let even = 1.0 / (4.0 * std::f64::consts::PI);
+                let sunlight = own
+                    .iter()
+                    .map(|worth| f64::from(worth[2]) * even)
+                    .sum::<f64>();
+                let mean = (mean + sunlight) / own.len() as f64;
+                assert!((0.7..1.4).contains(&mean), "{node}: {mean}");
+                let shares = if sun.is_some() { 0.09..0.71 } else { 0.0..0.01 };
+                assert!(own.iter().all(|worth| shares.contains(&worth[0])));
+            }
         }
     }
 }

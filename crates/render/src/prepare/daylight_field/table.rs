@@ -1,6 +1,6 @@
 //! The field of all channels over one grid of depths, so that one look gives all of them.
 
-use super::{AZIMUTHS, COSINES, DEPTHS, column::Column, solver::Solution};
+use super::{AZIMUTHS, COSINES, DEPTHS, column::Column, solver::Solution, worth::Worths};
 use uw_media::Spectrum;
 
 /// Ratio of attenuation coefficients up to which channels share the grid's reach: beyond the grid a channel's light
@@ -12,7 +12,7 @@ const BELOW: f64 = 8.0;
 /// Values per channel and padding, which makes a row one vector.
 pub(crate) type Entry = [f32; 4];
 
-/// Logarithms of radiances (so that steep decays are interpolated well) and irradiances, and shares.
+/// Logarithms of radiances (so that steep decays are interpolated well) and irradiances, and what directions are worth.
 #[derive(Clone, Debug)]
 pub(crate) struct FieldTable {
     pub(crate) max_depth_m: f64,
@@ -23,20 +23,19 @@ pub(crate) struct FieldTable {
     ln_scattered: Vec<Entry>,
     ln_down: Vec<Entry>,
     ln_up: Vec<Entry>,
-    sun_share: Vec<Entry>,
+    worth: Vec<Entry>,
 }
 
 /// One channel before it goes into the table.
 pub(super) struct ChannelField<'a> {
     pub(super) column: Column<'a>,
     pub(super) solution: Solution,
-    /// [depth][cosine][azimuth], empty without a sun.
-    pub(super) sun_share: Vec<f32>,
+    pub(super) worths: Worths,
 }
 
 impl FieldTable {
     /// A table down to `deepest_m` and below; `scatters` tells which channels do, in at least one; `strategies` gives
-    /// the channel of each strategy, in whose order the shares are; `turns` whether the light depends on azimuth.
+    /// the channel of each strategy, whose mean share counts; `turns` whether the light depends on azimuth.
     pub(super) fn new(
         channels: &[ChannelField<'_>; 3],
         scatters: [bool; 3],
@@ -70,9 +69,6 @@ impl FieldTable {
         let decay = [0, 1, 2].map(|k| channels[k].solution.decay);
         let scattered = per_channel(&|s| ln(&s.scattered));
         let (down, up) = (per_channel(&|s| ln(&s.down)), per_channel(&|s| ln(&s.up)));
-        let shares = strategies.map(|k| channels[k].sun_share.clone());
-        let has_sun = shares.iter().all(|s| !s.is_empty());
-        let share_columns = if has_sun { &columns[..] } else { &[] };
         let mut table = Self {
             max_depth_m,
             decay_per_m: [0.0; 4],
@@ -80,7 +76,7 @@ impl FieldTable {
             ln_scattered: grid.resample(&scattered, decay, directions, &columns),
             ln_down: grid.resample(&down, decay, 1, &[0]),
             ln_up: grid.resample(&up, decay, 1, &[0]),
-            sun_share: grid.resample(&shares, [0.0; 3], directions, share_columns),
+            worth: grid.worth(scatters, strategies, directions, &columns),
         };
         for k in 0..3 {
             table.decay_per_m[k] =
@@ -90,14 +86,10 @@ impl FieldTable {
     }
 
     /// Nodes in azimuth, and the tables as they lie: logarithms of radiances ([depth][cosine][azimuth]), of downward and of
-    /// upward irradiances ([depth]), and shares of the sun (like radiances, empty without a sun).
+    /// upward irradiances ([depth]), and what directions are worth, the same to all channels (like radiances): share around the sun,
+    /// light, sunlight over the phase function.
     pub(crate) fn parts(&self) -> (usize, [&[Entry]; 4]) {
-        let tables = [
-            &self.ln_scattered,
-            &self.ln_down,
-            &self.ln_up,
-            &self.sun_share,
-        ];
+        let tables = [&self.ln_scattered, &self.ln_down, &self.ln_up, &self.worth];
         (self.azimuths, tables.map(Vec::as_slice))
     }
 }
@@ -128,6 +120,35 @@ impl Depths<'_> {
             }));
         }
         entries
+    }
+
+    /// What directions are worth at the depths of the grid: shares are means over strategies; of light it is that of the channel with most
+    /// of it, over what each has.
+    fn worth(
+        &self,
+        scatters: [bool; 3],
+        strategies: [usize; 3],
+        row: usize,
+        columns: &[usize],
+    ) -> Vec<Entry> {
+        let of = |values: &dyn Fn(&Worths) -> Vec<f32>| {
+            let values = [0, 1, 2].map(|k| values(&self.channels[k].worths));
+            self.resample(&values, [0.0; 3], row, columns)
+        };
+        let [shares, light, sunlight] = [
+            of(&|own| own.sun_share.clone()),
+            of(&|own| own.light.clone()),
+            of(&|own| own.sunlight.clone()),
+        ];
+        let most = |entry: &Entry| {
+            let of_scattering = (0..3).filter(|&k| scatters[k]).map(|k| entry[k]);
+            of_scattering.fold(0.0, f32::max)
+        };
+        let entry = |i: usize| {
+            let share = strategies.map(|k| shares[i][k]).iter().sum::<f32>() / 3.0;
+            [share, most(&light[i]), most(&sunlight[i]), 0.0]
+        };
+        (0..shares.len()).map(entry).collect()
     }
 }
 
