@@ -111,7 +111,7 @@ fn irradiances_in_molecular_water_are_the_sums_of_what_cameras_see_all_around() 
     everywhere(|backend| {
         let mut comparisons = Vec::new();
         for (level, depth_m) in DEPTHS_M.into_iter().enumerate() {
-            let sums = seen_around(backend, &scene, depth_m, 100 * level as u64);
+            let sums = seen_around(backend, &scene, depth_m, 1000 + 100 * level as u64);
             let [plane, scalar] = beam(depth_m);
             for (channel, sums) in sums.into_iter().enumerate() {
                 let beams = [plane, 0.0, scalar, 0.0];

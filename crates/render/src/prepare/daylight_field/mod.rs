@@ -95,14 +95,16 @@ impl DaylightField {
             (length > 1e-2).then(|| (s.towards.x / length, s.towards.y / length))
         };
         let sun_azimuth = sun.and_then(horizontal);
-        let strategies = medium.by_attenuation.sigma.map(|s| closest(&medium.c, s));
+        let strategies = medium.by_attenuation;
+        let in_use = &strategies.sigma[..strategies.count];
+        let closest_channels: Vec<usize> = in_use.iter().map(|&s| closest(&medium.c, s)).collect();
         let scatters = medium.b.map(|b| b > 0.0);
         let narrow = sun.map_or(0.0, |s| transitions.narrow / s.towards.z);
         Some(Self {
             table: FieldTable::new(
                 &channels,
                 scatters,
-                strategies,
+                &closest_channels,
                 sun_azimuth.is_some(),
                 deepest_m,
             ),

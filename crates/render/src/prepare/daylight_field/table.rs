@@ -35,11 +35,11 @@ pub(super) struct ChannelField<'a> {
 
 impl FieldTable {
     /// A table down to `deepest_m` and below; `scatters` tells which channels do, in at least one; `strategies` gives
-    /// the channel of each strategy, whose mean share counts; `turns` whether the light depends on azimuth.
+    /// the channel of each strategy in use, whose mean share counts; `turns` whether the light depends on azimuth.
     pub(super) fn new(
         channels: &[ChannelField<'_>; 3],
         scatters: [bool; 3],
-        strategies: [usize; 3],
+        strategies: &[usize],
         turns: bool,
         deepest_m: f64,
     ) -> Self {
@@ -127,7 +127,7 @@ impl Depths<'_> {
     fn worth(
         &self,
         scatters: [bool; 3],
-        strategies: [usize; 3],
+        strategies: &[usize],
         row: usize,
         columns: &[usize],
     ) -> Vec<Entry> {
@@ -145,8 +145,13 @@ impl Depths<'_> {
             of_scattering.fold(0.0, f32::max)
         };
         let entry = |i: usize| {
-            let share = strategies.map(|k| shares[i][k]).iter().sum::<f32>() / 3.0;
-            [share, most(&light[i]), most(&sunlight[i]), 0.0]
+            let share = strategies.iter().map(|&k| shares[i][k]).sum::<f32>();
+            [
+                share / strategies.len() as f32,
+                most(&light[i]),
+                most(&sunlight[i]),
+                0.0,
+            ]
         };
         (0..shares.len()).map(entry).collect()
     }
