@@ -18,6 +18,8 @@ const LARGEST: f64 = 0.7;
 const BLUR_X: f64 = 6e-4;
 /// Least worth of a direction over the mean light at its depth: the solution may miss what there is.
 const LEAST_LIGHT: f64 = 1e-4;
+/// Most sunlight over the mean light: times the phase function it is a number yet.
+const MOST_SUNLIGHT: f64 = 1e30;
 /// Largest exponent of the aureole.
 const LARGEST_EXPONENT: f64 = 30.0;
 
