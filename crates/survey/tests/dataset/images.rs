@@ -23,8 +23,9 @@ fn kept_images_are_those_of_the_labels_and_travel_with_their_part() {
         ..options(2, shard)
     };
     let mut config = tiny();
-    config.accuracy.least_paths = 4096;
-    config.accuracy.most_paths = 4096;
+    // So many that what noise of the paths adds to a picture's contrast is less than what the label allows.
+    config.accuracy.least_paths = 32_768;
+    config.accuracy.most_paths = 32_768;
     run(&config, &whole, &keep(Shard::WHOLE));
     let parts = [1, 2].map(|index| folder.path().join(format!("part-{index}")));
     for (index, part) in (1..).zip(&parts) {
