@@ -72,7 +72,7 @@ impl Worths {
                 worths.light.push(light.max(LEAST_LIGHT) as f32);
                 worths
                     .sunlight
-                    .push((sunlight / mean).min(f64::from(f32::MAX)) as f32);
+                    .push((sunlight / mean).min(MOST_SUNLIGHT) as f32);
             }
         }
         worths
