@@ -60,7 +60,12 @@ fn fitted(scene: u32, vehicle: &Vehicle, folder: &Path) -> (Truth, Fit) {
     let truth = Truth::draw(2, scene, MEAN).expect("a truth");
     let manifest = truth.take(folder, vehicle, 5).expect("pictures");
     (truth.look_up(&manifest, vehicle, 5)).expect("pictures that look up");
-    let found = fit(&manifest, vehicle, &options(&truth), &never).expect("a fit");
+    // With the default's paths the error of red's absorption is 0.0613, beside the limit of 0.0608 from which on it is not told.
+    let options = Options {
+        paths: 2 * Options::default().paths,
+        ..options(&truth)
+    };
+    let found = fit(&manifest, vehicle, &options, &never).expect("a fit");
     (truth, found)
 }
 
@@ -76,9 +81,8 @@ fn assert_found(truth: &Truth, found: &Fit) {
         let z = (fitted.value / truth).ln() / fitted.relative_error;
         assert!(z.abs() < MOST_Z, "{name}: {fitted:?} is {truth}, z {z:.1}");
     }
-    // At least red's absorption is told by pictures from these distances: an error of 0.06, which random numbers of the pictures and of
-    // the fit's paths move by a few percent about the limit from which on it is said not to be.
-    assert!(found.a_per_m[0].relative_error < 0.07, "{found:?}");
+    // At least red's absorption is told by pictures from these distances.
+    assert!(!found.not_identified.contains(&names[0]), "{found:?}");
     assert!(found.misfit < 2.0, "{}", found.misfit);
 }
 
