@@ -34,9 +34,14 @@ fn start_distance(origin: vec3f, direction: vec3f, start_primitive: u32) -> f32 
     return START_ROUNDING * reach / max(abs(dot(primitive_normal(start_primitive), direction)), LEAST_COSINE);
 }
 
+/// Whether a primitive is a parallelogram; where the scene has but one kind, that is known beforehand.
+fn is_quad(primitive: u32) -> bool {
+    return HAS_QUADS && (!HAS_TRIANGLES || (primitive & TRIANGLE) == 0u);
+}
+
 /// Unit normal of a primitive, on either side.
 fn primitive_normal(primitive: u32) -> vec3f {
-    if (primitive & TRIANGLE) == 0u {
+    if is_quad(primitive) {
         return quad_normal(primitive);
     }
     let index = primitive & ~TRIANGLE;

@@ -2,10 +2,9 @@
 // Newton's method among clouds.
 // Checked by: tests/system/ (varying_water, layered_water).
 import package::common::layer_tables::{BY_BRIDGE, layer_node, lower_node, node_count_by, nodes_above, number_between, signed_depth, upper_node};
-import package::common::layers::{drawn_along, folded_way};
-import package::common::layout::{HAS_LAYERS, HAS_SURFACE};
+import package::common::layers::{drawn_along, folded_way, second_part};
+import package::common::layout::{HAS_LAYERS, HAS_PLUMES, HAS_SURFACE};
 import package::common::plumes::{drawn_in_plumes, number_of_plumes};
-import package::common::settings::plume_count;
 
 /// Steps of Newton's method, safeguarded by halving, and the relative change below which a distance is there.
 const STEPS: u32 = 48u;
@@ -51,7 +50,7 @@ fn layered_distance(origin: vec3f, direction: vec3f, length: f32, wanted: f32, b
         let there = number_between(upper, lower, start + rate * to);
         part.rise = (there - part.number) / max(part.length, 1e-30);
         var drawn = 0.5 * (part.number + there) * part.length;
-        if plume_count() > 0u {
+        if HAS_PLUMES {
             drawn += drawn_in_plumes(origin + part.begin * direction, direction, part.length, by);
         }
         reached = drawn >= part.wanted;
@@ -66,7 +65,7 @@ fn layered_distance(origin: vec3f, direction: vec3f, length: f32, wanted: f32, b
         return length;
     }
     var t = min(distance_in_layers(part), part.length);
-    if plume_count() > 0u {
+    if HAS_PLUMES {
         t = distance_among_plumes(part, origin + part.begin * direction, direction, t, by);
     }
     return part.begin + t;
@@ -108,11 +107,18 @@ fn distance_among_plumes(part: StraightPart, origin: vec3f, direction: vec3f, wi
 
 /// Distance from `start` along the straight way to `end`, of unfolded space, at which its number for bridges is `wanted`.
 fn distance_between(start: vec3f, end: vec3f, wanted: f32) -> f32 {
-    let f = folded_way(start, end);
-    let t = distance_of(f.origin, f.direction, f.first, wanted, BY_BRIDGE);
-    if !HAS_SURFACE || f.second == 0.0 || t < f.first {
-        return t;
+    var f = folded_way(start, end);
+    var left = wanted;
+    var before = 0.0;
+    var t = 0.0;
+    loop {
+        t = distance_of(f.origin, f.direction, f.first, left, BY_BRIDGE);
+        if !HAS_SURFACE || f.second == 0.0 || t < f.first {
+            break;
+        }
+        left = max(left - drawn_along(f.origin, f.direction, f.first, BY_BRIDGE), 0.0);
+        before = f.first;
+        f = second_part(f);
     }
-    let drawn = drawn_along(f.origin, f.direction, f.first, BY_BRIDGE);
-    return f.first + distance_of(f.crossing, f.onward, f.second, max(wanted - drawn, 0.0), BY_BRIDGE);
+    return before + t;
 }

@@ -1,6 +1,6 @@
 // Rows of water that varies: nodes of its profile in depth, and clouds.
 // Host: crates/render/src/prepare/layers.rs (makes the rows). Checked by: tests/system/ (varying_water, layered_water).
-import package::common::layout::{HAS_SPECTRUM, Spectrum, scene};
+import package::common::layout::{HAS_MANY_NODES, HAS_SPECTRUM, Spectrum, scene};
 import package::common::settings::{bridge_node_count, layer_count};
 import package::common::spectrum::spectral;
 import package::common::tables::table_row_f32;
@@ -42,25 +42,24 @@ fn layer_coefficient(i: u32, kind: u32) -> Spectrum {
 /// Number of nodes at a depth or above it. Written out, because drivers count the iterations of all loops of a lane.
 fn nodes_above(depth_m: f32, by: u32) -> u32 {
     var above = 0u;
-    above = with_nodes(above, 128u, depth_m, by);
-    above = with_nodes(above, 64u, depth_m, by);
-    above = with_nodes(above, 32u, depth_m, by);
-    above = with_nodes(above, 16u, depth_m, by);
+    if HAS_MANY_NODES {
+        above = with_nodes(above, 128u, depth_m, by);
+        above = with_nodes(above, 64u, depth_m, by);
+        above = with_nodes(above, 32u, depth_m, by);
+        above = with_nodes(above, 16u, depth_m, by);
+    }
     above = with_nodes(above, 8u, depth_m, by);
     above = with_nodes(above, 4u, depth_m, by);
     above = with_nodes(above, 2u, depth_m, by);
     return with_nodes(above, 1u, depth_m, by);
 }
 
-/// `above` and `more` nodes, if all are at the depth or above it.
+/// `above` and `more` nodes, if all are at the depth or above it. Without a branch, of which drivers would have eight for each search.
 fn with_nodes(above: u32, more: u32, depth_m: f32, by: u32) -> u32 {
     let all = above + more;
-    if all <= node_count_by(by) {
-        if layer_node(all - 1u, by).x <= depth_m {
-            return all;
-        }
-    }
-    return above;
+    let count = node_count_by(by);
+    let last = layer_node(max(min(all, count), 1u) - 1u, by);
+    return select(above, all, all <= count && last.x <= depth_m);
 }
 
 /// The nodes at the ends of the stretch below `above` nodes; the same one twice beyond all nodes.

@@ -9,7 +9,7 @@
 // Host: crates/render/src/prepare/layers.rs (makes the rows). Checked by: tests/system/ (varying_water, layered_water).
 import package::common::interface::{is_above, mirror};
 import package::common::layer_tables::{BY_ATTENUATION, layer_coefficient, layer_node, lower_node, node_count_by, nodes_above, number_between, plume_row, share_between, signed_depth, upper_node};
-import package::common::layout::{HAS_LAYERS, HAS_SURFACE, Spectrum, scene};
+import package::common::layout::{HAS_LAYERS, HAS_PLUMES, HAS_SURFACE, Spectrum, scene};
 import package::common::plumes::{drawn_in_plumes, length_in_plume, number_of_plumes, plume_share};
 import package::common::settings::{layer_count, plume_count};
 import package::common::spectrum::{water_b, water_c, water_ln_b};
@@ -116,6 +116,9 @@ fn way_along(origin: vec3f, direction: vec3f, length: f32, by: u32) -> Way {
 
 fn layered_way(origin: vec3f, direction: vec3f, length: f32, by: u32) -> Way {
     var way = way_in_layers(descent(origin, direction, length), by);
+    if !HAS_PLUMES {
+        return way;
+    }
     for (var i = 0u; i < plume_count(); i++) {
         let place = plume_row(i, 0u);
         let counted = length_in_plume(place.xyz, place.w, origin, direction, length);
@@ -128,7 +131,8 @@ fn layered_way(origin: vec3f, direction: vec3f, length: f32, by: u32) -> Way {
     return way;
 }
 
-/// A straight way of unfolded space in two parts, each of which is folded below the surface; the second may have no length.
+/// A straight way of unfolded space in two parts, each of which is folded below the surface; the second may have no length. What is asked
+/// of both is asked in a loop: drivers put all functions into one, and what is called twice stands there twice.
 struct FoldedWay {
     origin: vec3f,
     direction: vec3f,
@@ -158,6 +162,11 @@ fn folded_way(start: vec3f, end: vec3f) -> FoldedWay {
     );
 }
 
+/// The second part of a way as a way of one.
+fn second_part(f: FoldedWay) -> FoldedWay {
+    return FoldedWay(f.crossing, f.onward, f.second, f.crossing, f.onward, 0.0);
+}
+
 /// The straight way between two points of unfolded space, drawn by scattering or by attenuation.
 fn way_between(start: vec3f, end: vec3f, by: u32) -> Way {
     if !HAS_LAYERS {
@@ -168,11 +177,15 @@ fn way_between(start: vec3f, end: vec3f, by: u32) -> Way {
 }
 
 fn layered_way_between(start: vec3f, end: vec3f, by: u32) -> Way {
-    let f = folded_way(start, end);
-    var way = way_along(f.origin, f.direction, f.first, by);
-    if HAS_SURFACE && f.second > 0.0 {
-        let rest = way_along(f.crossing, f.onward, f.second, by);
-        way = Way(way.depth + rest.depth, way.drawn + rest.drawn);
+    var f = folded_way(start, end);
+    var way = Way(Spectrum(0.0), 0.0);
+    loop {
+        let part = way_along(f.origin, f.direction, f.first, by);
+        way = Way(way.depth + part.depth, way.drawn + part.drawn);
+        if !HAS_SURFACE || !(f.second > 0.0) {
+            break;
+        }
+        f = second_part(f);
     }
     return way;
 }
@@ -186,10 +199,14 @@ fn drawn_between(start: vec3f, end: vec3f, by: u32) -> f32 {
 }
 
 fn layered_drawn_between(start: vec3f, end: vec3f, by: u32) -> f32 {
-    let f = folded_way(start, end);
-    var drawn = drawn_along(f.origin, f.direction, f.first, by);
-    if HAS_SURFACE && f.second > 0.0 {
-        drawn += drawn_along(f.crossing, f.onward, f.second, by);
+    var f = folded_way(start, end);
+    var drawn = 0.0;
+    loop {
+        drawn += drawn_along(f.origin, f.direction, f.first, by);
+        if !HAS_SURFACE || !(f.second > 0.0) {
+            break;
+        }
+        f = second_part(f);
     }
     return drawn;
 }
@@ -233,12 +250,14 @@ fn layered_water(point: vec3f, by: u32) -> LocalWater {
     let share = share_between(upper.x, lower.x, depth_m);
     var relative = mix(upper.y, lower.y, share);
     var b = mix(layer_coefficient(i, 1u), layer_coefficient(j, 1u), share);
-    for (var k = 0u; k < plume_count(); k++) {
-        let plume = plume_row(k, 0u);
-        let numbers = plume_row(k, 1u);
-        let dense = plume_share(plume.xyz, plume.w, place);
-        relative += dense * select(numbers.x, numbers.y, by == BY_ATTENUATION);
-        b += dense * layer_coefficient(layer_count() + k, 1u);
+    if HAS_PLUMES {
+        for (var k = 0u; k < plume_count(); k++) {
+            let plume = plume_row(k, 0u);
+            let numbers = plume_row(k, 1u);
+            let dense = plume_share(plume.xyz, plume.w, place);
+            relative += dense * select(numbers.x, numbers.y, by == BY_ATTENUATION);
+            b += dense * layer_coefficient(layer_count() + k, 1u);
+        }
     }
     let ln_b = select(Spectrum(-1e30), log(max(b, Spectrum(1e-37))) - Spectrum(log(relative)), b > Spectrum(0.0));
     return LocalWater(b, ln_b, relative);

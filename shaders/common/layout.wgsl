@@ -31,6 +31,9 @@ override HAS_SUN: bool = true;
 override HAS_SKY: bool = true;
 /// Whether the water is not the same everywhere.
 override HAS_LAYERS: bool = true;
+/// Whether there are clouds in it, and whether its profile has more than 15 nodes.
+override HAS_PLUMES: bool = true;
+override HAS_MANY_NODES: bool = true;
 /// Whether a sample has wavelengths of its own.
 override HAS_SPECTRUM: bool = true;
 override HAS_DAYLIGHT_FIELD: bool = true;

@@ -1,7 +1,7 @@
 // Clouds in the water: what they count along a way and at a point.
 // Host: crates/render/src/prepare/layers.rs. Checked by: tests/system/varying_water.rs.
 import package::common::layer_tables::{BY_ATTENUATION, BY_BRIDGE, plume_row};
-import package::common::layout::INFINITE;
+import package::common::layout::{HAS_PLUMES, INFINITE};
 import package::common::settings::plume_count;
 
 const SQRT_HALF_PI: f32 = 1.2533141373155;
@@ -40,6 +40,9 @@ fn plume_share(middle: vec3f, sigma: f32, point: vec3f) -> f32 {
 
 /// Drawn length of a way through the clouds.
 fn drawn_in_plumes(origin: vec3f, direction: vec3f, length: f32, by: u32) -> f32 {
+    if !HAS_PLUMES {
+        return 0.0;
+    }
     var sum = 0.0;
     for (var i = 0u; i < plume_count(); i++) {
         let place = plume_row(i, 0u);
@@ -57,6 +60,9 @@ fn drawn_in_plumes(origin: vec3f, direction: vec3f, length: f32, by: u32) -> f32
 
 /// What the clouds add to the relative number at a point.
 fn number_of_plumes(point: vec3f, by: u32) -> f32 {
+    if !HAS_PLUMES {
+        return 0.0;
+    }
     var sum = 0.0;
     for (var i = 0u; i < plume_count(); i++) {
         let place = plume_row(i, 0u);

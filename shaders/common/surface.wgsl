@@ -1,7 +1,7 @@
 // The surface where a ray meets it: normals, textures and what the material says there.
 // Host: crates/render/src/prepare/geometry.rs, scene/texture.rs, kernels/tables.rs (texels). Checked by:
 // crates/render/src/gpu/functions/surfaces.rs, tests/system/gloss.rs.
-import package::common::bvh::{Hit, TRIANGLE, primitive_normal};
+import package::common::bvh::{Hit, TRIANGLE, is_quad, primitive_normal};
 import package::common::layout::{HAS_GLOSS, HAS_NORMAL_MAPS, HAS_TEXTURES, LEAST_ROUGHNESS, NONE, Spectrum, scene, texels};
 import package::common::spectrum::{emission_at, reflectance_at};
 import package::common::tables::{material_dielectric, material_emission, material_gloss, material_maps, material_reflectance, material_spectrum, material_texture, quad_at, table_row, triangle_edge_1, triangle_edge_2, triangle_material, triangle_normal_0, triangle_normal_1, triangle_normal_2, triangle_smooth_shaded, triangle_textured, triangle_u_0, triangle_u_1, triangle_u_2, triangle_v_0, triangle_v_1, triangle_v_2};
@@ -24,18 +24,11 @@ struct SurfacePoint {
 const LEAST_FACING: f32 = 1e-3;
 
 /// Texel `index` of a texture whose first word is `first`: a word of three codes, whose 256 values are before them, or
-/// three values. Host: crates/render/src/kernels/tables.rs.
+/// three values. Host: crates/render/src/kernels/tables.rs. Without a branch, whose sides drivers would compile wherever a texture is read.
 fn texel(first: u32, coded: bool, index: u32) -> Spectrum {
-    if coded {
-        let codes = texels[first + index];
-        let values = first - 256u;
-        let r = texels[values + (codes & 255u)];
-        let g = texels[values + ((codes >> 8u) & 255u)];
-        let b = texels[values + ((codes >> 16u) & 255u)];
-        return vec3f(bitcast<f32>(r), bitcast<f32>(g), bitcast<f32>(b));
-    }
-    let word = first + 3u * index;
-    return vec3f(bitcast<f32>(texels[word]), bitcast<f32>(texels[word + 1u]), bitcast<f32>(texels[word + 2u]));
+    let codes = vec3u(texels[first + index]) >> vec3u(0u, 8u, 16u);
+    let words = select(first + 3u * index + vec3u(0u, 1u, 2u), first - 256u + (codes & vec3u(255u)), vec3<bool>(coded));
+    return bitcast<vec3f>(vec3u(texels[words.x], texels[words.y], texels[words.z]));
 }
 
 /// Texel before and after a coordinate in texels, repeating.
@@ -78,7 +71,7 @@ fn surface_point(hit: Hit, direction: vec3f) -> SurfacePoint {
     var material: u32;
     var uv = vec2f(0.0);
     var textured = true;
-    if (hit.primitive & TRIANGLE) == 0u {
+    if is_quad(hit.primitive) {
         let quad = quad_at(hit.primitive);
         normal = facing(quad.normal, direction);
         shading = normal;

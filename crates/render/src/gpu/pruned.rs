@@ -18,15 +18,18 @@ pub(super) fn pruned(text: &str, switches: &[(&str, f64)]) -> Result<Module, Str
         text = fixed(&text, name, value != 0.0).ok_or_else(|| format!("no switch {name}"))?;
     }
     let mut module = naga::front::wgsl::parse_str(&text).map_err(|e| e.emit_to_string(&text))?;
-    let constants = Constants {
-        all: &module.constants,
+    let mut outside = Outside {
+        constants: &module.constants,
         values: &module.global_expressions,
+        returned: Vec::with_capacity(module.functions.len()),
     };
+    // Those that a function calls come before it.
     for (_, function) in module.functions.iter_mut() {
-        prune(function, &constants);
+        let returned = prune(function, &outside);
+        outside.returned.push(returned);
     }
     for entry in &mut module.entry_points {
-        prune(&mut entry.function, &constants);
+        prune(&mut entry.function, &outside);
     }
     compact(&mut module, KeepUnused::No);
     Ok(module)
@@ -39,15 +42,20 @@ fn fixed(text: &str, name: &str, value: bool) -> Option<String> {
     Some(format!("{before}const {name}: bool = {value};{after}"))
 }
 
-/// A module's constants.
-struct Constants<'a> {
-    all: &'a Arena<Constant>,
+/// What is known outside a function: a module's constants, and what each function so far returns if that is always the same.
+struct Outside<'a> {
+    constants: &'a Arena<Constant>,
     values: &'a Arena<Expression>,
+    returned: Vec<Option<bool>>,
 }
 
-impl Constants<'_> {
-    fn truth(&self, constant: Handle<Constant>) -> Option<bool> {
-        literal_truth(&self.values[self.all[constant].init])
+impl Outside<'_> {
+    fn constant(&self, constant: Handle<Constant>) -> Option<bool> {
+        literal_truth(&self.values[self.constants[constant].init])
+    }
+
+    fn result(&self, called: Handle<Function>) -> Option<bool> {
+        self.returned.get(called.index()).copied().flatten()
     }
 }
 
@@ -58,16 +66,19 @@ fn literal_truth(expression: &Expression) -> Option<bool> {
     }
 }
 
-/// Takes branches out of a function for as long as that tells of others. Names go too, which would keep results of calls that are gone.
-fn prune(function: &mut Function, constants: &Constants<'_>) {
+/// Takes branches out of a function for as long as that tells of others, and tells what it returns if that is always the same. Names go
+/// too, which would keep results of calls that are gone.
+fn prune(function: &mut Function, outside: &Outside<'_>) -> Option<bool> {
     function.named_expressions.clear();
     loop {
-        let known = Known::of(function, constants);
+        let known = Known::of(function, outside);
         let body = std::mem::take(&mut function.body);
         let mut taken = 0;
         function.body = without_dead(body, &known, &mut taken);
         if taken == 0 {
-            break;
+            let mut values = Vec::new();
+            returned(&function.body, &mut values);
+            return known.only(values.into_iter());
         }
     }
 }
@@ -76,13 +87,14 @@ fn prune(function: &mut Function, constants: &Constants<'_>) {
 struct Known(Vec<Option<bool>>);
 
 impl Known {
-    fn of(function: &Function, constants: &Constants<'_>) -> Self {
+    fn of(function: &Function, outside: &Outside<'_>) -> Self {
         let mut known = Self(Vec::with_capacity(function.expressions.len()));
         let mut stores = Vec::new();
         stored(&function.body, &mut stores);
         for (_, expression) in function.expressions.iter() {
             let truth = match *expression {
-                Expression::Constant(constant) => constants.truth(constant),
+                Expression::Constant(constant) => outside.constant(constant),
+                Expression::CallResult(called) => outside.result(called),
                 Expression::Unary {
                     op: UnaryOperator::LogicalNot,
                     expr,
@@ -111,13 +123,18 @@ impl Known {
         if function.local_variables[variable].name.is_some() {
             return None;
         }
-        let mut into = stores
+        let into = stores
             .iter()
             .filter(|(pointer, _)| variable_of(function, *pointer) == Some(variable));
-        match (into.next(), into.next()) {
-            (Some((_, value)), None) => self.truth(*value),
-            _ => None,
-        }
+        self.only(into.map(|&(_, value)| value))
+    }
+
+    /// What all `values` are, where there are any.
+    fn only(&self, mut values: impl Iterator<Item = Handle<Expression>>) -> Option<bool> {
+        let first = self.truth(values.next()?)?;
+        values
+            .all(|value| self.truth(value) == Some(first))
+            .then_some(first)
     }
 }
 
@@ -131,24 +148,37 @@ fn variable_of(function: &Function, pointer: Handle<Expression>) -> Option<Handl
 /// Adds all pointers that a block stores to, and what.
 fn stored(block: &Block, stores: &mut Vec<(Handle<Expression>, Handle<Expression>)>) {
     for statement in block {
-        match statement {
-            Statement::Store { pointer, value } => stores.push((*pointer, *value)),
-            Statement::Block(inner) => stored(inner, stores),
-            Statement::If { accept, reject, .. } => {
-                stored(accept, stores);
-                stored(reject, stores);
-            }
-            Statement::Loop {
-                body, continuing, ..
-            } => {
-                stored(body, stores);
-                stored(continuing, stores);
-            }
-            Statement::Switch { cases, .. } => {
-                cases.iter().for_each(|case| stored(&case.body, stores));
-            }
-            _ => {}
+        if let Statement::Store { pointer, value } = statement {
+            stores.push((*pointer, *value));
         }
+        for inner in blocks(statement) {
+            stored(inner, stores);
+        }
+    }
+}
+
+/// Adds all that a block returns.
+fn returned(block: &Block, values: &mut Vec<Handle<Expression>>) {
+    for statement in block {
+        if let Statement::Return { value: Some(value) } = statement {
+            values.push(*value);
+        }
+        for inner in blocks(statement) {
+            returned(inner, values);
+        }
+    }
+}
+
+/// The blocks of a statement.
+fn blocks(statement: &Statement) -> Vec<&Block> {
+    match statement {
+        Statement::Block(inner) => vec![inner],
+        Statement::If { accept, reject, .. } => vec![accept, reject],
+        Statement::Loop {
+            body, continuing, ..
+        } => vec![body, continuing],
+        Statement::Switch { cases, .. } => cases.iter().map(|case| &case.body).collect(),
+        _ => Vec::new(),
     }
 }
 

@@ -15,6 +15,9 @@ const MOST_SEGMENTS: u32 = 8192;
 /// Places of a lane that is alone: all that paths take, those without end in water without absorption included.
 const AMPLE_SLOTS: u32 = 1 << 14;
 
+/// Nodes of a profile in depth that four steps of a search are enough for; `nodes_above` of the shaders.
+const FEW_NODES: u32 = 15;
+
 /// What a lane's scratch memory has room for.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Room {
@@ -81,6 +84,11 @@ pub(crate) fn switches(scene: &Prepared, record: &Scene) -> Vec<(&'static str, f
         ("HAS_MEDIUM", features.medium),
         ("HAS_SCATTERING", features.scattering),
         ("HAS_LAYERS", features.layers),
+        ("HAS_PLUMES", record.plume_count > 0),
+        (
+            "HAS_MANY_NODES",
+            record.layer_count.max(record.bridge_node_count) > FEW_NODES,
+        ),
         ("HAS_SURFACE", features.boundary),
         ("HAS_REFRACTION", features.refraction),
         ("HAS_QUADS", record.quad_count > 0),

@@ -19,8 +19,9 @@ REPOSITORY = pathlib.Path(__file__).resolve().parents[4]
 PROGRAM = pathlib.Path(os.environ.get("UWGUIDE_PROGRAMS", REPOSITORY / "target" / "release")) / "uw"
 TOOL = REPOSITORY / "tools" / "reconstruct_sequence.py"
 LIMIT_S = 900
-# Six of forty frames along the hull: steps of 15 cm from 1.5 m away, with rotation.
-PATH = "path path.csv --of 40 --frames 6".split()
+# Twelve of forty frames along the hull: steps of 15 cm from 1.5 m away, with rotation. The baseline of the rig that fits them best spreads by 0.05 % from seed to
+# seed (greatest of eight: 0.10 %); with six frames it spread by 0.23 %, and three seeds of eight failed here.
+PATH = "path path.csv --of 40 --frames 12".split()
 SEQUENCE = "sequence hull_side path.csv -o hull --stereo 0.12 --width 320 --spp 2 --denoise -q".split()
 
 
@@ -50,7 +51,7 @@ class Reconstruction(unittest.TestCase):
 
     def test_pictures_say_the_true_track(self):
         found = self.compared(0)
-        self.assertEqual(found["frames"], 6)
+        self.assertEqual(found["frames"], 12)
         # Within 1 % as the status says; without errors of the geometry 0.05 %, 0.02 % and 0.02 degrees are left.
         self.assertLess(found["ate_of_path_pct"], 0.3)
         self.assertLess(abs(found["scale_error_pct"]), 0.3)

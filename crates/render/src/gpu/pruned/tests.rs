@@ -38,6 +38,40 @@ fn functions_stay_where_they_can_be_called() {
     assert_eq!(functions(&no_sun), ["fog", "early"]);
 }
 
+const QUESTIONS: &str = "\
+override HAS_GLOSS: bool = true;
+@group(0) @binding(0) var<storage, read_write> out: array<f32>;
+fn shines(x: f32) -> bool { return HAS_GLOSS && x > out[1]; }
+fn is_dull(x: f32) -> bool { return !shines(x) || x > out[2]; }
+fn either(x: f32) -> bool {
+    if x > out[3] { return shines(x); }
+    return !HAS_GLOSS;
+}
+fn gloss() -> f32 { return out[4]; }
+fn matt() -> f32 { return out[5]; }
+fn undecided() -> f32 { return out[6]; }
+@compute @workgroup_size(1) fn main() {
+    if out[7] > 1.0 && shines(out[8]) { out[9] = gloss(); }
+    if is_dull(out[10]) { out[11] = matt(); } else { out[11] = gloss(); }
+    if either(out[12]) { out[13] = undecided(); }
+}
+";
+
+#[test]
+fn functions_that_always_return_the_same_decide_where_they_are_called() {
+    let kept = |value: f64| {
+        let module = pruned(QUESTIONS, &[("HAS_GLOSS", value)]).expect("parsed");
+        let names = module.functions.iter().filter_map(|(_, f)| f.name.clone());
+        names.collect::<Vec<_>>()
+    };
+    let all = ["shines", "is_dull", "either", "gloss", "matt", "undecided"];
+    assert_eq!(kept(1.0), all);
+    assert_eq!(
+        kept(0.0),
+        ["shines", "is_dull", "either", "matt", "undecided"]
+    );
+}
+
 #[test]
 fn a_switch_that_is_none_is_named() {
     let known = pruned(SHADER, &[("HAS_MOON", 1.0)]);
