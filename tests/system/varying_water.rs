@@ -167,6 +167,34 @@ fn equal_layers_are_homogeneous_water() {
     });
 }
 
+/// A profile with more points than a short search finds is the water of the few between which they lie on straight lines.
+#[test]
+fn many_points_on_straight_lines_are_the_water_of_few() {
+    let rest = "phase = { model = \"henyey-greenstein\", g = 0.8 }\n[surface]\n[sun]\nzenith_deg = 30.0\nirradiance = [1.0, 1.0, 1.0]\n\
+                [camera]\nposition_m = [0.0, 0.0, -2.6]\nforward = [1.0, 0.0, -0.2]\nhfov_deg = 1e-4\nwidth = 16\nheight = 16\n\
+                [[lamp]]\nposition_m = [0.5, 0.4, -3.4]\nintensity = [9.0, 8.0, 7.0]\n";
+    let scene = |between: usize| {
+        let [upper, lower] = [[0.3, 0.1], [0.5, 1.5]];
+        let points = (0..=between).map(|k| {
+            let share = k as f64 / between as f64;
+            let at = |i: usize| upper[i] + share * (lower[i] - upper[i]);
+            format!("{}:{}:{}", 4.0 * share, at(0), at(1))
+        });
+        let points = profile(&points.collect::<Vec<_>>().join(" "));
+        Prepared::build(&parsed(&format!("[water]\n{points}{rest}")))
+    };
+    let [few, many] = [scene(1), scene(30)];
+    assert_eq!(many.layers.as_ref().map(|l| l.depths_m.len()), Some(31));
+    everywhere(|backend| {
+        if matches!(backend, Backend::VectorUnits) {
+            let of = |scene, seed| measure_prepared(backend, scene, 4 * SAMPLES, 0, seed);
+            assert_same_means(backend, of(&many, 1), of(&few, 2));
+        } else {
+            assert_same_radiances(backend, "many points", &many, (SAMPLES / PART, 0, 1));
+        }
+    });
+}
+
 /// Jerlov types by depth go by wavelength as layers of three numbers do where wavelengths do not matter: two types, one below
 /// the other, seen from the upper one, are neither.
 #[test]
