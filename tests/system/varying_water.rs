@@ -129,7 +129,7 @@ fn equal_layers_are_homogeneous_water() {
     everywhere(|backend| {
         let rest = "phase = { model = \"fournier-forand\", n = 1.10, backscatter_fraction = 0.0183 }\n[surface]\n[sun]\n\
                     zenith_deg = 30.0\nirradiance = [1.0, 1.0, 1.0]\n[sky]\nradiance = [0.1, 0.1, 0.1]\n[camera]\n\
-                    position_m = [0.0, 0.0, -2.0]\nforward = [1.0, 0.0, -0.2]\nhfov_deg = 20.0\nwidth = 12\nheight = 12\n\
+                    position_m = [0.0, 0.0, -2.0]\nforward = [1.0, 0.0, -0.2]\nhfov_deg = 1e-4\nwidth = 12\nheight = 12\n\
                     [[lamp]]\nposition_m = [0.0, 0.4, -2.0]\nintensity = [9.0, 8.0, 7.0]\nradius_m = 0.05\n\
                     forward = [1.0, 0.0, 0.0]\nhalf_angle_deg = 60.0\n[[object]]\nplane = { center_m = [2.0, 0.0, -2.0], \
                     normal = [-1.0, 0.0, 0.0], up = [0.0, 0.0, 1.0], size_m = [3.0, 3.0] }\nreflectance = [0.5, 0.4, 0.3]\n";
