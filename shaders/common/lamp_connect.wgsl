@@ -112,7 +112,7 @@ fn cross_bridge(start: vec3f, end: vec3f, spot: u32) -> bool {
 
 /// Adds the light of the path that the bridge makes from `start` to where `lead` ends, times `factor`; two bridges by way of vertex `middle`.
 fn send(aimed: Target, start: vec3f, lead: Lead, scattering_pdf: f32, factor: Spectrum, middle: u32) {
-    let by_spot = lead.kind == TO_SPOT;
+    let by_spot = HAS_BEAMS && lead.kind == TO_SPOT;
     var sent = factor * emitted(aimed, bridge.emission);
     let end = lead.end;
     if all(sent == Spectrum(0.0)) || !cross_bridge(start, end, select(NONE, middle, by_spot)) {
@@ -158,7 +158,7 @@ fn connect_lamps(on_surface: bool, is_start: bool, point: SurfacePoint, max_even
     if target_count == 0u {
         return;
     }
-    let last_kind = select(STRAIGHT, TO_SPOT, is_start);
+    let last_kind = select(STRAIGHT, TO_SPOT, HAS_BEAMS && is_start);
     var i = 0u;
     var kind = STRAIGHT;
     loop {
@@ -183,10 +183,11 @@ fn connect_lamp(index: u32, kind: u32, on_surface: bool, point: SurfacePoint, po
     }
     let end = lamp_point(aimed);
     let lead = Lead(kind, index, end, beam_for(aimed, kind, position, end));
+    let straight = !HAS_BEAMS || kind == STRAIGHT;
     var to = end;
     var fewest = least;
     var more = most;
-    if kind != STRAIGHT {
+    if !straight {
         more = min(most, largest_order());
         if more == 0u || !draw_middle(lead, aimed) {
             return;
@@ -208,7 +209,7 @@ fn connect_lamp(index: u32, kind: u32, on_surface: bool, point: SurfacePoint, po
         if factor == 0.0 {
             return;
         }
-        if kind == STRAIGHT || bridge_base > 0u {
+        if straight || bridge_base > 0u {
             break;
         }
         bridge_settle(position);
@@ -223,7 +224,7 @@ fn connect_lamp(index: u32, kind: u32, on_surface: bool, point: SurfacePoint, po
     }
     var sent = Spectrum(factor);
     var middle = NONE;
-    if kind != STRAIGHT {
+    if !straight {
         middle = head.order;
         if kind == TO_SPOT {
             sent *= spot_reflects(head.emission, bridge.first);
@@ -296,12 +297,12 @@ fn radiance_by_spot(end: vec3f, scattering_pdf: f32, middle: u32) -> Spectrum {
 /// Chooses the roll of a bridge to `to` that scatters, of four quarter turns: by what scatters or reflects at its ends, as far as that is known, and
 /// what the lamp sends along it. Returns the factor for the choice; 0 where none is worth anything.
 fn turn_bridge(on_surface: bool, point: SurfacePoint, aimed: Target, start: vec3f, to: vec3f, lead: Lead) -> f32 {
-    let is_second = bridge_base > 0u;
-    if bridge.order == 0u || !(is_second || on_surface || lamp_is_directed(aimed.lamp)) {
+    let is_second = HAS_BEAMS && bridge_base > 0u;
+    if !HAS_SCATTERING || bridge.order == 0u || !(is_second || on_surface || lamp_is_directed(aimed.lamp)) {
         return 1.0;
     }
     let axis = (to - start) / bridge.distance;
-    let to_middle = lead.kind != STRAIGHT && !is_second;
+    let to_middle = HAS_BEAMS && lead.kind != STRAIGHT && !is_second;
     let onwards = normalize(select(axis, lead.end - to, to_middle && any(lead.end != to)));
     var worths: vec4f;
     for (var turns = 0u; turns < 4u; turns++) {

@@ -106,9 +106,12 @@ fn share_of_bridges(on_surface: bool, to_spot: Stretch, emission: vec3f, reflect
 
 /// The walk has come to `ground`: finds its shares of having done so.
 fn share_arrival(ground: SurfacePoint) {
+    if !HAS_BEAMS {
+        return;
+    }
     for (var i = 0u; i < target_count; i++) {
         arrival_shares[i] = 1.0;
-        if HAS_BEAMS && spot_start.is_set {
+        if spot_start.is_set {
             arrival_shares[i] = arrival_share(targets[i], ground);
         }
     }

@@ -1,7 +1,7 @@
 // Phase function and its inverse CDF as piecewise cubics.
 // Host: crates/media/src/phase/fast/. Checked by: crates/render/src/gpu/functions/numbers.rs.
 import package::common::layout::scene;
-import package::common::tables::{table_row_f32, table_word};
+import package::common::tables::{stored_row, table_row_f32, table_word};
 
 /// Largest key of a table, the float below 1/2, as bits.
 const LARGEST_KEY: u32 = 0x3effffffu;
@@ -13,13 +13,32 @@ const INNER_MASK: u32 = 0xfffffu;
 /// smallest key's bits and the first block; `blocks` is the word of the first block, `cells` the row of the first cell.
 fn table_at(ends: vec4u, blocks: u32, cells: u32, key: f32, high: bool) -> f32 {
     let smallest = select(ends.x, ends.z, high);
-    let first = blocks + select(ends.y, ends.w, high);
     let bits = clamp(bitcast<u32>(key), smallest, LARGEST_KEY);
-    let block = table_word(first + (bits >> INNER_BITS) - (smallest >> INNER_BITS));
-    let split = block & 15u;
-    let inner = bits & INNER_MASK;
-    let cell = table_row_f32(cells + (block >> 4u) + (inner >> (INNER_BITS - split)));
-    let inside = (inner << split) & INNER_MASK;
+    let block = table_word(blocks + select(ends.y, ends.w, high) + blocks_between(smallest, bits));
+    return cubic_at(table_row_f32(cells + cell_of(block, bits)), block, bits);
+}
+
+/// The same of the low end, wherever its table lies.
+fn stored_table_at(ends: vec4u, blocks: u32, cells: u32, key: f32) -> f32 {
+    let bits = clamp(bitcast<u32>(key), ends.x, LARGEST_KEY);
+    let word = blocks + ends.y + blocks_between(ends.x, bits);
+    let block = stored_row(word >> 2u)[word & 3u];
+    return cubic_at(bitcast<vec4f>(stored_row(cells + cell_of(block, bits))), block, bits);
+}
+
+/// Blocks from that of the smallest key to that of a key, both as bits.
+fn blocks_between(smallest: u32, bits: u32) -> u32 {
+    return (bits >> INNER_BITS) - (smallest >> INNER_BITS);
+}
+
+/// Cell of a key of a block.
+fn cell_of(block: u32, bits: u32) -> u32 {
+    return (block >> 4u) + ((bits & INNER_MASK) >> (INNER_BITS - (block & 15u)));
+}
+
+/// The cubic of a cell at a key.
+fn cubic_at(cell: vec4f, block: u32, bits: u32) -> f32 {
+    let inside = ((bits & INNER_MASK) << (block & 15u)) & INNER_MASK;
     let t = bitcast<f32>(0x3f800000u | (inside << 3u)) - 1.0;
     return (cell.x + t * cell.y) + t * t * (cell.z + t * cell.w);
 }
@@ -37,7 +56,7 @@ fn sun_phase_value(x: f32) -> f32 {
     if !(x < bitcast<f32>(scene.sun_value_ends.z)) {
         return phase_value(x);
     }
-    return max(table_at(scene.sun_value_ends, scene.sun_value_blocks, scene.sun_value_cells, max(x, 0.0), false), 0.0);
+    return max(stored_table_at(scene.sun_value_ends, scene.sun_value_blocks, scene.sun_value_cells, max(x, 0.0)), 0.0);
 }
 
 /// The most that the mean is.

@@ -1,4 +1,4 @@
-// What a scene's tables hold, in rows of four words. The small ones lie in a uniform buffer on adapters that read it
+// What a scene's tables hold, in rows of four words. The small ones, but for the last of them, lie in a uniform buffer on adapters that read it
 // faster than storage.
 // Host: crates/render/src/kernels/{tables,records}.rs. Checked by: crates/render/src/gpu/functions/tables.rs (both
 // places), tests/system/gpu_shaders.rs (fields and their rows).
@@ -10,6 +10,11 @@ fn table_row(i: u32) -> vec4u {
     if NEAR_IN_UNIFORM {
         return uniform_rows[i];
     }
+    return near_rows[i];
+}
+
+/// Row `i` of the small tables, of the last too, which a uniform buffer need not hold.
+fn stored_row(i: u32) -> vec4u {
     return near_rows[i];
 }
 

@@ -25,22 +25,33 @@ fn segment_factor(start: vec3f, end: vec3f, start_primitive: u32) -> f32 {
     let direction = offset / length;
     let start_above = is_above(start);
     let end_above = is_above(end);
-    let origin = mirrored_if(start, start_above);
-    let towards = select(direction, flip(direction), start_above);
-    if start_above == end_above {
-        return select(0.0, 1.0, is_clear_line(origin, towards, length, start_primitive));
+    let crosses = HAS_SURFACE && start_above != end_above;
+    var factor = 1.0;
+    var to_plane = length;
+    if crosses {
+        factor = internal_reflectance(abs(direction.z));
+        to_plane = clamp((scene.surface_height_m - start.z) / direction.z, 0.0, length);
     }
-    let reflectance = internal_reflectance(abs(direction.z));
-    if reflectance == 0.0 {
-        return 0.0;
+    // Before the water surface and, where it is crossed, beyond it.
+    var origin = mirrored_if(start, start_above);
+    var towards = select(direction, flip(direction), start_above);
+    var reach = to_plane;
+    var left = start_primitive;
+    var beyond = !crosses;
+    loop {
+        if factor == 0.0 || !is_clear_line(origin, towards, reach, left) {
+            return 0.0;
+        }
+        if !HAS_SURFACE || beyond {
+            break;
+        }
+        origin = mirrored_if(start + to_plane * direction, end_above);
+        towards = select(direction, flip(direction), end_above);
+        reach = length - to_plane;
+        left = NONE;
+        beyond = true;
     }
-    let to_plane = clamp((scene.surface_height_m - start.z) / direction.z, 0.0, length);
-    if !is_clear_line(origin, towards, to_plane, start_primitive) {
-        return 0.0;
-    }
-    let crossing = mirrored_if(start + to_plane * direction, end_above);
-    let onwards = select(direction, flip(direction), end_above);
-    return select(0.0, reflectance, is_clear_line(crossing, onwards, length - to_plane, NONE));
+    return factor;
 }
 
 fn mirrored_if(point: vec3f, above: bool) -> vec3f {

@@ -9,7 +9,7 @@ use crate::{
 
 /// Functions that have a way of their own, and its text: those whose accuracy WGSL leaves open or whose series are made for
 /// single precision, those that look at the bits of a number, and what rays meet, which the host knows better.
-pub const BY_HAND: [(&str, &str); 9] = [
+pub const BY_HAND: [(&str, &str); 10] = [
     ("expm1", "a0.exp_m1() }"),
     ("ln_1p", "a0.ln_1p() }"),
     ("minus_ln", "(-a0.ln()).max(0.0) }"),
@@ -22,6 +22,10 @@ pub const BY_HAND: [(&str, &str); 9] = [
     (
         "table_at",
         "piecewise_cubic(s.memory.near_rows, (a0, a1, a2), a3, a4) }",
+    ),
+    (
+        "stored_table_at",
+        "piecewise_cubic(s.memory.near_rows, (a0, a1, a2), a3, false) }",
     ),
     (
         "trace",

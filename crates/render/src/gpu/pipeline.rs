@@ -29,7 +29,7 @@ const SCENE_BINDINGS: [Bound; 12] = [
     Bound::Written,
 ];
 /// Rows of the uniform buffer; twin: `uniform_rows`.
-const UNIFORM_ROWS: usize = 4096;
+pub(super) const UNIFORM_ROWS: usize = 4096;
 /// Most bytes of scratch memory.
 const SCRATCH_BYTES: u64 = 96 << 20;
 /// Most lanes of a dispatch.
@@ -92,12 +92,12 @@ impl<'a> Loaded<'a> {
         let counters = maker.empty("counters", size_of::<Counters>() as u64)?;
         let dispatch = maker.uniform(&[0; size_of::<Dispatch>()]);
         let rays = maker.uniform(bytemuck::cast_slice(&[[0f32; 4]; MOST_RAYS + 1]));
-        let mut near_rows = tables.near_rows();
-        let near_in_uniform = gpu.tables_in_uniform && near_rows.len() <= UNIFORM_ROWS;
+        let near_rows = tables.near_rows();
+        let near_in_uniform = gpu.tables_in_uniform && tables.common_rows <= UNIFORM_ROWS;
         let mut uniform_rows = vec![[0; 4]; UNIFORM_ROWS];
         if near_in_uniform {
-            uniform_rows[..near_rows.len()].copy_from_slice(&near_rows);
-            near_rows.clear();
+            let common = &near_rows[..tables.common_rows];
+            uniform_rows[..common.len()].copy_from_slice(common);
         }
         let buffers = [
             maker.uniform(bytemuck::cast_slice(&tables.scene_words())),

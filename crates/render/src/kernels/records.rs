@@ -35,6 +35,8 @@ pub(crate) struct Tables {
     pub(crate) scene: Scene,
     /// Small tables: words, four to a row.
     near_words: Vec<u64>,
+    /// Rows of these before the table of the sun, which few places of the kernels read.
+    pub(crate) common_rows: usize,
     /// Nodes, triangles and the field of daylight.
     pub(crate) far_rows: Vec<[u32; 4]>,
     /// Words of textures.
@@ -102,7 +104,7 @@ impl Tables {
         record.sobol_table = rows.sobol();
         record.film_layers = (FIXED_LAYERS + scene.lamps.len()) as u32;
         if let Some(medium) = &scene.medium {
-            water(medium, scene.sun_phase.as_deref(), &mut record, &mut rows);
+            water(medium, &mut record, &mut rows);
         }
         if let Some(layers) = &scene.layers {
             rows.layers(layers, origin, scene.spectrum.is_some(), &mut record);
@@ -130,9 +132,15 @@ impl Tables {
             spectra::add(sets, active, &mut record, &mut far);
         }
         record.texture_table = rows.textures(&scene.geometry.textures, &mut texels);
+        let common_rows = rows.next_row() as usize;
+        // Where there is no sun nobody looks.
+        if let (Some(_), Some(table)) = (&scene.medium, scene.sun_phase.as_deref()) {
+            sun(table, &mut record, &mut rows);
+        }
         Ok(Self {
             scene: record,
             near_words: rows.finish(),
+            common_rows,
             far_rows: far.finish(),
             texels,
             wide_nodes,
@@ -216,7 +224,7 @@ fn with_port(record: Scene, port: &Port) -> Scene {
     }
 }
 
-fn water(medium: &Medium, sun_phase: Option<&DiskTable>, record: &mut Scene, rows: &mut Rows) {
+fn water(medium: &Medium, record: &mut Scene, rows: &mut Rows) {
     record.b = medium.b;
     record.c = medium.c;
     record.a_min = medium.a_min;
@@ -238,20 +246,21 @@ fn water(medium: &Medium, sun_phase: Option<&DiskTable>, record: &mut Scene, row
     record.sample_ends = sample.ends;
     record.sample_blocks = sample.blocks;
     record.sample_cells = sample.cells;
-    // Where there is no sun nobody looks.
-    if let Some(table) = sun_phase {
-        let mean = rows.cells(&table.parts());
-        record.sun_value_ends = mean.ends;
-        record.sun_value_ends[2] = (table.far_x() as f32).to_bits();
-        record.sun_value_ends[3] = (table.value(0.0) as f32).to_bits();
-        record.sun_value_blocks = mean.blocks;
-        record.sun_value_cells = mean.cells;
-    }
     let albedo = medium.albedo;
     let largest = largest_order(albedo);
     record.largest_order = largest as u32;
     record.order_ratio = OrderLaw::new(albedo).ratio();
     record.order_table = rows.orders(&OrderLaw::new(albedo), largest);
+}
+
+/// The phase function's mean over the disk of the sun.
+fn sun(table: &DiskTable, record: &mut Scene, rows: &mut Rows) {
+    let mean = rows.cells(&table.parts());
+    record.sun_value_ends = mean.ends;
+    record.sun_value_ends[2] = (table.far_x() as f32).to_bits();
+    record.sun_value_ends[3] = (table.value(0.0) as f32).to_bits();
+    record.sun_value_blocks = mean.blocks;
+    record.sun_value_cells = mean.cells;
 }
 
 fn daylight(scene: &Prepared, origin: DVec3, record: &mut Scene) {

@@ -1,6 +1,8 @@
 //! Tables of numbers in rows of four words: phase functions, orders, Sobol numbers, lamps' falloffs, textures, records.
 //! Twin: `shaders/common/tables.wgsl`.
 
+use std::ops::Range;
+
 use uw_lanes::scalar::word_of;
 use uw_media::phase::CellParts;
 
@@ -35,25 +37,30 @@ pub(super) struct CellTable {
 
 /// Rows under construction. Each addition returns its address, that of its first row or, where it says so, of its first word.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Rows(Vec<u64>);
+pub(super) struct Rows {
+    words: Vec<u64>,
+    /// The words of each table of relative intensities.
+    falloffs: Vec<Range<usize>>,
+}
 
 impl Rows {
     /// All words; whole rows of them.
     pub(super) fn finish(mut self) -> Vec<u64> {
         self.next_row();
-        self.0
+        self.words
     }
 
     /// The address of the next row, at which the next word goes.
-    fn next_row(&mut self) -> u32 {
-        self.0.resize(self.0.len().next_multiple_of(WIDTH), 0);
-        (self.0.len() / WIDTH) as u32
+    pub(super) fn next_row(&mut self) -> u32 {
+        self.words
+            .resize(self.words.len().next_multiple_of(WIDTH), 0);
+        (self.words.len() / WIDTH) as u32
     }
 
     /// Numbers; their address is that of the first word.
     fn floats(&mut self, values: impl IntoIterator<Item = f64>) -> u32 {
-        let address = self.0.len() as u32;
-        self.0.extend(values.into_iter().map(word_of));
+        let address = self.words.len() as u32;
+        self.words.extend(values.into_iter().map(word_of));
         address
     }
 
@@ -61,15 +68,15 @@ impl Rows {
     pub(super) fn records<T: Record>(&mut self, records: &[T]) -> u32 {
         let address = self.next_row();
         for record in records {
-            record.put(&mut self.0);
+            record.put(&mut self.words);
         }
         address
     }
 
     /// Whole numbers; their address is that of the first word.
     fn whole(&mut self, values: impl IntoIterator<Item = u32>) -> u32 {
-        let address = self.0.len() as u32;
-        self.0.extend(values.into_iter().map(u64::from));
+        let address = self.words.len() as u32;
+        self.words.extend(values.into_iter().map(u64::from));
         address
     }
 
@@ -98,9 +105,21 @@ impl Rows {
         self.whole(DIRECTIONS.iter().flatten().copied())
     }
 
-    /// A table of relative intensities; the address is that of the first word.
+    /// A table of relative intensities, once for all lamps that have it: those of a vehicle are often alike. The address is that of the first
+    /// word.
     pub(super) fn falloff(&mut self, table: &[f64]) -> u32 {
-        self.floats(table.iter().copied())
+        let words = table.iter().copied().map(word_of);
+        let same = |place: &&Range<usize>| {
+            words
+                .clone()
+                .eq(self.words[(*place).clone()].iter().copied())
+        };
+        if let Some(place) = self.falloffs.iter().find(same) {
+            return place.start as u32;
+        }
+        let address = self.floats(table.iter().copied());
+        self.falloffs.push(address as usize..self.words.len());
+        address
     }
 
     /// Small lamps in the image: whole pixels and the rest of the centre, and ln of the range of distances; the address is
@@ -225,4 +244,21 @@ fn add_texels(texels: &Texels, words: &mut Vec<u32>) -> (u32, u32) {
     words.reserve_exact(texels.len());
     words.extend(codes.map(|[r, g, b]| u32::from_le_bytes([r, g, b, 0])));
     (first, CODED)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lamps_that_are_alike_share_a_table() {
+        let mut rows = Rows::default();
+        rows.sobol();
+        let first = rows.falloff(&[1.0, 0.5, 0.0]);
+        let other = rows.falloff(&[1.0, 0.25, 0.0]);
+        assert_ne!(first, other);
+        assert_eq!(rows.falloff(&[1.0, 0.5, 0.0]), first);
+        assert_eq!(rows.falloff(&[1.0, 0.25, 0.0]), other);
+        assert_eq!(rows.words.len() as u32, other + 3);
+    }
 }
