@@ -158,7 +158,7 @@ fn connect_lamps(on_surface: bool, is_start: bool, point: SurfacePoint, max_even
     if target_count == 0u {
         return;
     }
-    let last_kind = select(STRAIGHT, TO_SPOT, HAS_BEAMS && is_start);
+    let last_kind = select(STRAIGHT, TO_SPOT, is_start);
     var i = 0u;
     var kind = STRAIGHT;
     loop {

@@ -1,5 +1,5 @@
-// What a scene's tables hold, in rows of four words. The small ones, but for the last of them, lie in a uniform buffer on adapters that read it
-// faster than storage.
+// What a scene's tables hold, in rows of four words. The small ones lie in a uniform buffer on adapters that read it
+// faster than storage, all but the sun's, which come last.
 // Host: crates/render/src/kernels/{tables,records}.rs. Checked by: crates/render/src/gpu/functions/tables.rs (both
 // places), tests/system/gpu_shaders.rs (fields and their rows).
 import package::common::layout::{HAS_DISKS, HAS_FALLOFFS, LampGroup, NEAR_IN_UNIFORM, NONE, ONE_LAMP, ONE_QUAD, Node, Quad, Spectrum, far_rows, near_rows, scene, uniform_rows};
@@ -13,7 +13,7 @@ fn table_row(i: u32) -> vec4u {
     return near_rows[i];
 }
 
-/// Row `i` of the small tables, of the last too, which a uniform buffer need not hold.
+/// Row `i` of the small tables, also of the sun's, which no uniform buffer holds.
 fn stored_row(i: u32) -> vec4u {
     return near_rows[i];
 }

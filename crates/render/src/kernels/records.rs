@@ -134,7 +134,7 @@ impl Tables {
         record.texture_table = rows.textures(&scene.geometry.textures, &mut texels);
         let common_rows = rows.next_row() as usize;
         // Where there is no sun nobody looks.
-        if let (Some(_), Some(table)) = (&scene.medium, scene.sun_phase.as_deref()) {
+        if let Some(table) = scene.sun_phase.as_deref() {
             sun(table, &mut record, &mut rows);
         }
         Ok(Self {
