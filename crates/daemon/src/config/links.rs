@@ -6,7 +6,7 @@ use super::sections::positive;
 use crate::links::Pauses;
 use crate::links::dvl::{DvlConfig, DvlDistance};
 use crate::links::mavlink::{Lamps, MavlinkConfig};
-use crate::links::ros2::{CameraAxis, DepthType, MOST_DOMAIN, Ros2Config};
+use crate::links::ros2::{CameraAxis, DepthAxis, DepthType, ImageType, MOST_DOMAIN, Ros2Config};
 use crate::links::rosbridge::RosbridgeConfig;
 
 /// Fastest polling of an autopilot, Hz.
@@ -138,8 +138,10 @@ pub(super) fn ros2(object: &Object) -> Result<Ros2Config, FieldError> {
         "range_topic",
         "depth_topic",
         "depth_type",
+        "depth_axis",
         "light_topic",
         "image_topic",
+        "image_type",
         "suggestion_topic",
         "range_offset_m",
         "surface_pressure_pa",
@@ -154,6 +156,12 @@ pub(super) fn ros2(object: &Object) -> Result<Ros2Config, FieldError> {
     flag(object, "enabled", &mut config.enabled)?;
     flag(object, "reliable", &mut config.reliable)?;
     config.domain_id = domain(object)?;
+    let image_types = [
+        ("sensor_msgs/msg/CompressedImage", ImageType::Compressed),
+        ("sensor_msgs/msg/Image", ImageType::Raw),
+    ];
+    one_of(object, "image_type", &image_types, &mut config.image_type)?;
+    config.image_topic = config.image_type.usual_topic().to_owned();
     for (name, topic) in [
         ("range_topic", &mut config.range_topic),
         ("depth_topic", &mut config.depth_topic),
@@ -168,8 +176,11 @@ pub(super) fn ros2(object: &Object) -> Result<Ros2Config, FieldError> {
     let depth_types = [
         ("std_msgs/msg/Float64", DepthType::Metres),
         ("sensor_msgs/msg/FluidPressure", DepthType::Pressure),
+        ("geometry_msgs/msg/PoseStamped", DepthType::Pose),
+        ("nav_msgs/msg/Odometry", DepthType::Odometry),
     ];
     one_of(object, "depth_type", &depth_types, &mut config.depth_type)?;
+    config.depth_axis = depth_axis(object, config.depth_type)?;
     let axes = [("x", CameraAxis::X), ("z", CameraAxis::Z)];
     one_of(object, "camera_axis", &axes, &mut config.camera_axis)?;
     let stamps = [("header", true), ("arrival", false)];
@@ -202,6 +213,21 @@ pub(super) fn ros2(object: &Object) -> Result<Ros2Config, FieldError> {
         positive(object, name, most, value)?;
     }
     Ok(config)
+}
+
+/// Which way a depth grows, where its type leaves that open.
+fn depth_axis(object: &Object, of: DepthType) -> Result<Option<DepthAxis>, FieldError> {
+    if object.get("depth_axis").is_some() && of == DepthType::Pressure {
+        return Err(FieldError::invalid(
+            object.path_of("depth_axis"),
+            "absent with sensor_msgs/msg/FluidPressure, which grows downwards",
+            "one",
+        ));
+    }
+    let axes = [("up", Some(DepthAxis::Up)), ("down", Some(DepthAxis::Down))];
+    let mut axis = None;
+    one_of(object, "depth_axis", &axes, &mut axis)?;
+    Ok(axis)
 }
 
 fn flag(object: &Object, name: &str, value: &mut bool) -> Result<(), FieldError> {

@@ -1,12 +1,13 @@
 """Pictures for `uwguide --ros2` at a steady rate: how many are answered, how soon, and what memory it takes.
 
-    python3 soak_ros2.py SECONDS [RATE_HZ]
+    python3 soak_ros2.py SECONDS [RATE_HZ [raw]]
 
-Needs what `test_ros2.py` needs.
+JPEG, or with `raw` pixels. Needs what `test_ros2.py` needs.
 """
 
 import io
 import pathlib
+import struct
 import sys
 import tempfile
 import threading
@@ -14,7 +15,7 @@ import time
 
 from PIL import Image
 
-from test_ros2 import Float64, Messages, Peer, Program, picture
+from test_ros2 import Float64, Messages, Peer, Program, RawImage, picture, pixels
 
 
 def memory_mib(process):
@@ -31,13 +32,31 @@ def jpeg():
     return file.getvalue()
 
 
+def encoded_once(image):
+    """Encoded once but for its stamp: Python takes longer for that than the program for an answer."""
+    encoded = bytearray(image.serialize())
+
+    def serialize(**_):
+        # Behind the four bytes that name the encoding.
+        struct.pack_into("<iI", encoded, 4, image.sec, image.nanosec)
+        return bytes(encoded)
+
+    image.serialize = serialize
+    return image
+
+
 def main():
     seconds, rate_hz = float(sys.argv[1]), float(sys.argv[2]) if len(sys.argv) > 2 else 30.0
-    messages, data = Messages(), jpeg()
-    image = messages.image(data)
+    messages = Messages()
+    if sys.argv[3:] == ["raw"]:
+        image, settings = messages.raw(pixels(), "rgb8"), 'image_type = "sensor_msgs/msg/Image"'
+        named = {"image": ("rt/camera/image_raw", RawImage)}
+    else:
+        image, settings, named = messages.image(jpeg()), "", {}
+    encoded_once(image)
     sent, took = {}, []
-    with tempfile.TemporaryDirectory() as folder, Program(folder) as program:
-        peer = Peer(program.domain_id)
+    with tempfile.TemporaryDirectory() as folder, Program(folder, settings=settings) as program:
+        peer = Peer(program.domain_id, **named)
         depth = peer.depth(Float64)
         peer.wait(peer.range, peer.light, peer.image, depth)
         stop = threading.Event()
@@ -65,6 +84,7 @@ def main():
             if number % int(10 * rate_hz) == 0:
                 resident.append(memory_mib(program.process))
             number += 1
+        lasted_s = time.monotonic() - begun
         time.sleep(2)
         stop.set()
         listener.join()
@@ -73,12 +93,12 @@ def main():
         warnings = [line for line in (pathlib.Path(folder) / "log").read_text().splitlines() if "WARN" in line.upper()]
     took.sort()
     at = [took[int(share * (len(took) - 1))] for share in (0.5, 0.99, 1.0)] if took else []
-    print(f"{len(data) / 1024:.0f} KiB a picture, {number} sent at {rate_hz:g} Hz, {len(took)} answered")
+    print(f"{len(image.data) / 1024:.0f} KiB a picture, {number} sent at {rate_hz:g} Hz, {len(took)} answered")
     print("latency, ms: median {:.1f}, 99 % {:.1f}, largest {:.1f}".format(*at))
     now = [pair[0] for pair in resident]
     print(f"memory, MiB: {now[0]:.0f} at first, {now[len(now) // 2]:.0f} half-way, {now[-1]:.0f} at the end; most {resident[-1][1]:.0f}")
     print(f"warnings: {len(warnings)}", *warnings[:5], sep="\n  ")
-    print(f"processor: {used_s / (number / rate_hz):.2f} of one")
+    print(f"{number / lasted_s:.1f} Hz in fact; processor: {used_s / lasted_s:.2f} of one")
 
 
 if __name__ == "__main__":

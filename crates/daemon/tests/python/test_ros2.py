@@ -5,6 +5,7 @@ else from target/release of the repository. What the node publishes is decoded b
 encoded by it.
 """
 
+import functools
 import io
 import json
 import math
@@ -44,6 +45,7 @@ directory = "%s"
 silence_s = 2.0
 range_offset_m = 0.25
 depth_type = "%s"
+%s
 """
 
 
@@ -57,15 +59,21 @@ def store(release):
 JAZZY = store(Stores.ROS2_JAZZY)
 
 
-def picture():
-    """A picture of the shipped model's camera with detail and noise, as PNG."""
+@functools.cache
+def pixels():
+    """A picture of the shipped model's camera with detail and noise: rows, columns, R G B."""
     numbers = random.Random(7)
     waves = [[12 * math.sin(0.2 * x) * math.cos(0.25 * y) for x in range(1280)] for y in range(720)]
-    pixels = bytes(
+    counts = bytes(
         min(255, max(0, round(level + wave + numbers.gauss(0, 2)))) for row in waves for wave in row for level in (40, 80, 70)
     )
+    return numpy.frombuffer(counts, numpy.uint8).reshape(720, 1280, 3)
+
+
+def picture():
+    """The same as PNG."""
     file = io.BytesIO()
-    Image.frombytes("RGB", (1280, 720), pixels).save(file, "PNG")
+    Image.fromarray(pixels()).save(file, "PNG")
     return file.getvalue()
 
 
@@ -102,6 +110,33 @@ class FluidPressure(IdlStruct, typename="sensor_msgs::msg::dds_::FluidPressure_"
     variance: types.float64
 
 
+Covariance = types.array[types.float64, 36]
+
+
+@dataclass
+@annotations.final
+class PoseStamped(IdlStruct, typename="geometry_msgs::msg::dds_::PoseStamped_"):
+    sec: types.int32
+    nanosec: types.uint32
+    frame_id: str
+    position: types.array[types.float64, 3]
+    orientation: types.array[types.float64, 4]
+
+
+@dataclass
+@annotations.final
+class Odometry(IdlStruct, typename="nav_msgs::msg::dds_::Odometry_"):
+    sec: types.int32
+    nanosec: types.uint32
+    frame_id: str
+    child_frame_id: str
+    position: types.array[types.float64, 3]
+    orientation: types.array[types.float64, 4]
+    covariance: Covariance
+    twist: types.array[types.float64, 6]
+    twist_covariance: Covariance
+
+
 @dataclass
 @annotations.final
 class CompressedImage(IdlStruct, typename="sensor_msgs::msg::dds_::CompressedImage_"):
@@ -109,6 +144,20 @@ class CompressedImage(IdlStruct, typename="sensor_msgs::msg::dds_::CompressedIma
     nanosec: types.uint32
     frame_id: str
     format: str
+    data: types.sequence[types.uint8]
+
+
+@dataclass
+@annotations.final
+class RawImage(IdlStruct, typename="sensor_msgs::msg::dds_::Image_"):
+    sec: types.int32
+    nanosec: types.uint32
+    frame_id: str
+    height: types.uint32
+    width: types.uint32
+    encoding: str
+    is_bigendian: types.uint8
+    step: types.uint32
     data: types.sequence[types.uint8]
 
 
@@ -166,11 +215,11 @@ RELIABLE = Policy.Reliability.Reliable(10**9)
 class Peer:
     """Another node: sensors of a vehicle, and someone who listens."""
 
-    def __init__(self, domain_id, sensors=Policy.Reliability.BestEffort):
+    def __init__(self, domain_id, sensors=Policy.Reliability.BestEffort, image=("rt/camera/image_raw/compressed", CompressedImage)):
         self.participant = DomainParticipant(domain_id)
         self.range = self.writer("rt/range", Range, sensors)
         self.light = self.writer("rt/light_pct", Float64, sensors)
-        self.image = self.writer("rt/camera/image_raw/compressed", CompressedImage, sensors)
+        self.image = self.writer(*image, sensors)
         topic = Topic(self.participant, "rt/uwguide/suggestion", Suggestion)
         self.suggestions = DataReader(self.participant, topic, qos=qos(RELIABLE))
 
@@ -204,9 +253,9 @@ class Peer:
 class Program:
     """`uwguide --ros2` in a domain of its own."""
 
-    def __init__(self, folder, depth_type="std_msgs/msg/Float64", more=()):
+    def __init__(self, folder, depth_type="std_msgs/msg/Float64", settings="", more=()):
         self.config = pathlib.Path(folder) / "uwguide.toml"
-        self.config.write_text(CONFIG % (folder, depth_type))
+        self.config.write_text(CONFIG % (folder, depth_type, settings))
         self.domain_id = random.randrange(20, 200)
         self.arguments = ["--profile", "1C", "--config", self.config]
         self.log = (pathlib.Path(folder) / "log").open("w+b")
@@ -227,6 +276,16 @@ class Program:
         lines = json.dumps(request).encode() + b"\n"
         done = subprocess.run([PROGRAM, *self.arguments, "--stdio"], input=lines, capture_output=True, timeout=LIMIT_S, check=True)
         return json.loads(done.stdout)
+
+    def logged(self, wanted):
+        """A line of the log with these words, as soon as there is one."""
+        end = time.monotonic() + LIMIT_S
+        while time.monotonic() < end:
+            for line in pathlib.Path(self.log.name).read_text().splitlines():
+                if all(word in line for word in wanted):
+                    return line
+            time.sleep(0.05)
+        raise AssertionError(f"no line with {wanted} within {LIMIT_S} s")
 
 
 def now():
@@ -261,12 +320,37 @@ class Messages:
     def pressure(self, value):
         return written(self.of["sensor_msgs/msg/FluidPressure"](self.header("sensor"), value, 0.0), FluidPressure)
 
+    def pose(self, z):
+        of = self.of
+        position, orientation = of["geometry_msgs/msg/Point"](1.0, 2.0, z), of["geometry_msgs/msg/Quaternion"](0.0, 0.0, 0.0, 1.0)
+        return of["geometry_msgs/msg/Pose"](position, orientation)
+
+    def pose_stamped(self, z):
+        made = self.of["geometry_msgs/msg/PoseStamped"](self.header("map"), self.pose(z))
+        return written(made, PoseStamped)
+
+    def odometry(self, z):
+        of, covariance = self.of, numpy.arange(36.0)
+        zero = of["geometry_msgs/msg/Vector3"](0.0, 0.0, 0.0)
+        pose = of["geometry_msgs/msg/PoseWithCovariance"](self.pose(z), covariance)
+        twist = of["geometry_msgs/msg/TwistWithCovariance"](of["geometry_msgs/msg/Twist"](zero, zero), covariance)
+        made = of["nav_msgs/msg/Odometry"](self.header("odom"), "base_link", pose, twist)
+        return written(made, Odometry)
+
     def image(self, data):
         sec, nanosec = now()
         stamp = self.of["builtin_interfaces/msg/Time"](sec, nanosec)
         header = self.of["std_msgs/msg/Header"](stamp, "camera_optical")
         made = self.of["sensor_msgs/msg/CompressedImage"](header, "png", numpy.frombuffer(data, numpy.uint8))
         return written(made, CompressedImage)
+
+    def raw(self, rows, encoding, padding=0):
+        """Pixels as they are, with bytes of no meaning behind each row."""
+        height, width = rows.shape[:2]
+        data = numpy.pad(rows.reshape(height, -1), ((0, 0), (0, padding)), constant_values=99)
+        of = self.of["sensor_msgs/msg/Image"]
+        made = of(self.header("camera_optical"), height, width, encoding, 0, data.shape[1], data.reshape(-1))
+        return written(made, RawImage)
 
 
 class Nodes(unittest.TestCase):
@@ -321,6 +405,56 @@ class Nodes(unittest.TestCase):
         again = JAZZY.serialize_cdr(decoded, "uwguide_msgs/msg/Suggestion")
         self.assertEqual(bytes(again), made.raw[: len(again)])
 
+    def test_pixels_are_answered_as_the_same_picture(self):
+        rows = pixels()
+        with Program(self.folder, settings='image_type = "sensor_msgs/msg/Image"') as program:
+            peer = Peer(program.domain_id, image=("rt/camera/image_raw", RawImage))
+            depth = peer.depth(Float64)
+            peer.wait(peer.range, peer.light, peer.image, depth)
+            there = (depth, self.messages.number(3.0))
+            made = self.answered(peer, self.messages.raw(rows[..., ::-1], "bgr8", padding=32), *there)
+            # Pixels that are not read are told to those who listen.
+            bayer = self.answered(peer, self.messages.raw(rows[..., 1], "bayer_rggb8"), *there)
+            (pathlib.Path(self.folder) / "now.png").write_bytes(picture())
+            asked = {"op": "suggest_image", "depth_m": 3.0, "distance_m": 1.0, "light_pct": 20.0}
+            reply = program.answer({**asked, "image": {"path": "now.png"}})
+        self.assertTrue(made.valid and reply["valid"], made)
+        self.assertEqual(made.frame_id, "camera_optical")
+        for name in ["action", "why", "distance_m", "light_pct", "score", "score_here", "predicted_here"]:
+            self.assertEqual(getattr(made, name), reply[name], name)
+        self.assertEqual((bayer.valid, bayer.action, bayer.reason), (False, "hold", "bad_image"))
+        self.assertIn('/camera/image_raw: encoding must be one of rgb8, bgr8', bayer.message)
+        self.assertIn('got "bayer_rggb8"; image_proc', bayer.message)
+
+    def answered(self, peer, image, depth, made):
+        """The suggestion for a picture and the depth `made`, sent again if best effort was not enough."""
+        for _ in range(15):
+            peer.range.write(self.messages.range(0.75))
+            peer.light.write(self.messages.number(20.0))
+            for message in (made, image):
+                if hasattr(message, "sec"):
+                    message.sec, message.nanosec = now()
+            depth.write(made)
+            time.sleep(0.2)
+            peer.image.write(image)
+            try:
+                return peer.next(lambda made: (made.sec, made.nanosec) == (image.sec, image.nanosec), LIMIT_S / 15)
+            except AssertionError:
+                continue
+        raise AssertionError("no picture was answered")
+
+    def test_topics_of_another_type_are_told(self):
+        with Program(self.folder, settings='image_topic = "/camera/image_raw"') as program:
+            peer = Peer(program.domain_id, image=("rt/camera/image_raw", RawImage))
+            depth = peer.depth(FluidPressure)
+            peer.wait(peer.range, peer.light)
+            image = program.logged(["/camera/image_raw", "sensor_msgs/msg/Image elsewhere", "ros2.image_type"])
+            self.assertIn("listened to as sensor_msgs/msg/CompressedImage", image)
+            program.logged(["/depth", "sensor_msgs/msg/FluidPressure elsewhere", "ros2.depth_type"])
+            self.assertFalse(depth.get_matched_subscriptions())
+        log = (pathlib.Path(self.folder) / "log").read_text()
+        self.assertEqual(log.count("elsewhere"), 2, log)
+
     def test_without_pictures_or_echoes_it_holds(self):
         with Program(self.folder, "sensor_msgs/msg/FluidPressure") as program:
             peer = Peer(program.domain_id)
@@ -343,6 +477,24 @@ class Nodes(unittest.TestCase):
             held = peer.next(lambda made: "distance" not in made.message)
             self.assertFalse(held.valid)
 
+    def test_depth_comes_as_a_height_or_a_position_too(self):
+        for name, kind, setting, made in [
+            ("geometry_msgs/msg/PoseStamped", PoseStamped, "", self.messages.pose_stamped(-3.25)),
+            ("nav_msgs/msg/Odometry", Odometry, "", self.messages.odometry(-3.25)),
+            ("nav_msgs/msg/Odometry", Odometry, 'depth_axis = "down"', self.messages.odometry(3.25)),
+            ("std_msgs/msg/Float64", Float64, 'depth_axis = "up"', self.messages.number(-3.25)),
+        ]:
+            with self.subTest(name, setting=setting), Program(self.folder, name, setting) as program:
+                peer = Peer(program.domain_id)
+                depth = peer.depth(kind)
+                peer.wait(peer.range, peer.light, peer.image, depth)
+                answered = self.answered(peer, self.messages.image(picture()), depth, made)
+                asked = {"op": "suggest_image", "depth_m": 3.25, "distance_m": 1.0, "light_pct": 20.0}
+                (pathlib.Path(self.folder) / "now.png").write_bytes(picture())
+                reply = program.answer({**asked, "image": {"path": "now.png"}})
+                self.assertTrue(answered.valid, answered)
+                self.assertEqual((answered.score, answered.distance_m), (reply["score"], reply["distance_m"]))
+
     def test_messages_of_other_releases_are_read(self):
         # Humble's range has no variance: the bytes end before it.
         humble = store(Stores.ROS2_HUMBLE)
@@ -360,6 +512,9 @@ class Nodes(unittest.TestCase):
             ('range_topic = "range"', "ros2.range_topic must be an absolute topic name"),
             ("domain_id = 300", "ros2.domain_id must be a whole number from 0 to 232"),
             ('depth_type = "Float32"', "ros2.depth_type must be"),
+            ('depth_type = "sensor_msgs/msg/FluidPressure"\ndepth_axis = "up"', "ros2.depth_axis must be absent"),
+            ('depth_axis = "z"', 'ros2.depth_axis must be "up" or "down"'),
+            ('image_type = "Image"', 'ros2.image_type must be "sensor_msgs/msg/CompressedImage" or "sensor_msgs/msg/Image"'),
             ('reliable = "yes"', "ros2.reliable must be true or false"),
         ]:
             config = pathlib.Path(self.folder) / "wrong.toml"

@@ -1,5 +1,7 @@
 //! Recordings as MCAP: written by the program, cut off by its end, and answered again.
 
+use std::fs::File;
+use std::io::{BufRead as _, BufReader};
 use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
@@ -7,7 +9,7 @@ use uw_guidance::record::{Item, read};
 
 use crate::client::{Client, PATIENCE, suggest, with};
 use crate::files::{replay, replay_configured};
-use crate::program::{ANY_PORT, Program, mode, text};
+use crate::program::{ANY_PORT, Program, get, mode, text};
 use crate::support::Numbers;
 
 const TWICE: &str = "[operations]\nrecord = \"session.ndjson\"\n[max_age]\ndistance_s = 30.0\n";
@@ -199,4 +201,46 @@ fn files_that_are_no_recordings_are_told() {
     let output = program.output(&missing);
     assert_eq!(output.status.code(), Some(2));
     assert!(text(&output.stderr).contains("no/folder/dive.mcap"));
+}
+
+/// A disk that takes nothing for a while: a pipe that nobody reads.
+#[cfg(unix)]
+#[test]
+fn a_disk_that_hangs_costs_neither_answers_nor_all_memory() {
+    const PICTURES: usize = 100;
+    let program =
+        Program::folder().config("[operations]\nrecord = \"slow\"\nmetrics = \"127.0.0.1:0\"\n");
+    let pipe = program.path("slow");
+    let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+    assert!(made.unwrap().success());
+    // Both ends are held, so that the program need not wait for a reader.
+    let held = File::options().read(true).write(true).open(&pipe).unwrap();
+    let mut program = program.start(&ANY_PORT);
+    let metrics = program.told("uwguide metrics on ");
+    let mut client = program.client();
+    let picture = "A".repeat(1_000_000);
+    for k in 0..PICTURES {
+        let reply = client.ask(&with(
+            json!({"op": "suggest_image", "id": k, "image": {"base64_png": picture}}),
+        ));
+        assert_eq!((&reply["id"], &reply["ok"]), (&json!(k), &json!(false)));
+    }
+    let (_, body) = get(&metrics, "/metrics");
+    let lost = body
+        .lines()
+        .find_map(|line| line.strip_prefix("uwguide_record_failures_total "))
+        .and_then(|count| count.parse::<usize>().ok())
+        .unwrap();
+    // 64 MiB wait, and what is being written.
+    assert!((30..=36).contains(&lost), "{lost} of {PICTURES} lost");
+    // The disk goes on: what has waited is whole.
+    let lines = std::thread::spawn(move || {
+        let lines = BufReader::new(held).lines().map_while(Result::ok);
+        lines
+            .map(|line| serde_json::from_str::<Value>(&line).unwrap())
+            .take(1 + PICTURES - lost)
+            .count()
+    });
+    assert_eq!(lines.join().unwrap(), 1 + PICTURES - lost);
+    assert_eq!(program.end(), Some(0));
 }

@@ -8,6 +8,7 @@ use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -27,8 +28,10 @@ pub use read::{Item, Place, is_torn, read};
 
 /// Format name and version of a recording.
 pub const RECORD_FORMAT: &str = "uwguide-record/1";
-/// Entries that may wait for the disk.
+/// Entries that may wait for the disk,
 const QUEUE: usize = 4096;
+/// and the bytes of their lines: many of the largest pictures, and less than a small computer has.
+const QUEUE_BYTES: usize = 64 << 20;
 /// How long written entries may stay in memory.
 const FLUSH_TIME: Duration = Duration::from_secs(1);
 /// Most recordings of one name.
@@ -71,6 +74,16 @@ enum Message {
     Loaded(Value, f64),
 }
 
+impl Message {
+    /// Bytes that may be many.
+    fn bytes(&self) -> usize {
+        match self {
+            Self::Entry(entry) => entry.line.as_ref().map_or(0, Vec::len) + entry.reply.len(),
+            Self::Loaded(..) => 0,
+        }
+    }
+}
+
 /// What a disk did not take.
 #[derive(Debug)]
 struct Lost {
@@ -82,6 +95,8 @@ struct Lost {
 #[derive(Clone, Debug)]
 pub struct Recorder {
     queue: SyncSender<Message>,
+    /// Bytes of what is in the queue.
+    waiting: Arc<AtomicUsize>,
     service: Arc<Service>,
 }
 
@@ -119,11 +134,16 @@ impl Recorder {
     ) -> io::Result<(Self, Recording)> {
         let (mut output, path) = Output::open(path, group_may_read)?;
         let (queue, entries) = sync_channel(QUEUE);
-        let counting = Arc::clone(&service);
+        let waiting = Arc::new(AtomicUsize::new(0));
+        let (taken, counting) = (Arc::clone(&waiting), Arc::clone(&service));
         let thread = std::thread::Builder::new()
             .name("record".to_owned())
-            .spawn(move || write_all(&mut output, &entries, &counting))?;
-        let recorder = Self { queue, service };
+            .spawn(move || write_all(&mut output, &entries, &taken, &counting))?;
+        let recorder = Self {
+            queue,
+            waiting,
+            service,
+        };
         let loaded = recorder.service.loaded();
         recorder.loaded("start", 0, &loaded);
         let recording = Recording {
@@ -152,7 +172,11 @@ impl Recorder {
     }
 
     fn send(&self, message: Message) {
-        if self.queue.try_send(message).is_err() {
+        let bytes = message.bytes();
+        let waiting = self.waiting.fetch_add(bytes, Ordering::Relaxed);
+        let has_room = waiting == 0 || waiting + bytes <= QUEUE_BYTES;
+        if !has_room || self.queue.try_send(message).is_err() {
+            self.waiting.fetch_sub(bytes, Ordering::Relaxed);
             self.service.metrics().record_failures.count();
         }
     }
@@ -243,7 +267,12 @@ fn numbered(path: &Path, number: u32) -> PathBuf {
     }
 }
 
-fn write_all(output: &mut Output, entries: &Receiver<Message>, service: &Service) {
+fn write_all(
+    output: &mut Output,
+    entries: &Receiver<Message>,
+    waiting: &AtomicUsize,
+    service: &Service,
+) {
     let mut failing = false;
     let mut note = |written: Result<(), Lost>| {
         if let Err(Lost { records, error }) = &written {
@@ -257,7 +286,10 @@ fn write_all(output: &mut Output, entries: &Receiver<Message>, service: &Service
     let mut flush_at = Instant::now();
     loop {
         match entries.recv_timeout(flush_at.saturating_duration_since(Instant::now())) {
-            Ok(message) => note(output.write(&message)),
+            Ok(message) => {
+                note(output.write(&message));
+                waiting.fetch_sub(message.bytes(), Ordering::Relaxed);
+            }
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => break,
         }

@@ -1,6 +1,28 @@
 //! The messages, as their `.msg` files have them.
 
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+
+/// A message with the package and the name of its type.
+pub(super) trait Message: DeserializeOwned + Send + Sync + 'static {
+    const TYPE: (&'static str, &'static str);
+}
+
+macro_rules! types {
+    ($($package:literal: $($name:ident),+;)+) => {
+        $($(impl Message for $name {
+            const TYPE: (&'static str, &'static str) = ($package, stringify!($name));
+        })+)+
+    };
+}
+
+types! {
+    "geometry_msgs": PoseStamped;
+    "nav_msgs": Odometry;
+    "sensor_msgs": CompressedImage, FluidPressure, Image, Range;
+    "std_msgs": Float64;
+    "uwguide_msgs": Suggestion;
+}
 
 /// `builtin_interfaces/msg/Time`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -41,11 +63,44 @@ pub(super) struct FluidPressure {
     pub(super) variance: f64,
 }
 
+/// `geometry_msgs/msg/PoseStamped`, up to its position.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct PoseStamped {
+    pub(super) header: Header,
+    pub(super) position: Vector3,
+}
+
+/// `nav_msgs/msg/Odometry`, up to the position of its pose.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Odometry {
+    pub(super) header: Header,
+    pub(super) child_frame_id: String,
+    pub(super) position: Vector3,
+}
+
 /// `sensor_msgs/msg/CompressedImage`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct CompressedImage {
     pub(super) header: Header,
     pub(super) format: String,
+    #[serde(with = "serde_bytes")]
+    pub(super) data: Vec<u8>,
+}
+
+/// `sensor_msgs/msg/Image`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Image {
+    pub(super) header: Header,
+    /// Rows, from the top.
+    pub(super) height: u32,
+    /// Pixels of a row.
+    pub(super) width: u32,
+    /// What a pixel is: `sensor_msgs/image_encodings.hpp`.
+    pub(super) encoding: String,
+    pub(super) is_bigendian: u8,
+    /// Bytes from one row to the next.
+    pub(super) step: u32,
+    #[serde(with = "serde_bytes")]
     pub(super) data: Vec<u8>,
 }
 

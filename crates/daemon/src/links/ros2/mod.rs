@@ -4,13 +4,21 @@
 //! `uwguide_msgs/msg/Suggestion` (`ros2/uwguide_msgs`). It is compiled with the feature `ros2` alone.
 
 #[cfg(feature = "ros2")]
+mod answering;
+#[cfg(feature = "ros2")]
 mod messages;
 #[cfg(feature = "ros2")]
 mod node;
 #[cfg(feature = "ros2")]
+mod picture;
+#[cfg(feature = "ros2")]
 mod requests;
 #[cfg(feature = "ros2")]
 mod suggestion;
+#[cfg(feature = "ros2")]
+mod topics;
+#[cfg(feature = "ros2")]
+mod types;
 
 #[cfg(feature = "ros2")]
 pub use node::Link;
@@ -25,6 +33,38 @@ pub enum DepthType {
     Metres,
     /// `sensor_msgs/msg/FluidPressure`: absolute pressure, Pa.
     Pressure,
+    /// `geometry_msgs/msg/PoseStamped`: z is 0 at the surface, m.
+    Pose,
+    /// `nav_msgs/msg/Odometry`: the same.
+    Odometry,
+}
+
+/// Which way a depth or a z grows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DepthAxis {
+    /// Upwards, as z does in the world's frames (REP 103).
+    Up,
+    /// Downwards, as depths do.
+    Down,
+}
+
+/// What pictures come as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ImageType {
+    /// `sensor_msgs/msg/CompressedImage`: PNG or JPEG.
+    Compressed,
+    /// `sensor_msgs/msg/Image`: pixels.
+    Raw,
+}
+
+impl ImageType {
+    /// The topic that `image_transport` gives to pictures of this type.
+    pub fn usual_topic(self) -> &'static str {
+        match self {
+            Self::Compressed => "/camera/image_raw/compressed",
+            Self::Raw => "/camera/image_raw",
+        }
+    }
 }
 
 /// Which way the camera looks in its frame.
@@ -49,10 +89,14 @@ pub struct Ros2Config {
     pub depth_topic: String,
     /// Its type.
     pub depth_type: DepthType,
+    /// Which way it grows; `None`: down for numbers, up for poses.
+    pub depth_axis: Option<DepthAxis>,
     /// Topic of `std_msgs/msg/Float64`: light of the lamps, percent of full.
     pub light_topic: String,
-    /// Topic of `sensor_msgs/msg/CompressedImage`.
+    /// Topic of the pictures.
     pub image_topic: String,
+    /// Its type.
+    pub image_type: ImageType,
     /// Topic of the suggestions.
     pub suggestion_topic: String,
     /// What is added to a range for the distance of the camera, m.
@@ -81,8 +125,10 @@ impl Default for Ros2Config {
             range_topic: "/range".to_owned(),
             depth_topic: "/depth".to_owned(),
             depth_type: DepthType::Metres,
+            depth_axis: None,
             light_topic: "/light_pct".to_owned(),
-            image_topic: "/camera/image_raw/compressed".to_owned(),
+            image_topic: ImageType::Compressed.usual_topic().to_owned(),
+            image_type: ImageType::Compressed,
             suggestion_topic: "/uwguide/suggestion".to_owned(),
             range_offset_m: 0.0,
             surface_pressure_pa: 101_325.0,

@@ -4,8 +4,8 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::{Map, Value, json};
 
-use super::Ros2Config;
-use super::messages::{CompressedImage, FluidPressure, Header, Range};
+use super::messages::{FluidPressure, Header, Range};
+use super::{DepthAxis, Ros2Config};
 
 /// Standard gravity, m/s².
 const GRAVITY_M_PER_S2: f64 = 9.806_65;
@@ -25,6 +25,16 @@ pub(super) fn depth_m(pressure: &FluidPressure, config: &Ros2Config) -> f64 {
     (above / (config.water_density_kg_per_m3 * GRAVITY_M_PER_S2)).max(0.0)
 }
 
+/// The depth that a number or a z means, of which `usual` is the way that its type grows; 0 above the surface where it is a height.
+pub(super) fn depth_along(value_m: f64, usual: DepthAxis, config: &Ros2Config) -> f64 {
+    match config.depth_axis.unwrap_or(usual) {
+        DepthAxis::Down => value_m,
+        DepthAxis::Up if value_m > 0.0 => 0.0,
+        // Not -0, and NaN stays what it is.
+        DepthAxis::Up => 0.0 - value_m,
+    }
+}
+
 /// News of the state; values that are no numbers are none.
 pub(super) fn state(field: &str, value: f64, time_s: Option<f64>) -> Option<Value> {
     value
@@ -32,11 +42,11 @@ pub(super) fn state(field: &str, value: f64, time_s: Option<f64>) -> Option<Valu
         .then(|| timed(json!({"op": "state", field: value}), time_s))
 }
 
-/// A picture that asks for advice.
-pub(super) fn picture(image: &CompressedImage, time_s: Option<f64>) -> Value {
-    let bytes = STANDARD.encode(&image.data);
+/// A picture, as a file, that asks for advice.
+pub(super) fn picture(file: &[u8], time_s: Option<f64>) -> Value {
+    let text = STANDARD.encode(file);
     timed(
-        json!({"op": "suggest_image", "image": {"base64_png": bytes}}),
+        json!({"op": "suggest_image", "image": {"base64_png": text}}),
         time_s,
     )
 }
@@ -113,6 +123,20 @@ mod tests {
         let three = 101_325.0 + 3.0 * 1025.0 * 9.806_65;
         assert!((at(three) - 3.0).abs() < 1e-12);
         assert_eq!(at(101_000.0), 0.0);
+    }
+
+    #[test]
+    fn depths_grow_as_they_are_said_to() {
+        let mut config = Ros2Config::default();
+        assert_eq!(depth_along(3.0, DepthAxis::Down, &config), 3.0);
+        assert_eq!(depth_along(-3.0, DepthAxis::Up, &config), 3.0);
+        assert_eq!(depth_along(0.2, DepthAxis::Up, &config), 0.0);
+        assert!(depth_along(f64::NAN, DepthAxis::Down, &config).is_nan());
+        assert!(depth_along(f64::NAN, DepthAxis::Up, &config).is_nan());
+        config.depth_axis = Some(DepthAxis::Up);
+        assert_eq!(depth_along(-3.0, DepthAxis::Down, &config), 3.0);
+        config.depth_axis = Some(DepthAxis::Down);
+        assert_eq!(depth_along(3.0, DepthAxis::Up, &config), 3.0);
     }
 
     #[test]
