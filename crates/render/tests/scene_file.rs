@@ -400,3 +400,61 @@ fn settings_reach_snow() {
         "{error}"
     );
 }
+
+/// What ROS writes of a camera; its principal point counts from the middle of the first pixel.
+const CALIBRATION: &str = "image_width: 640\nimage_height: 480\ncamera_matrix:\n  data: [500.0, 0, 319.5, 0, 510.0, 249.5, 0, 0, 1]\n\
+                           distortion_model: plumb_bob\ndistortion_coefficients:\n  data: [-0.2, 0.03, 0.001, -0.002, 0]\n";
+
+#[test]
+fn a_calibration_is_a_camera_by_itself_and_in_a_scene() {
+    let folder = tempfile::tempdir().expect("folder");
+    let file = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        fs::write(&path, text).expect("written");
+        Scene::read(&path)
+    };
+    let alone = file("left.yaml", CALIBRATION).expect("a camera").camera;
+    let camera = "format = \"uw-scene/1\"\n[camera]\nposition_m = [0, 0, 0]\nforward = [1, 0, 0]\n";
+    let port = "port = { kind = \"flat\", distance_m = 0.03, thickness_m = 0.01 }\n";
+    let calibrated = format!("{camera}calibration = \"left.yaml\"\n");
+    let within = file(
+        "scene.toml",
+        &format!("{calibrated}{port}[water]\njerlov = \"IB\"\n"),
+    );
+    let within = within.expect("a scene").camera;
+    let by_hand = "width = 640\nheight = 480\nfx = 500\nfy = 510\ncx = 320\ncy = 250\n\
+                   distortion = [-0.2, 0.03, 0.001, -0.002, 0.0]\n";
+    let by_hand = file("hand.toml", &format!("{camera}{by_hand}")).expect("a scene");
+    assert_eq!(format!("{alone:?}"), format!("{:?}", by_hand.camera));
+    let expected = DVec2::new(320.0, 250.0);
+    assert_eq!((within.centre_px, within.focal_px.y), (expected, 510.0));
+    assert_eq!((within.lens, within.port.is_some()), (alone.lens, true));
+
+    let told = |name: &str, text: &str| file(name, text).expect_err("an error").to_string();
+    let twice = told("twice.toml", &format!("{calibrated}fx = 3\n"));
+    assert!(
+        twice.contains("camera.fx must be left out where camera.calibration is given"),
+        "{twice}"
+    );
+    let missing = told("missing.toml", &calibrated.replace("left", "right"));
+    assert!(missing.contains("right.yaml"), "{missing}");
+    let wrong = told("wrong.yml", &CALIBRATION.replace("640", "many"));
+    assert!(
+        wrong.contains("wrong.yml: line 1: image_width must be a whole number"),
+        "{wrong}"
+    );
+    let named = told("named.toml", &calibrated.replace("left.yaml", "wrong.yml"));
+    assert!(
+        named.contains("named.toml:5: camera.calibration: "),
+        "{named}"
+    );
+    assert!(named.contains("wrong.yml: line 1: image_width"), "{named}");
+    let folded = told("folded.yaml", &CALIBRATION.replace("[-0.2,", "[-9.0,"));
+    assert!(folded.contains("one-to-one over the image"), "{folded}");
+    // A setting counts as in a scene.
+    let set = "camera.position_m=[1,2,3]"
+        .parse::<Setting>()
+        .expect("a setting");
+    let moved = Scene::read_with(&folder.path().join("left.yaml"), &[set]).expect("a camera");
+    assert_eq!(moved.camera.position_m, DVec3::new(1.0, 2.0, 3.0));
+}

@@ -2,6 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
+use super::calibration::{self, Calibration};
 use super::camera::{LEAST_AHEAD, MAX_PIXELS, MAX_SIDE_PX};
 use super::lens::Lens;
 use super::port::{Port, PortShape};
@@ -9,7 +10,7 @@ use super::range::Range;
 use super::reader::Table;
 use super::snow::BLUR_FIELDS;
 use super::value::Value;
-use super::{Camera, Opening, SceneError, WaterSurface};
+use super::{Camera, Opening, SceneError, WaterSurface, spectral};
 
 /// Smallest field of view, degrees.
 const LEAST_FIELD_DEG: f64 = 1e-6;
@@ -29,7 +30,7 @@ const MM_PER_M: f64 = 1e3;
 /// Refractive index of acrylic glass (PMMA) in the middle of the visible.
 const ACRYLIC: f64 = 1.49;
 
-pub(super) const FIELDS: [&str; 18] = [
+pub(super) const FIELDS: [&str; 19] = [
     "position_m",
     "forward",
     "up",
@@ -41,6 +42,7 @@ pub(super) const FIELDS: [&str; 18] = [
     "distortion",
     "fisheye",
     "port",
+    "calibration",
     "width",
     "height",
     "response",
@@ -50,7 +52,7 @@ pub(super) const FIELDS: [&str; 18] = [
     BLUR_FIELDS[1],
 ];
 /// How many of them tell a view; without any of these it comes from a glTF file.
-const VIEW_FIELDS: usize = 11;
+const VIEW_FIELDS: usize = 12;
 
 /// What the `[camera]` table says.
 pub(super) enum CameraTable {
@@ -70,7 +72,11 @@ pub(super) fn read(root: &Table<'_>) -> Result<Option<CameraTable>, SceneError> 
     let Some(table) = root.table("camera", &FIELDS)? else {
         return Ok(None);
     };
-    let (width, height) = read_size(&table)?;
+    let calibration = read_calibration(&table)?;
+    let (width, height) = match calibration {
+        Some(known) => (known.width, known.height),
+        None => read_size(&table)?,
+    };
     if FIELDS[..VIEW_FIELDS]
         .iter()
         .all(|field| table.optional(field).is_none())
@@ -91,8 +97,13 @@ pub(super) fn read(root: &Table<'_>) -> Result<Option<CameraTable>, SceneError> 
         };
         return Err(field.invalid(expected));
     }
-    let lens = read_lens(&table)?;
-    let (focal_px, centre_px) = read_intrinsics(&table, &lens, width, height)?;
+    let (lens, (focal_px, centre_px)) = match calibration {
+        Some(known) => (known.lens, (known.focal_px, known.centre_px)),
+        None => {
+            let lens = read_lens(&table)?;
+            (lens, read_intrinsics(&table, &lens, width, height)?)
+        }
+    };
     let port = table.optional("port");
     let camera = Camera {
         focal_px,
@@ -103,6 +114,30 @@ pub(super) fn read(root: &Table<'_>) -> Result<Option<CameraTable>, SceneError> 
     };
     check_lens(&table, &camera)?;
     Ok(Some(CameraTable::Complete(Box::new(camera))))
+}
+
+/// Size, lens and principal point from the file that another program has written.
+fn read_calibration(table: &Table<'_>) -> Result<Option<Calibration>, SceneError> {
+    let Some(file) = table.optional("calibration") else {
+        return Ok(None);
+    };
+    let in_file = [
+        "width",
+        "height",
+        "hfov_deg",
+        "fx",
+        "fy",
+        "cx",
+        "cy",
+        "distortion",
+        "fisheye",
+    ];
+    for field in in_file {
+        table.refuse(field, "where camera.calibration is given, which tells it")?;
+    }
+    let (text, path) = spectral::read_file(&file)?;
+    let known = calibration::parse(&text).map_err(|reason| file.unusable_file(&path, reason))?;
+    Ok(Some(known))
 }
 
 fn read_lens(table: &Table<'_>) -> Result<Lens, SceneError> {
@@ -127,7 +162,8 @@ fn check_lens(table: &Table<'_>, camera: &Camera) -> Result<(), SceneError> {
             "k1, k2, k3, k4 of a lens that sees less than 180° off its axis and is one-to-one over the image",
         ),
     };
-    if let Some(value) = table.optional(field)
+    let calibration = || table.optional("calibration");
+    if let Some(value) = table.optional(field).or_else(calibration)
         && !camera.is_invertible()
     {
         return Err(value.invalid(expected));

@@ -28,6 +28,14 @@ pub enum SceneError {
         /// What to do with such a file; empty where nothing is to be said.
         hint: &'static str,
     },
+    /// A camera's calibration in the place of a scene.
+    #[error("{file}: {reason}")]
+    Calibration {
+        /// The calibration.
+        file: String,
+        /// What is wrong with it, with its line.
+        reason: String,
+    },
     /// A setting that takes the place of a value of the file cannot be used.
     #[error("--set {setting}: {reason}")]
     Setting {
@@ -120,7 +128,10 @@ impl SceneError {
     /// File and line, counted from 1, where the error has them.
     pub(super) fn place(&self) -> Option<(&str, usize)> {
         match self {
-            Self::Unreadable { .. } | Self::NotAScene { .. } | Self::Setting { .. } => None,
+            Self::Unreadable { .. }
+            | Self::NotAScene { .. }
+            | Self::Calibration { .. }
+            | Self::Setting { .. } => None,
             Self::Syntax { file, line, .. }
             | Self::UnknownField { file, line, .. }
             | Self::MissingField { file, line, .. }

@@ -12,8 +12,8 @@ use super::kind::check_kind;
 use super::reader::Table;
 use super::setting::Amended;
 use super::{
-    Camera, Lamp, Scene, SceneError, Setting, WaterSurface, light, object, phase, sections, snow,
-    spectral, variation,
+    Camera, Lamp, Scene, SceneError, Setting, WaterSurface, calibration, light, object, phase,
+    sections, snow, spectral, variation,
 };
 
 /// Value of the `format` field.
@@ -24,7 +24,7 @@ const FIELDS: [&str; 10] = [
 
 impl Scene {
     /// Reads a scene file and every file it refers to. Paths in it start from its own folder; `shipped:NAME` is a shipped file,
-    /// here as in the scene.
+    /// here as in the scene. A camera's calibration (`*.yaml` of ROS, OpenCV or Kalibr) is a scene with that camera alone.
     ///
     /// # Errors
     /// The first thing that is wrong, with file, line and field.
@@ -46,6 +46,10 @@ impl Scene {
         check_kind(&file, &bytes)?;
         let text = String::from_utf8(bytes)
             .map_err(|error| unreadable(io::Error::new(io::ErrorKind::InvalidData, error)))?;
+        let text = match calibration::is_meant(path) {
+            true => scene_of_camera(&text, path)?,
+            false => text,
+        };
         let base_dir = path.parent().unwrap_or(Path::new(""));
         Self::parse_with(&text, base_dir, &file, settings)
     }
@@ -86,6 +90,19 @@ impl Scene {
         });
         scene.map_err(|error| amended.blame(error))
     }
+}
+
+/// A scene with nothing but the camera of a calibration, at the origin.
+fn scene_of_camera(text: &str, path: &Path) -> Result<String, SceneError> {
+    calibration::parse(text).map_err(|reason| SceneError::Calibration {
+        file: path.display().to_string(),
+        reason,
+    })?;
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let name = toml::Value::String(name.into_owned());
+    Ok(format!(
+        "format = {FORMAT:?}\n[camera]\nposition_m = [0.0, 0.0, 0.0]\nforward = [1.0, 0.0, 0.0]\ncalibration = {name}\n"
+    ))
 }
 
 fn syntax_error(doc: &Document<'_>, error: &toml::de::Error) -> SceneError {

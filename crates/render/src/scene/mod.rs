@@ -2,6 +2,7 @@
 //!
 //! World frame: right-handed, +z up, metres. Colour triples are R, G, B. Radiance is linear.
 
+mod calibration;
 mod camera;
 mod camera_table;
 mod document;

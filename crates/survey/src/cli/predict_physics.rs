@@ -44,7 +44,7 @@ pub(super) struct PhysicsArguments {
     /// and, where it was not --depth-m, depth_m.
     #[arg(long, requires = "water")]
     earlier: Option<PathBuf>,
-    /// With --water: camera that took the pictures, a scene file whose [camera] has their size, lens (distortion or fisheye) and port. They are read as the water
+    /// With --water: camera that took the pictures, a scene file whose [camera] has their size, lens (distortion or fisheye) and port, or a calibration (*.yaml) of ROS, OpenCV or Kalibr. They are read as the water
     /// file's ideal camera would have taken them.
     #[arg(long, value_name = "NAME|FILE", requires = "water")]
     camera: Option<PathBuf>,

@@ -1,0 +1,141 @@
+"""Pictures and their table out of recordings of ROS by `tools/bag_pictures.py`: python3 -m unittest (in this folder).
+
+Needs `rosbags`, `numpy` and `pillow`.
+"""
+
+import csv
+import io
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import numpy as np
+from PIL import Image
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
+
+TOOL = pathlib.Path(__file__).resolve().parents[4] / "tools" / "bag_pictures.py"
+LIMIT_S = 60
+STORE = get_typestore(Stores.ROS2_HUMBLE)
+T = STORE.types
+START_S = 1_700_000_000
+
+
+def header(time_s):
+    sec, nanosec = divmod(round(1e9 * (START_S + time_s)), 10**9)
+    return T["std_msgs/msg/Header"](T["builtin_interfaces/msg/Time"](sec, nanosec), "")
+
+
+def range_at(time_s, value):
+    return T["sensor_msgs/msg/Range"](header(time_s), 0, 0.1, 0.2, 10.0, value)
+
+
+def number(value):
+    return T["std_msgs/msg/Float64"](value)
+
+
+def odometry(time_s, z):
+    pose = T["geometry_msgs/msg/Pose"](T["geometry_msgs/msg/Point"](0.0, 0.0, z), T["geometry_msgs/msg/Quaternion"](0.0, 0.0, 0.0, 1.0))
+    zero = T["geometry_msgs/msg/Vector3"](0.0, 0.0, 0.0)
+    twist = T["geometry_msgs/msg/TwistWithCovariance"](T["geometry_msgs/msg/Twist"](zero, zero), np.zeros(36))
+    return T["nav_msgs/msg/Odometry"](header(time_s), "base", T["geometry_msgs/msg/PoseWithCovariance"](pose, np.zeros(36)), twist)
+
+
+def colours(step):
+    rows = np.zeros((6, 8, 3), np.uint8)
+    rows[..., 0], rows[:, :4, 1], rows[..., 2] = step, 100, 7
+    return rows
+
+
+def compressed(time_s, step):
+    file = io.BytesIO()
+    Image.fromarray(colours(step)).save(file, "PNG")
+    return T["sensor_msgs/msg/CompressedImage"](header(time_s), "png", np.frombuffer(file.getvalue(), np.uint8))
+
+
+def raw(time_s, step):
+    rows = np.pad(colours(step)[..., ::-1].reshape(6, -1), ((0, 0), (0, 5)), constant_values=99)
+    return T["sensor_msgs/msg/Image"](header(time_s), 6, 8, "bgr8", 0, 29, rows.reshape(-1))
+
+
+class Bags(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def record(self, messages, storage=StoragePlugin.SQLITE3):
+        """(s, topic, message), recorded a tenth of a second after they were made."""
+        path = self.folder / "dive"
+        with Writer(path, version=9, storage_plugin=storage) as writer:
+            connections = {}
+            for time_s, topic, message in messages:
+                if topic not in connections:
+                    connections[topic] = writer.add_connection(topic, message.__msgtype__, typestore=STORE)
+                data = STORE.serialize_cdr(message, message.__msgtype__)
+                writer.write(connections[topic], round(1e9 * (START_S + time_s + 0.1)), data)
+        return path
+
+    def run_tool(self, path, *words, status=0):
+        out = self.folder / "out"
+        done = subprocess.run([sys.executable, TOOL, path, "-o", out, *words], capture_output=True, text=True, timeout=LIMIT_S)
+        self.assertEqual(done.returncode, status, done.stdout + done.stderr)
+        if status:
+            self.assertFalse((out / "manifest.csv").exists())
+            return done.stderr
+        with (out / "manifest.csv").open() as file:
+            rows = list(csv.DictReader(file))
+        return rows, [np.asarray(Image.open(out / row["file"])) for row in rows], done.stderr
+
+    def test_rows_have_what_was_known_at_the_pictures_time(self):
+        dive = [(0.5 * k, "/range", range_at(0.5 * k, 1.0 + 0.1 * k)) for k in range(12)]
+        dive += [(0.5 * k, "/depth", number(3.0 + 0.01 * k)) for k in range(12)]
+        dive += [(0.5 * k, "/light_pct", number(40.0 if k < 6 else 80.0)) for k in range(12)]
+        dive += [(0.25 + 0.5 * k, "/camera/image_raw/compressed", compressed(0.25 + 0.5 * k, k)) for k in range(10)]
+        for storage in (StoragePlugin.SQLITE3, StoragePlugin.MCAP):
+            with self.subTest(storage), tempfile.TemporaryDirectory() as folder:
+                self.folder = pathlib.Path(folder)
+                rows, pictures, _ = self.run_tool(self.record(sorted(dive, key=lambda one: one[0]), storage))
+                # Two a second were taken, one a second is kept.
+                self.assertEqual([picture[0, 0, 0] for picture in pictures], [0, 2, 4, 6, 8])
+                self.assertTrue((pictures[2] == colours(4)).all())
+                self.assertEqual([row["kind"] for row in rows], ["contrast"] * 5)
+                np.testing.assert_allclose([float(row["distance_m"]) for row in rows], [1.05, 1.25, 1.45, 1.65, 1.85])
+                # Depth and light have no stamp: they are as old as their recording, which came a tenth of a second late.
+                np.testing.assert_allclose([float(row["depth_m"]) for row in rows], [3.003, 3.023, 3.043, 3.063, 3.083])
+                self.assertEqual([float(row["light_pct"]) for row in rows], [40, 40, 40, 80, 80])
+
+    def test_pixels_poses_and_fixed_lamps(self):
+        dive = [(0.5 * k, "/odom", odometry(0.5 * k, -4.0)) for k in range(8)]
+        dive += [(0.5 * k, "/range", range_at(0.5 * k, float("inf") if k == 4 else 2.0)) for k in range(8)]
+        dive += [(0.5 * k, "/camera/image_raw", raw(0.5 * k, k)) for k in range(8)]
+        words = "--image-topic /camera/image_raw --depth-topic /odom --light-pct 0 --every-s 0 --gap-s 0.3 --range-offset-m 0.25 --kind depth".split()
+        rows, pictures, told = self.run_tool(self.record(sorted(dive, key=lambda one: one[0])), *words)
+        # Without an echo there is no distance.
+        self.assertEqual([picture[0, 0, 0] for picture in pictures], [0, 1, 2, 3, 5, 6, 7])
+        self.assertTrue((pictures[1] == colours(1)).all())
+        self.assertEqual(rows[0], {"file": "000001.png", "kind": "depth", "depth_m": "4", "distance_m": "2.25", "light_pct": "0"})
+        self.assertIn("1 pictures left out: nothing of /range within 0.3 s", told)
+
+    def test_what_is_missing_is_told(self):
+        dive = self.record([(0.0, "/range", range_at(0.0, 1.0)), (0.0, "/depth", number(3.0)), (0.0, "/camera/image_raw", raw(0.0, 1))])
+        told = self.run_tool(dive, status=2)
+        self.assertIn("--image-topic /camera/image_raw/compressed is not in the recording; there: /camera/image_raw (sensor_msgs/msg/Image)", told)
+        pixels = ["--image-topic", "/camera/image_raw"]
+        told = self.run_tool(dive, *pixels, status=2)
+        self.assertIn("--light-topic /light_pct is not in the recording (--light-pct", told)
+        told = self.run_tool(dive, *pixels, "--light-topic", "/range", status=2)
+        self.assertIn("/range must be one of std_msgs/msg/Float64, std_msgs/msg/Float32, got sensor_msgs/msg/Range", told)
+        self.assertIn("nowhere: is not there", self.run_tool(self.folder / "nowhere", status=2))
+        rows, *_ = self.run_tool(dive, *pixels, "--light-pct", "100")
+        self.assertEqual(len(rows), 1)
+        # Nothing is written over.
+        done = subprocess.run([sys.executable, TOOL, dive, "-o", self.folder / "out"], capture_output=True, text=True, timeout=LIMIT_S)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("has a manifest.csv already", done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
