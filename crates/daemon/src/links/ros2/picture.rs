@@ -154,11 +154,15 @@ mod tests {
     /// Two rows of two pixels, with bytes of no meaning behind each row.
     fn image(encoding: &str, is_bigendian: bool, pixels: &[[u16; 4]; 4]) -> Image {
         let layout = layout_of(encoding).unwrap();
+        let order = match encoding.starts_with("bgr") {
+            true => [2, 1, 0],
+            false => [0, 1, 2],
+        };
         let mut data = Vec::new();
         for row in pixels.chunks(2) {
             for pixel in row {
                 let mut stored = [pixel[3]; 4];
-                for (&channel, &value) in layout.order.iter().zip(pixel) {
+                for (channel, &value) in order.into_iter().zip(pixel).take(layout.channels) {
                     stored[channel] = value;
                 }
                 for value in &stored[..layout.channels] {
