@@ -104,7 +104,13 @@ def picture(message, kind):
     if message.encoding not in ENCODINGS:
         raise Unusable(f"the encoding of pictures must be one of {', '.join(ENCODINGS)}, got {message.encoding!r}")
     channels, order = ENCODINGS[message.encoding]
-    rows = np.frombuffer(bytes(message.data), np.uint8).reshape(message.height, message.step)
+    needed = message.height * message.step
+    if message.step < message.width * channels or len(message.data) < needed:
+        raise Unusable(
+            f"a picture of {message.width} x {message.height} {message.encoding} needs steps of {message.width * channels} bytes and {needed} in all, "
+            f"got {message.step} and {len(message.data)}"
+        )
+    rows = np.frombuffer(bytes(message.data), np.uint8)[:needed].reshape(message.height, message.step)
     pixels = rows[:, : message.width * channels].reshape(message.height, message.width, channels)[..., order]
     file = io.BytesIO()
     Image.fromarray(pixels.squeeze(axis=2) if channels == 1 else pixels).save(file, "PNG")

@@ -131,6 +131,14 @@ class Bags(unittest.TestCase):
         self.assertIn("nowhere: is not there", self.run_tool(self.folder / "nowhere", status=2))
         rows, *_ = self.run_tool(dive, *pixels, "--light-pct", "100")
         self.assertEqual(len(rows), 1)
+        short = raw(0.0, 1)
+        short.data = short.data[:100]
+        with tempfile.TemporaryDirectory() as folder:
+            self.folder, kept = pathlib.Path(folder), self.folder
+            cut = self.record([(0.0, "/range", range_at(0.0, 1.0)), (0.0, "/depth", number(3.0)), (0.0, "/camera/image_raw", short)])
+            told = self.run_tool(cut, *pixels, "--light-pct", "0", status=2)
+            self.assertIn("a picture of 8 x 6 bgr8 needs steps of 24 bytes and 174 in all, got 29 and 100", told)
+            self.folder = kept
         # Nothing is written over.
         done = subprocess.run([sys.executable, TOOL, dive, "-o", self.folder / "out"], capture_output=True, text=True, timeout=LIMIT_S)
         self.assertEqual(done.returncode, 2)

@@ -87,29 +87,37 @@ fn layout_of(encoding: &str) -> Result<Layout, String> {
     ))
 }
 
-/// The pixels as an uncompressed TIFF without alpha.
-fn tiff(image: &Image) -> Result<Vec<u8>, String> {
-    let layout = layout_of(&image.encoding)?;
-    let (width, height) = (image.width as usize, image.height as usize);
-    let (step, pixel) = (image.step as usize, layout.channels * layout.bytes);
+/// Refuses sizes that do not fit each other or the data.
+fn check_size(image: &Image, layout: Layout) -> Result<(), String> {
+    let (width, height, step) = (image.width, image.height, image.step);
+    let pixel = layout.channels * layout.bytes;
     if width == 0 || height == 0 {
         return Err(format!(
             "width and height must be above 0, got {width} and {height}"
         ));
     }
-    let row = width * pixel;
-    if step < row {
+    let row = u64::from(width) * pixel as u64;
+    if u64::from(step) < row {
         return Err(format!(
             "step must be at least {row} bytes ({width} pixels of {pixel}), got {step}"
         ));
     }
-    let needed = step as u64 * (height as u64 - 1) + row as u64;
+    let needed = u64::from(step) * (u64::from(height) - 1) + row;
     let given = image.data.len();
-    if (given as u64) < needed {
-        return Err(format!(
+    match given as u64 >= needed {
+        true => Ok(()),
+        false => Err(format!(
             "data must have at least {needed} bytes ({height} rows of {step}), got {given}"
-        ));
+        )),
     }
+}
+
+/// The pixels as an uncompressed TIFF without alpha.
+fn tiff(image: &Image) -> Result<Vec<u8>, String> {
+    let layout = layout_of(&image.encoding)?;
+    check_size(image, layout)?;
+    let [width, height, step] = [image.width, image.height, image.step].map(|side| side as usize);
+    let row = width * layout.channels * layout.bytes;
     let mut samples = Vec::with_capacity(width * height * layout.order.len() * layout.bytes);
     for row in image.data.chunks(step).take(height).map(|all| &all[..row]) {
         copy_row(row, layout, image.is_bigendian != 0, &mut samples);
