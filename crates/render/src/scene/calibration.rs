@@ -1,26 +1,18 @@
 //! Calibrations of cameras as other programs write them: YAML of ROS (`camera_calibration`, `camera_info_manager`), of OpenCV
 //! (`FileStorage`) and of Kalibr (`camchain`).
 
-use std::fmt::Display;
-
 use glam::DVec2;
-use saphyr::{LoadableYamlNode as _, MarkedYaml, YamlData};
 
-use super::camera::{MAX_PIXELS, MAX_SIDE_PX};
+use super::camera::{LEAST_FOCAL_PX, MAX_PIXELS, MAX_SIDE_PX};
 use super::lens::Lens;
+use super::yaml::Node;
 
 /// Endings of such files.
 const ENDINGS: [&str; 2] = ["yaml", "yml"];
-/// Largest such file, bytes; they have less than a hundredth of it.
-const MOST_BYTES: usize = 1 << 20;
-/// Most brackets that may be open at a time.
-const MOST_NESTED: usize = 32;
 /// What OpenCV begins its files with, which is no directive of YAML.
 const OPENCV: &str = "%YAML:1.0";
 /// Where OpenCV and its kin have the point (0, 0): in the middle of the first pixel.
 const HALF_PIXEL: f64 = 0.5;
-/// Smallest focal length, pixels.
-const LEAST_FOCAL_PX: f64 = 1e-3;
 /// Skew that is none, over the focal length.
 const NO_SKEW: f64 = 1e-6;
 
@@ -47,61 +39,18 @@ pub(super) fn is_meant(path: &std::path::Path) -> bool {
 /// What is wrong, with its line and field.
 pub(super) fn parse(text: &str) -> Result<Calibration, String> {
     let text = text.strip_prefix(OPENCV).unwrap_or(text);
-    check_extent(text)?;
-    let documents =
-        MarkedYaml::load_from_str(text).map_err(|error| format!("not YAML: {error}"))?;
-    let Some(root) = documents.first() else {
-        return Err("is empty".to_owned());
-    };
-    let root = Node {
-        yaml: root,
-        path: String::new(),
-    };
-    match root.get("image_width") {
-        Some(_) => of_opencv(&root),
-        None => of_kalibr(&root),
-    }
-}
-
-/// Refuses what would take long to read, or many calls within each other.
-fn check_extent(text: &str) -> Result<(), String> {
-    if text.len() > MOST_BYTES {
-        return Err(format!(
-            "must have at most {MOST_BYTES} bytes, got {}",
-            text.len()
-        ));
-    }
-    let mut open = 0usize;
-    for (number, line) in text.lines().enumerate() {
-        let indent = line.len() - line.trim_start().len();
-        for letter in line.chars() {
-            match letter {
-                '[' | '{' => open += 1,
-                ']' | '}' => open = open.saturating_sub(1),
-                _ => {}
-            }
-        }
-        if open > MOST_NESTED || indent > 2 * MOST_NESTED && open == 0 || nested_items(line) {
-            return Err(format!("line {}: nested too deeply", number + 1));
-        }
-    }
-    Ok(())
-}
-
-/// Whether a line begins many lists within each other, as in `- - - 1`.
-fn nested_items(line: &str) -> bool {
-    let items = line
-        .split_whitespace()
-        .take_while(|word| matches!(*word, "-" | "?"));
-    items.count() > MOST_NESTED
+    Node::of_text(text, |root| match root.get("image_width") {
+        Some(_) => of_opencv(root),
+        None => of_kalibr(root),
+    })
 }
 
 /// Of ROS and OpenCV, whose fields have the same names.
 fn of_opencv(root: &Node<'_>) -> Result<Calibration, String> {
-    let (width, height) = size([
-        root.required("image_width")?,
-        root.required("image_height")?,
-    ])?;
+    let size = size(
+        &root.required("image_width")?,
+        &root.required("image_height")?,
+    )?;
     let matrix = root.required("camera_matrix")?.required("data")?;
     let of = matrix.numbers(9, 9)?;
     if of[1].abs() > NO_SKEW * of[0].abs() {
@@ -109,19 +58,30 @@ fn of_opencv(root: &Node<'_>) -> Result<Calibration, String> {
     }
     let coefficients = root.required("distortion_coefficients")?.required("data")?;
     let k = coefficients.numbers(0, 14)?;
-    let model = root.get("distortion_model");
-    let name = model.as_ref().map(Node::text).transpose()?;
-    let lens = match name.unwrap_or("plumb_bob") {
-        "plumb_bob" | "rational_polynomial" | "thin_prism" | "" => {
-            brown_conrady(&coefficients, &k)?
-        }
-        "equidistant" | "fisheye" => equidistant(&coefficients, &k)?,
-        other => {
-            let known = "plumb_bob, rational_polynomial or equidistant";
-            return Err(model.map_or_else(String::new, |model| model.wrong(known, other)));
-        }
+    let lens = match is_fisheye(root, &coefficients, k.len())? {
+        true => equidistant(&coefficients, &k)?,
+        false => brown_conrady(&coefficients, &k)?,
     };
-    calibration((width, height), &matrix, [of[0], of[4], of[2], of[5]], lens)
+    calibration(size, &matrix, [of[0], of[4], of[2], of[5]], lens)
+}
+
+/// As `distortion_model` of ROS or `fisheye_model` of OpenCV's own program says. Files of OpenCV may say neither, but then four numbers may be of either lens.
+fn is_fisheye(root: &Node<'_>, coefficients: &Node<'_>, count: usize) -> Result<bool, String> {
+    if let Some(model) = root.get("distortion_model") {
+        return match model.text()? {
+            "plumb_bob" | "rational_polynomial" | "thin_prism" => Ok(false),
+            "equidistant" | "fisheye" => Ok(true),
+            other => Err(model.wrong("plumb_bob, rational_polynomial or equidistant", other)),
+        };
+    }
+    match root.get("fisheye_model") {
+        Some(flag) => Ok(flag.whole(0, 1)? == 1),
+        None if count == 4 => Err(coefficients.wrong(
+            "beside a distortion_model (plumb_bob or equidistant) where there are four numbers, which either lens has",
+            "none",
+        )),
+        None => Ok(false),
+    }
 }
 
 /// Of Kalibr: one camera of a chain.
@@ -141,8 +101,7 @@ fn of_kalibr(root: &Node<'_>) -> Result<Calibration, String> {
         return Err(model.wrong("pinhole", model.text()?));
     }
     let resolution = camera.required("resolution")?.items(2, 2)?;
-    let [across, down] = <[Node<'_>; 2]>::try_from(resolution).map_err(|_| String::new())?;
-    let size = size([across, down])?;
+    let size = size(&resolution[0], &resolution[1])?;
     let intrinsics = camera.required("intrinsics")?;
     let of = intrinsics.numbers(4, 4)?;
     let coefficients = camera.required("distortion_coeffs")?;
@@ -156,9 +115,8 @@ fn of_kalibr(root: &Node<'_>) -> Result<Calibration, String> {
     calibration(size, &intrinsics, [of[0], of[1], of[2], of[3]], lens)
 }
 
-fn size(sides: [Node<'_>; 2]) -> Result<(u32, u32), String> {
-    let [width, height] = &sides;
-    let (across, down) = (width.side()?, height.side()?);
+fn size(width: &Node<'_>, height: &Node<'_>) -> Result<(u32, u32), String> {
+    let (across, down) = (width.whole(1, MAX_SIDE_PX)?, height.whole(1, MAX_SIDE_PX)?);
     match u64::from(across) * u64::from(down) <= MAX_PIXELS {
         true => Ok((across, down)),
         false => Err(height.wrong(
@@ -210,115 +168,6 @@ fn calibration(
         centre_px: DVec2::new(cx, cy) + HALF_PIXEL,
         lens,
     })
-}
-
-/// A value with the names that lead to it.
-struct Node<'y> {
-    yaml: &'y MarkedYaml<'y>,
-    path: String,
-}
-
-impl<'y> Node<'y> {
-    /// The value itself, where a type stands before it.
-    fn plain(&self) -> &'y MarkedYaml<'y> {
-        match &self.yaml.data {
-            YamlData::Tagged(_, value) => value,
-            _ => self.yaml,
-        }
-    }
-
-    fn get(&self, name: &str) -> Option<Self> {
-        let YamlData::Mapping(fields) = &self.plain().data else {
-            return None;
-        };
-        let found = fields
-            .iter()
-            .find(|(key, _)| key.data.as_str() == Some(name));
-        let dot = if self.path.is_empty() { "" } else { "." };
-        found.map(|(_, yaml)| Self {
-            yaml,
-            path: format!("{}{dot}{name}", self.path),
-        })
-    }
-
-    fn required(&self, name: &str) -> Result<Self, String> {
-        self.get(name).ok_or_else(|| {
-            let place = match self.path.as_str() {
-                "" => "it",
-                path => path,
-            };
-            format!("line {}: {place} lacks `{name}`", self.line())
-        })
-    }
-
-    fn line(&self) -> usize {
-        self.plain().span.start.line()
-    }
-
-    fn wrong(&self, expected: &str, got: impl Display) -> String {
-        let (line, path) = (self.line(), &self.path);
-        format!("line {line}: {path} must be {expected}, got {got}")
-    }
-
-    /// What it is, for messages.
-    fn written(&self) -> String {
-        match &self.plain().data {
-            YamlData::Sequence(items) => format!("a list of {}", items.len()),
-            YamlData::Mapping(_) => "a table".to_owned(),
-            data => match (data.as_integer(), data.as_floating_point(), data.as_str()) {
-                (Some(whole), ..) => whole.to_string(),
-                (_, Some(number), _) => number.to_string(),
-                (.., Some(text)) => format!("{text:?}"),
-                _ => "something else".to_owned(),
-            },
-        }
-    }
-
-    fn text(&self) -> Result<&'y str, String> {
-        let text = self.plain().data.as_str();
-        text.ok_or_else(|| self.wrong("a word", self.written()))
-    }
-
-    fn number(&self) -> Result<f64, String> {
-        let data = &self.plain().data;
-        let whole = data.as_integer().map(|whole| whole as f64);
-        let number = whole.or_else(|| data.as_floating_point());
-        let finite = number.filter(|number| number.is_finite());
-        finite.ok_or_else(|| self.wrong("a finite number", self.written()))
-    }
-
-    fn side(&self) -> Result<u32, String> {
-        let whole = self.plain().data.as_integer();
-        let side = whole.and_then(|whole| u32::try_from(whole).ok());
-        side.filter(|side| (1..=MAX_SIDE_PX).contains(side))
-            .ok_or_else(|| {
-                let expected = format!("a whole number in [1, {MAX_SIDE_PX}] pixels");
-                self.wrong(&expected, self.written())
-            })
-    }
-
-    fn items(&self, least: usize, most: usize) -> Result<Vec<Self>, String> {
-        match &self.plain().data {
-            YamlData::Sequence(items) if (least..=most).contains(&items.len()) => {
-                let item = |(i, yaml)| Self {
-                    yaml,
-                    path: format!("{}[{i}]", self.path),
-                };
-                Ok(items.iter().enumerate().map(item).collect())
-            }
-            _ => {
-                let expected = match least == most {
-                    true => format!("a list of {least} numbers"),
-                    false => format!("a list of {least} to {most} numbers"),
-                };
-                Err(self.wrong(&expected, self.written()))
-            }
-        }
-    }
-
-    fn numbers(&self, least: usize, most: usize) -> Result<Vec<f64>, String> {
-        self.items(least, most)?.iter().map(Self::number).collect()
-    }
 }
 
 #[cfg(test)]
@@ -380,7 +229,7 @@ mod tests {
             (
                 "width: 640",
                 "width: 64.5",
-                "line 1: image_width must be a whole number in [1, 16384] pixels, got 64.5",
+                "line 1: image_width must be a whole number in [1, 16384], got 64.5",
             ),
             ("width: 640", "width: 0", "got 0"),
             (
@@ -434,8 +283,8 @@ mod tests {
         }
         let large = ROS.replace("640", "16384").replace("480", "16384");
         let error = parse(&large).expect_err("large");
-        let expected = "line 2: image_height must be such that there are at most";
-        assert!(error.contains(expected), "{error}");
+        let words = "line 2: image_height must be such that there are at most";
+        assert!(error.contains(words), "{error}");
         for (text, words) in [
             ("", "is empty"),
             ("a: [1, 2", "not YAML"),
@@ -445,6 +294,21 @@ mod tests {
             let error = parse(text).expect_err(text);
             assert!(error.contains(words), "{text}: {error}");
         }
+        // OpenCV's own file of a fisheye says so, or it might be another lens with four numbers.
+        let four = OPENCV_FILE.replace("\n       -2.0e-03, 0. ]", "\n       -2.0e-03 ]");
+        let error = parse(&four).expect_err("either lens");
+        assert!(
+            error.contains(
+                "line 17: distortion_coefficients.data must be beside a distortion_model"
+            ),
+            "{error}"
+        );
+        let fisheye = Lens::Fisheye([-0.2, 0.03, 0.001, -0.002]);
+        let said = four.replace("flags: 0", "fisheye_model: 1");
+        assert_eq!(parse(&said), Ok(expected(fisheye)));
+        let said = four.replace("flags: 0", "fisheye_model: 0");
+        let lens = Lens::Perspective([-0.2, 0.03, 0.001, -0.002, 0.0]);
+        assert_eq!(parse(&said), Ok(expected(lens)));
         let two = format!("{KALIBR}{}", KALIBR.replace("cam0", "cam1"));
         let error = parse(&two).expect_err("two cameras");
         assert!(
@@ -465,6 +329,12 @@ mod tests {
             "{a: ".repeat(100_000),
             format!("{}1", "- ".repeat(100_000)),
             (0..100_000).map(|k| " ".repeat(k % 500) + "a:\n").collect(),
+            "# [\n".to_owned()
+                + &(0..1400)
+                    .map(|k| " ".repeat(k) + "a:\n")
+                    .collect::<String>(),
+            "- !x ".repeat(100_000),
+            "[\"]\", ".repeat(100_000),
             "a".repeat(2 << 20),
             "a: &x [1]\nb: *x\n".to_owned(),
         ] {

@@ -10,6 +10,8 @@ use super::{Camera, Scene};
 pub(super) const MAX_SIDE_PX: u32 = 16_384;
 /// Most pixels of an image; about 1.5 GiB for one RGB picture and its variance in float32 and float64.
 pub(super) const MAX_PIXELS: u64 = 1 << 26;
+/// Smallest focal length, pixels.
+pub(super) const LEAST_FOCAL_PX: f64 = 1e-3;
 /// Points per image side at which lens and port are checked when a scene is read.
 const CHECKED_POINTS: u32 = 16;
 /// Sine of the smallest angle from 90° off the optical axis that counts as ahead, which is 0.06°.

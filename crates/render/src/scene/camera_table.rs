@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use super::calibration::{self, Calibration};
-use super::camera::{LEAST_AHEAD, MAX_PIXELS, MAX_SIDE_PX};
+use super::camera::{LEAST_AHEAD, LEAST_FOCAL_PX, MAX_PIXELS, MAX_SIDE_PX};
 use super::lens::Lens;
 use super::port::{Port, PortShape};
 use super::range::Range;
@@ -14,8 +14,6 @@ use super::{Camera, Opening, SceneError, WaterSurface, spectral};
 
 /// Smallest field of view, degrees.
 const LEAST_FIELD_DEG: f64 = 1e-6;
-/// Smallest focal length, pixels.
-const LEAST_FOCAL_PX: f64 = 1e-3;
 /// Sine of the smallest angle between forward and up.
 const PARALLEL_SINE: f64 = 1e-9;
 /// Smallest distance of a flat port and radius of a dome, m.

@@ -39,6 +39,7 @@ mod texels;
 mod texture;
 mod value;
 mod variation;
+mod yaml;
 
 pub use camera::{CameraRay, SizeError};
 pub use error::SceneError;

@@ -13,6 +13,7 @@ import unittest
 
 import numpy as np
 from PIL import Image
+from rosbags import rosbag1
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
@@ -118,6 +119,27 @@ class Bags(unittest.TestCase):
         self.assertTrue((pictures[1] == colours(1)).all())
         self.assertEqual(rows[0], {"file": "000001.png", "kind": "depth", "depth_m": "4", "distance_m": "2.25", "light_pct": "0"})
         self.assertIn("1 pictures left out: nothing of /range within 0.3 s", told)
+
+    def test_recordings_of_the_first_ros_are_read(self):
+        store = get_typestore(Stores.ROS1_NOETIC)
+        of = store.types
+        with rosbag1.Writer(self.folder / "dive.bag") as writer:
+            connections = {}
+
+            def put(time_s, topic, message):
+                if topic not in connections:
+                    connections[topic] = writer.add_connection(topic, message.__msgtype__, typestore=store)
+                writer.write(connections[topic], round(1e9 * (START_S + time_s)), store.serialize_ros1(message, message.__msgtype__))
+
+            for k in range(3):
+                stamped = of["std_msgs/msg/Header"](k, of["builtin_interfaces/msg/Time"](START_S + k, 0), "")
+                put(k, "/range", of["sensor_msgs/msg/Range"](stamped, 0, 0.1, 0.2, 10.0, 1.0 + k))
+                put(k, "/depth", of["std_msgs/msg/Float32"](3.0))
+                put(k, "/camera/image_raw", of["sensor_msgs/msg/Image"](stamped, 4, 4, "mono8", 0, 4, np.full(16, k, np.uint8)))
+        words = ["--image-topic", "/camera/image_raw", "--light-pct", "0"]
+        rows, pictures, _ = self.run_tool(self.folder / "dive.bag", *words)
+        self.assertEqual([picture[0, 0] for picture in pictures], [0, 1, 2])
+        self.assertEqual([(row["depth_m"], row["distance_m"]) for row in rows], [("3", "1"), ("3", "2"), ("3", "3")])
 
     def test_what_is_missing_is_told(self):
         dive = self.record([(0.0, "/range", range_at(0.0, 1.0)), (0.0, "/depth", number(3.0)), (0.0, "/camera/image_raw", raw(0.0, 1))])

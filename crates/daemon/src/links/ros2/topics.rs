@@ -36,19 +36,18 @@ impl Topics {
             heard: Vec::new(),
         };
         topics.listen(node, "range_topic", &config.range_topic, range)?;
-        let depth = (&config.depth_topic, "depth_type");
+        let (setting, topic) = ("depth_type", &config.depth_topic);
         match config.depth_type {
-            DepthType::Metres => topics.listen(node, depth.1, depth.0, metres)?,
-            DepthType::Pressure => topics.listen(node, depth.1, depth.0, pressure)?,
-            DepthType::Pose => topics.listen(node, depth.1, depth.0, pose)?,
-            DepthType::Odometry => topics.listen(node, depth.1, depth.0, odometry)?,
+            DepthType::Metres => topics.listen(node, setting, topic, metres)?,
+            DepthType::Pressure => topics.listen(node, setting, topic, pressure)?,
+            DepthType::Pose => topics.listen(node, setting, topic, pose)?,
+            DepthType::Odometry => topics.listen(node, setting, topic, odometry)?,
         }
         topics.listen(node, "light_topic", &config.light_topic, light)?;
+        let (setting, topic) = ("image_type", &config.image_topic);
         match config.image_type {
-            ImageType::Compressed => {
-                topics.listen(node, "image_type", &config.image_topic, compressed)?;
-            }
-            ImageType::Raw => topics.listen(node, "image_type", &config.image_topic, raw)?,
+            ImageType::Compressed => topics.listen(node, setting, topic, compressed)?,
+            ImageType::Raw => topics.listen(node, setting, topic, raw)?,
         }
         Ok(topics)
     }

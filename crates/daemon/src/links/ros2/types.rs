@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use ros2_client::{Context, DiscoveredTopic};
+use ros2_client::{Context, DiscoveredTopic, MessageTypeName};
 
 /// A topic that is listened to.
 #[derive(Clone, Debug)]
@@ -44,7 +44,7 @@ impl Types {
 fn others(heard: &[Heard], found: &[DiscoveredTopic]) -> Vec<String> {
     let mut all = BTreeSet::new();
     for Heard { setting, topic, of } in heard {
-        let ours = ros_type(&dds_type(*of));
+        let ours = ros_type(&MessageTypeName::new(of.0, of.1).dds_msg_type());
         let same = |found: &&DiscoveredTopic| ros_topic(&found.name) == topic.as_str();
         let types = found.iter().filter(same).map(|topic| &topic.type_name);
         for theirs in types
@@ -57,11 +57,6 @@ fn others(heard: &[Heard], found: &[DiscoveredTopic]) -> Vec<String> {
         }
     }
     all.into_iter().collect()
-}
-
-/// The name of a type as DDS has it.
-fn dds_type((package, name): (&str, &str)) -> String {
-    format!("{package}::msg::dds_::{name}_")
 }
 
 /// A type as ROS 2 names it; what is none of its types stays as it is.
