@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Pictures of a ROS recording with the table that `uw calibrate` and `uw fit` take.
 
-    pip install rosbags numpy pillow
+    pip install rosbags numpy opencv-python-headless
     python3 tools/bag_pictures.py DIVE -o pictures [--image-topic /camera/image_raw/compressed] [--every-s 1] [--light-pct 0]
     uw calibrate pictures/manifest.csv ..
 
@@ -9,6 +9,9 @@ DIVE is a recording of ROS 2 (a folder with SQLite or MCAP) or of ROS 1 (a .bag)
 written as it came (PNG, JPEG) or, where it came as pixels, as PNG. Depth, distance and light are those of the recording at its time, between the messages
 before and after; where one of them is more than --gap-s away the picture is left out. Numbers may come as Float64, Float32, Range, FluidPressure, or z of a
 PoseStamped, PoseWithCovarianceStamped or Odometry. What changed between two pictures of one sight (exposure above all) no recording tells.
+
+The camera's calibration, where the recording has it (CameraInfo, beside the pictures or as --camera-info-topic says), becomes camera.yaml beside them, for
+`--camera`.
 """
 
 import argparse
@@ -20,8 +23,8 @@ import os
 import sys
 from pathlib import Path
 
+import cv2
 import numpy as np
-from PIL import Image
 from rosbags.highlevel import AnyReader, AnyReaderError
 from rosbags.typesys import Stores, get_typestore
 
@@ -29,8 +32,22 @@ GRAVITY_M_PER_S2 = 9.80665
 RANGE = "sensor_msgs/msg/Range"
 FLOATS = ("std_msgs/msg/Float64", "std_msgs/msg/Float32")
 POSES = ("geometry_msgs/msg/PoseStamped", "geometry_msgs/msg/PoseWithCovarianceStamped", "nav_msgs/msg/Odometry")
-# Channels of a pixel, and which of them are red, green and blue.
-ENCODINGS = {"rgb8": (3, [0, 1, 2]), "bgr8": (3, [2, 1, 0]), "rgba8": (4, [0, 1, 2]), "bgra8": (4, [2, 1, 0]), "mono8": (1, [0])}
+CAMERA_INFO = "sensor_msgs/msg/CameraInfo"
+# Channels of a pixel, and what makes of them the order that OpenCV writes; with samples of 8 bits and of 16.
+OF_BOTH_SIZES = {
+    "mono": (1, None),
+    "bgr": (3, None),
+    "rgb": (3, cv2.COLOR_RGB2BGR),
+    "bgra": (4, cv2.COLOR_BGRA2BGR),
+    "rgba": (4, cv2.COLOR_RGBA2BGR),
+    "bayer_rggb": (1, cv2.COLOR_BayerRGGB2BGR),
+    "bayer_bggr": (1, cv2.COLOR_BayerBGGR2BGR),
+    "bayer_grbg": (1, cv2.COLOR_BayerGRBG2BGR),
+    "bayer_gbrg": (1, cv2.COLOR_BayerGBRG2BGR),
+}
+UYVY, YUYV = (2, 8, cv2.COLOR_YUV2BGR_UYVY), (2, 8, cv2.COLOR_YUV2BGR_YUY2)
+ENCODINGS = {f"{name}{bits}": (channels, bits, code) for name, (channels, code) in OF_BOTH_SIZES.items() for bits in (8, 16)}
+ENCODINGS |= {"yuv422": UYVY, "uyvy": UYVY, "yuv422_yuy2": YUYV, "yuyv": YUYV}
 COLUMNS = ["file", "kind", "depth_m", "distance_m", "light_pct"]
 
 
@@ -103,18 +120,69 @@ def picture(message, kind):
         return ending, data
     if message.encoding not in ENCODINGS:
         raise Unusable(f"the encoding of pictures must be one of {', '.join(ENCODINGS)}, got {message.encoding!r}")
-    channels, order = ENCODINGS[message.encoding]
+    channels, bits, code = ENCODINGS[message.encoding]
+    row = message.width * channels * bits // 8
     needed = message.height * message.step
-    if message.step < message.width * channels or len(message.data) < needed:
+    if message.step < row or len(message.data) < needed:
         raise Unusable(
-            f"a picture of {message.width} x {message.height} {message.encoding} needs steps of {message.width * channels} bytes and {needed} in all, "
+            f"a picture of {message.width} x {message.height} {message.encoding} needs steps of {row} bytes and {needed} in all, "
             f"got {message.step} and {len(message.data)}"
         )
-    rows = np.frombuffer(bytes(message.data), np.uint8)[:needed].reshape(message.height, message.step)
-    pixels = rows[:, : message.width * channels].reshape(message.height, message.width, channels)[..., order]
-    file = io.BytesIO()
-    Image.fromarray(pixels.squeeze(axis=2) if channels == 1 else pixels).save(file, "PNG")
-    return ".png", file.getvalue()
+    rows = np.frombuffer(bytes(message.data), np.uint8)[:needed].reshape(message.height, message.step)[:, :row]
+    sample = np.dtype(np.uint8 if bits == 8 else np.uint16).newbyteorder(">" if message.is_bigendian else "<")
+    pixels = np.ascontiguousarray(rows).view(sample).astype(sample.newbyteorder("=")).reshape(message.height, message.width, channels)
+    try:
+        written, file = cv2.imencode(".png", pixels if code is None else cv2.cvtColor(pixels, code))
+    except cv2.error as error:
+        raise Unusable(f"a picture of {message.width} x {message.height} {message.encoding} cannot be read: {error}") from error
+    if not written:
+        raise Unusable(f"a picture of {message.width} x {message.height} {message.encoding} cannot be written")
+    return ".png", file.tobytes()
+
+
+def camera_info_topic(reader, arguments):
+    """As it is given, else the one of the pictures' camera, else None."""
+    if arguments.camera_info_topic:
+        return arguments.camera_info_topic
+    parts = arguments.image_topic.split("/")
+    # /camera/image_raw and /camera/image_raw/compressed have /camera/camera_info beside them.
+    beside = {"/".join([*parts[:depth], "camera_info"]) for depth in (len(parts) - 1, len(parts) - 2) if depth > 0}
+    found = {connection.topic for connection in reader.connections if connection.msgtype == CAMERA_INFO} & beside
+    return max(found, key=len, default=None)
+
+
+def calibration(message):
+    """As `camera_calibration` writes it."""
+    k, d = ([float(x) for x in getattr(message, name, getattr(message, name.upper(), ()))] for name in "kd")
+    roi = message.roi
+    if k[0] <= 0.0:
+        raise Unusable("the camera was not calibrated (K is 0)")
+    if max(message.binning_x, message.binning_y) > 1 or any([roi.x_offset, roi.y_offset, roi.width, roi.height]):
+        raise Unusable("pictures that are binned or a part of the sensor's have no calibration of their own")
+    return (
+        f"image_width: {message.width}\nimage_height: {message.height}\n"
+        f"camera_matrix:\n  rows: 3\n  cols: 3\n  data: {k}\n"
+        f"distortion_model: {message.distortion_model or 'plumb_bob'}\n"
+        f"distortion_coefficients:\n  rows: 1\n  cols: {len(d)}\n  data: {d}\n"
+    )
+
+
+def write_calibration(reader, arguments):
+    """What became of the camera's calibration, for people."""
+    topic = camera_info_topic(reader, arguments)
+    of = [connection for connection in reader.connections if connection.topic == topic]
+    if not of:
+        return f"no calibration of the camera ({topic} is not in the recording)" if topic else ""
+    if of[0].msgtype != CAMERA_INFO:
+        raise Unusable(f"{topic} must be {CAMERA_INFO}, got {of[0].msgtype}")
+    for connection, _, data in reader.messages(connections=of):
+        file = arguments.output / "camera.yaml"
+        try:
+            write(file, calibration(reader.deserialize(data, connection.msgtype)).encode())
+        except Unusable as error:
+            return f"no calibration of the camera from {topic}: {error}"
+        return f"the camera's calibration: {file} (--camera)"
+    return f"no calibration of the camera: {topic} is empty"
 
 
 def topics(reader, arguments):
@@ -193,6 +261,7 @@ def arguments_of(words):
     parser.add_argument("recording", type=Path)
     parser.add_argument("-o", "--output", type=Path, required=True, help="folder for pictures and manifest.csv")
     parser.add_argument("--image-topic", default="/camera/image_raw/compressed")
+    parser.add_argument("--camera-info-topic", help="the camera's calibration; without it camera_info beside the pictures")
     parser.add_argument("--depth-topic", default="/depth", help="depth below the surface, m, or pressure, Pa")
     parser.add_argument("--depth-axis", choices=["up", "down"], help="which way it grows; without it down for numbers, up for poses")
     parser.add_argument("--range-topic", default="/range", help="distance of the target along the optical axis, m")
@@ -217,6 +286,7 @@ def main(words=None):
         with AnyReader([arguments.recording], default_typestore=get_typestore(Stores.LATEST)) as reader:
             arguments.output.mkdir(parents=True, exist_ok=True)
             rows, left_out = extract(reader, arguments)
+            told = write_calibration(reader, arguments)
         if not rows:
             raise Unusable(f"no picture has depth, distance and light within {arguments.gap_s:g} s (--gap-s)")
     except (Unusable, AnyReaderError, OSError) as error:
@@ -228,6 +298,8 @@ def main(words=None):
     for topic, count in left_out.items():
         print(f"{count} pictures left out: nothing of {topic} within {arguments.gap_s:g} s", file=sys.stderr)
     print(f"{len(rows)} pictures and {arguments.output / 'manifest.csv'}")
+    if told:
+        print(told)
     return 0
 
 

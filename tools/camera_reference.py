@@ -29,6 +29,8 @@ PERSPECTIVE = [
     [-0.28, 0.11, 0.001, -0.0007, -0.02],
     [0.12, -0.03, -0.002, 0.0015, 0.004],
 ]
+# and k4, k5, k6
+RATIONAL = [0.62, 0.11, 0.0004, -0.0003, 0.006, 0.93, 0.21, 0.021]
 # k1, k2, k3, k4
 FISHEYE = [
     [0.0, 0.0, 0.0, 0.0],
@@ -58,11 +60,15 @@ def opencv_rows(random):
     for k in PERSPECTIVE:
         points = points_within(random, 45.0, RANGES_M)
         seen, _ = cv2.projectPoints(points, still, still, matrix(), np.array(k))
-        yield from rows("perspective", k, points, seen)
+        yield from rows("perspective", [*k, 0.0, 0.0, 0.0], points, seen)
+    more = np.random.default_rng(SEED + 1)
+    points = np.concatenate([points_within(more, 45.0, RANGES_M) for _ in PERSPECTIVE])
+    seen, _ = cv2.projectPoints(points, still, still, matrix(), np.array(RATIONAL))
+    yield from rows("rational", RATIONAL, points, seen)
     for k in FISHEYE:
         points = points_within(random, 85.0, RANGES_M)
         seen, _ = cv2.fisheye.projectPoints(points[:, None], still, still, matrix(), np.array(k))
-        yield from rows("fisheye", [*k, 0.0], points, seen)
+        yield from rows("fisheye", [*k, 0.0, 0.0, 0.0, 0.0], points, seen)
 
 
 def rows(model, k, points, seen):
@@ -97,8 +103,8 @@ def main(folder):
     place = ["x_m", "y_m", "z_m", "px", "py"]
     write(
         folder / "opencv_projection.csv",
-        f"OpenCV {cv2.__version__}, cv2.projectPoints (d: k1 k2 p1 p2 k3) and cv2.fisheye.projectPoints (d: k1 k2 k3 k4)",
-        ["model", *lens, "d0", "d1", "d2", "d3", "d4", *place],
+        f"OpenCV {cv2.__version__}, cv2.projectPoints (d: k1 k2 p1 p2 k3 k4 k5 k6) and cv2.fisheye.projectPoints (d: k1 k2 k3 k4)",
+        ["model", *lens, *(f"d{i}" for i in range(8)), *place],
         opencv_rows(random),
     )
     write(

@@ -150,8 +150,12 @@ struct Scene {
     air_lamp_count: u32,
     lamp_group_rows: u32,
     lamp_group_count: u32,
+    distortion_k4: f32,
+    distortion_k5: f32,
+    distortion_k6: f32,
     padding_1: u32,
     padding_2: u32,
+    padding_3: u32,
 }
 
 struct Dispatch {

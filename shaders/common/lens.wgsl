@@ -21,31 +21,36 @@ struct Look {
     direction: vec3f,
 }
 
-fn distort(ideal: vec2f) -> vec2f {
+/// How many times as far from the principal point the lens sees what is at a distance, and the derivative by the distance's square.
+fn radial(r2: f32) -> vec2f {
     let k = scene.distortion;
-    let r2 = dot(ideal, ideal);
-    let radial = 1.0 + r2 * (k.x + r2 * (k.y + r2 * scene.distortion_k3));
-    let tangential = vec2f(
-        2.0 * k.z * ideal.x * ideal.y + k.w * (r2 + 2.0 * ideal.x * ideal.x),
-        k.z * (r2 + 2.0 * ideal.y * ideal.y) + 2.0 * k.w * ideal.x * ideal.y,
-    );
-    return ideal * radial + tangential;
+    let up = scene.distortion_k3;
+    let below = vec3f(scene.distortion_k4, scene.distortion_k5, scene.distortion_k6);
+    let denominator = 1.0 + r2 * (below.x + r2 * (below.y + r2 * below.z));
+    let factor = (1.0 + r2 * (k.x + r2 * (k.y + r2 * up))) / denominator;
+    let slope = k.x + r2 * (2.0 * k.y + r2 * 3.0 * up) - factor * (below.x + r2 * (2.0 * below.y + r2 * 3.0 * below.z));
+    return vec2f(factor, slope / denominator);
 }
 
-/// Inverse of `distort` by Newton's method.
+/// Point of an image without distortion of what the lens sees at a point, by Newton's method.
 fn undistort(seen: vec2f) -> vec2f {
     let k = scene.distortion;
     var ideal = seen;
     for (var i = 0u; i < UNDISTORT_STEPS; i++) {
-        let error = distort(ideal) - seen;
         let x = ideal.x;
         let y = ideal.y;
         let r2 = x * x + y * y;
-        let radial = 1.0 + r2 * (k.x + r2 * (k.y + r2 * scene.distortion_k3));
-        let slope = 2.0 * (k.x + r2 * (2.0 * k.y + r2 * 3.0 * scene.distortion_k3));
-        let xx = radial + x * x * slope + 2.0 * k.z * y + 6.0 * k.w * x;
+        let of_radius = radial(r2);
+        let factor = of_radius.x;
+        let slope = 2.0 * of_radius.y;
+        let tangential = vec2f(
+            2.0 * k.z * x * y + k.w * (r2 + 2.0 * x * x),
+            k.z * (r2 + 2.0 * y * y) + 2.0 * k.w * x * y,
+        );
+        let error = ideal * factor + tangential - seen;
+        let xx = factor + x * x * slope + 2.0 * k.z * y + 6.0 * k.w * x;
         let xy = x * y * slope + 2.0 * k.z * x + 2.0 * k.w * y;
-        let yy = radial + y * y * slope + 6.0 * k.z * y + 2.0 * k.w * x;
+        let yy = factor + y * y * slope + 6.0 * k.z * y + 2.0 * k.w * x;
         let determinant = xx * yy - xy * xy;
         if dot(error, error) < 1e-16 || determinant == 0.0 {
             break;

@@ -66,14 +66,16 @@ fn agree(what: &str, distances_px: impl Iterator<Item = f64>, allowed_px: f64) {
 #[test]
 fn lenses_project_as_opencv_does() {
     let table = rows("opencv_projection.csv");
-    for model in ["perspective", "fisheye"] {
+    for model in ["perspective", "rational", "fisheye"] {
         let distances = table.iter().filter(|row| row.0 == model).map(|(_, row)| {
-            let [fx, fy, cx, cy, k1, k2, k3, k4, k5, x, y, z, px, py] = row[..] else {
-                panic!("14 numbers, got {row:?}")
+            let (numbers, rest) = row.split_first_chunk::<12>().expect("17 numbers");
+            let [fx, fy, cx, cy, k @ ..] = *numbers;
+            let &[x, y, z, px, py] = rest else {
+                panic!("17 numbers, got {row:?}")
             };
             let lens = match model {
-                "fisheye" => Lens::Fisheye([k1, k2, k3, k4]),
-                _ => Lens::Perspective([k1, k2, k3, k4, k5]),
+                "fisheye" => Lens::Fisheye([k[0], k[1], k[2], k[3]]),
+                _ => Lens::Perspective(k),
             };
             let camera = camera([fx, fy, cx, cy], lens, None);
             let seen = camera.project(in_world(&camera, [x, y, z])).expect("seen");

@@ -186,7 +186,7 @@ fn camera_objects_and_sensor_are_as_written() {
         (
             320,
             180,
-            Lens::Perspective([-0.1, 0.01, 0.001, 0.002, 0.0]),
+            Lens::brown_conrady([-0.1, 0.01, 0.001, 0.002, 0.0]),
             None
         )
     );
@@ -436,6 +436,23 @@ fn a_calibration_is_a_camera_by_itself_and_in_a_scene() {
         twice.contains("camera.fx must be left out where camera.calibration is given"),
         "{twice}"
     );
+    // Pictures made smaller; those that are cut have another camera.
+    for size in ["width = 320", "height = 240", "width = 320\nheight = 240"] {
+        let half = file("half.toml", &format!("{calibrated}{size}\n"))
+            .expect("a scene")
+            .camera;
+        assert_eq!([half.width, half.height], [320, 240], "{size}");
+        assert_eq!(half.focal_px, DVec2::new(250.0, 255.0));
+        assert_eq!(
+            (half.centre_px, half.lens),
+            (DVec2::new(160.0, 125.0), alone.lens)
+        );
+    }
+    for size in ["width = 320\nheight = 180", "width = 16384"] {
+        let cut = told("cut.toml", &format!("{calibrated}{size}\n"));
+        let words = "cut.toml:6: camera.width must be with camera.height of the proportions of the 640 x 480 pixels that were calibrated";
+        assert!(cut.contains(words), "{size}: {cut}");
+    }
     let missing = told("missing.toml", &calibrated.replace("left", "right"));
     assert!(missing.contains("right.yaml"), "{missing}");
     let wrong = told("wrong.yml", &CALIBRATION.replace("640", "many"));

@@ -6,7 +6,9 @@ use super::sections::positive;
 use crate::links::Pauses;
 use crate::links::dvl::{DvlConfig, DvlDistance};
 use crate::links::mavlink::{Lamps, MavlinkConfig};
-use crate::links::ros2::{CameraAxis, DepthAxis, DepthType, ImageType, MOST_DOMAIN, Ros2Config};
+use crate::links::ros2::{
+    CameraAxis, DepthAxis, DepthType, ImageType, MOST_DOMAIN, NumberType, RangeType, Ros2Config,
+};
 use crate::links::rosbridge::RosbridgeConfig;
 
 /// Fastest polling of an autopilot, Hz.
@@ -136,10 +138,12 @@ pub(super) fn ros2(object: &Object) -> Result<Ros2Config, FieldError> {
         "enabled",
         "domain_id",
         "range_topic",
+        "range_type",
         "depth_topic",
         "depth_type",
         "depth_axis",
         "light_topic",
+        "light_type",
         "image_topic",
         "image_type",
         "suggestion_topic",
@@ -173,13 +177,7 @@ pub(super) fn ros2(object: &Object) -> Result<Ros2Config, FieldError> {
             *topic = given;
         }
     }
-    let depth_types = [
-        ("std_msgs/msg/Float64", DepthType::Metres),
-        ("sensor_msgs/msg/FluidPressure", DepthType::Pressure),
-        ("geometry_msgs/msg/PoseStamped", DepthType::Pose),
-        ("nav_msgs/msg/Odometry", DepthType::Odometry),
-    ];
-    one_of(object, "depth_type", &depth_types, &mut config.depth_type)?;
+    number_types(object, &mut config)?;
     config.depth_axis = depth_axis(object, config.depth_type)?;
     let axes = [("x", CameraAxis::X), ("z", CameraAxis::Z)];
     one_of(object, "camera_axis", &axes, &mut config.camera_axis)?;
@@ -213,6 +211,31 @@ pub(super) fn ros2(object: &Object) -> Result<Ros2Config, FieldError> {
         positive(object, name, most, value)?;
     }
     Ok(config)
+}
+
+/// What distance, depth and light come as.
+fn number_types(object: &Object, config: &mut Ros2Config) -> Result<(), FieldError> {
+    let (double, single) = ("std_msgs/msg/Float64", "std_msgs/msg/Float32");
+    let range_types = [
+        ("sensor_msgs/msg/Range", RangeType::Echo),
+        (double, RangeType::Metres(NumberType::Float64)),
+        (single, RangeType::Metres(NumberType::Float32)),
+    ];
+    one_of(object, "range_type", &range_types, &mut config.range_type)?;
+    let depth_types = [
+        (double, DepthType::Metres(NumberType::Float64)),
+        (single, DepthType::Metres(NumberType::Float32)),
+        ("sensor_msgs/msg/FluidPressure", DepthType::Pressure),
+        ("geometry_msgs/msg/PoseStamped", DepthType::Pose),
+        (
+            "geometry_msgs/msg/PoseWithCovarianceStamped",
+            DepthType::PoseWithCovariance,
+        ),
+        ("nav_msgs/msg/Odometry", DepthType::Odometry),
+    ];
+    one_of(object, "depth_type", &depth_types, &mut config.depth_type)?;
+    let light_types = [(double, NumberType::Float64), (single, NumberType::Float32)];
+    one_of(object, "light_type", &light_types, &mut config.light_type)
 }
 
 /// Which way a depth grows, where its type leaves that open.

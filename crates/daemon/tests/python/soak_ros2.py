@@ -1,8 +1,8 @@
 """Pictures for `uwguide --ros2` at a steady rate: how many are answered, how soon, and what memory it takes.
 
-    python3 soak_ros2.py SECONDS [RATE_HZ [raw]]
+    python3 soak_ros2.py SECONDS [RATE_HZ [raw|bayer]]
 
-JPEG, or with `raw` pixels. Needs what `test_ros2.py` needs.
+JPEG, or pixels: `raw` in colour, `bayer` behind a filter. Needs what `test_ros2.py` needs.
 """
 
 import io
@@ -32,6 +32,14 @@ def jpeg():
     return file.getvalue()
 
 
+def behind_filter():
+    """A picture as a sensor has it."""
+    rows = pixels()
+    samples = rows[..., 1].copy()
+    samples[::2, ::2], samples[1::2, 1::2] = rows[::2, ::2, 0], rows[1::2, 1::2, 2]
+    return samples
+
+
 def encoded_once(image):
     """Encoded once but for its stamp: Python takes longer for that than the program for an answer."""
     encoded = bytearray(image.serialize())
@@ -48,11 +56,11 @@ def encoded_once(image):
 def main():
     seconds, rate_hz = float(sys.argv[1]), float(sys.argv[2]) if len(sys.argv) > 2 else 30.0
     messages = Messages()
-    if sys.argv[3:] == ["raw"]:
-        image, settings = messages.raw(pixels(), "rgb8"), 'image_type = "sensor_msgs/msg/Image"'
+    image, settings, named = messages.image(jpeg()), "", {}
+    if sys.argv[3:]:
+        of = {"raw": (pixels(), "rgb8"), "bayer": (behind_filter(), "bayer_rggb8")}
+        image, settings = messages.raw(*of[sys.argv[3]]), 'image_type = "sensor_msgs/msg/Image"'
         named = {"image": ("rt/camera/image_raw", RawImage)}
-    else:
-        image, settings, named = messages.image(jpeg()), "", {}
     encoded_once(image)
     sent, took = {}, []
     with tempfile.TemporaryDirectory() as folder, Program(folder, settings=settings) as program:

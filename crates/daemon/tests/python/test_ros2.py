@@ -1,6 +1,6 @@
 """`uwguide --ros2` beside another node, whose DDS is Eclipse Cyclone and not the program's own: python3 -m unittest (in this folder).
 
-Needs `cyclonedds`, `rosbags` and `pillow` of PyPI, and a program built with the feature `ros2`; it is taken from the folder UWGUIDE_PROGRAMS,
+Needs `cyclonedds`, `rosbags`, `opencv-python-headless` and `pillow` of PyPI, and a program built with the feature `ros2`; it is taken from the folder UWGUIDE_PROGRAMS,
 else from target/release of the repository. What the node publishes is decoded by `rosbags` from its `.msg` file, what it reads is
 encoded by it.
 """
@@ -17,6 +17,7 @@ import tempfile
 import time
 import unittest
 
+import cv2
 import numpy
 from cyclonedds.core import Policy, Qos
 from cyclonedds.domain import DomainParticipant
@@ -70,11 +71,15 @@ def pixels():
     return numpy.frombuffer(counts, numpy.uint8).reshape(720, 1280, 3)
 
 
+def png(rows):
+    file = io.BytesIO()
+    Image.fromarray(rows).save(file, "PNG")
+    return file.getvalue()
+
+
 def picture():
     """The same as PNG."""
-    file = io.BytesIO()
-    Image.fromarray(pixels()).save(file, "PNG")
-    return file.getvalue()
+    return png(pixels())
 
 
 # The types as DDS names them. Cyclone has them with their fields one after the other; the bytes are the same as those of nested messages.
@@ -84,6 +89,12 @@ def picture():
 @annotations.final
 class Float64(IdlStruct, typename="std_msgs::msg::dds_::Float64_"):
     data: types.float64
+
+
+@dataclass
+@annotations.final
+class Float32(IdlStruct, typename="std_msgs::msg::dds_::Float32_"):
+    data: types.float32
 
 
 @dataclass
@@ -121,6 +132,17 @@ class PoseStamped(IdlStruct, typename="geometry_msgs::msg::dds_::PoseStamped_"):
     frame_id: str
     position: types.array[types.float64, 3]
     orientation: types.array[types.float64, 4]
+
+
+@dataclass
+@annotations.final
+class PoseWithCovarianceStamped(IdlStruct, typename="geometry_msgs::msg::dds_::PoseWithCovarianceStamped_"):
+    sec: types.int32
+    nanosec: types.uint32
+    frame_id: str
+    position: types.array[types.float64, 3]
+    orientation: types.array[types.float64, 4]
+    covariance: Covariance
 
 
 @dataclass
@@ -215,10 +237,17 @@ RELIABLE = Policy.Reliability.Reliable(10**9)
 class Peer:
     """Another node: sensors of a vehicle, and someone who listens."""
 
-    def __init__(self, domain_id, sensors=Policy.Reliability.BestEffort, image=("rt/camera/image_raw/compressed", CompressedImage)):
+    def __init__(
+        self,
+        domain_id,
+        sensors=Policy.Reliability.BestEffort,
+        image=("rt/camera/image_raw/compressed", CompressedImage),
+        distance=Range,
+        light=Float64,
+    ):
         self.participant = DomainParticipant(domain_id)
-        self.range = self.writer("rt/range", Range, sensors)
-        self.light = self.writer("rt/light_pct", Float64, sensors)
+        self.range = self.writer("rt/range", distance, sensors)
+        self.light = self.writer("rt/light_pct", light, sensors)
         self.image = self.writer(*image, sensors)
         topic = Topic(self.participant, "rt/uwguide/suggestion", Suggestion)
         self.suggestions = DataReader(self.participant, topic, qos=qos(RELIABLE))
@@ -271,6 +300,12 @@ class Program:
         self.code = self.process.wait(LIMIT_S)
         self.log.close()
 
+    def answer_to(self, data, depth_m=3.0):
+        """What the protocol says to the file of a picture."""
+        (self.config.parent / "now.png").write_bytes(data)
+        there = {"depth_m": depth_m, "distance_m": 1.0, "light_pct": 20.0}
+        return self.answer({"op": "suggest_image", **there, "image": {"path": "now.png"}})
+
     def answer(self, request):
         """What the protocol says to the same."""
         lines = json.dumps(request).encode() + b"\n"
@@ -314,8 +349,8 @@ class Messages:
         made = self.of["sensor_msgs/msg/Range"](self.header("range"), 0, 0.1, 0.2, 20.0, range_m, 0.0)
         return written(made, Range)
 
-    def number(self, value):
-        return written(self.of["std_msgs/msg/Float64"](value), Float64)
+    def number(self, value, kind=Float64):
+        return written(self.of[f"std_msgs/msg/{kind.__name__}"](value), kind)
 
     def pressure(self, value):
         return written(self.of["sensor_msgs/msg/FluidPressure"](self.header("sensor"), value, 0.0), FluidPressure)
@@ -329,10 +364,17 @@ class Messages:
         made = self.of["geometry_msgs/msg/PoseStamped"](self.header("map"), self.pose(z))
         return written(made, PoseStamped)
 
+    def estimated_pose(self, z):
+        made = self.of["geometry_msgs/msg/PoseWithCovarianceStamped"](self.header("map"), self.pose_with_covariance(z))
+        return written(made, PoseWithCovarianceStamped)
+
+    def pose_with_covariance(self, z):
+        return self.of["geometry_msgs/msg/PoseWithCovariance"](self.pose(z), numpy.arange(36.0))
+
     def odometry(self, z):
         of, covariance = self.of, numpy.arange(36.0)
         zero = of["geometry_msgs/msg/Vector3"](0.0, 0.0, 0.0)
-        pose = of["geometry_msgs/msg/PoseWithCovariance"](self.pose(z), covariance)
+        pose = self.pose_with_covariance(z)
         twist = of["geometry_msgs/msg/TwistWithCovariance"](of["geometry_msgs/msg/Twist"](zero, zero), covariance)
         made = of["nav_msgs/msg/Odometry"](self.header("odom"), "base_link", pose, twist)
         return written(made, Odometry)
@@ -378,9 +420,7 @@ class Nodes(unittest.TestCase):
             time.sleep(0.2)
             peer.image.write(image)
             made = peer.next(lambda made: (made.sec, made.nanosec) == (image.sec, image.nanosec))
-            (pathlib.Path(self.folder) / "now.png").write_bytes(data)
-            asked = {"op": "suggest_image", "depth_m": 3.0, "distance_m": 1.0, "light_pct": 20.0}
-            reply = program.answer({**asked, "image": {"path": "now.png"}})
+            reply = program.answer_to(data)
         self.assertEqual(program.code, 0)
         self.assertTrue(reply["valid"] and reply["action"] == "move", reply)
         # By an independent decoder, from the file that users build.
@@ -414,23 +454,35 @@ class Nodes(unittest.TestCase):
             there = (depth, self.messages.number(3.0))
             made = self.answered(peer, self.messages.raw(rows[..., ::-1], "bgr8", padding=32), *there)
             # Pixels that are not read are told to those who listen.
-            bayer = self.answered(peer, self.messages.raw(rows[..., 1], "bayer_rggb8"), *there)
-            (pathlib.Path(self.folder) / "now.png").write_bytes(picture())
-            asked = {"op": "suggest_image", "depth_m": 3.0, "distance_m": 1.0, "light_pct": 20.0}
-            reply = program.answer({**asked, "image": {"path": "now.png"}})
+            none = self.answered(peer, self.messages.raw(rows[..., 1], "8UC1"), *there)
+            reply = program.answer_to(picture())
+            # With fewer samples than colours.
+            mosaic = rows[..., 1].copy()
+            mosaic[::2, 1::2], mosaic[1::2, ::2] = rows[::2, 1::2, 0], rows[1::2, ::2, 2]
+            fewer = {
+                "bayer_grbg8": (mosaic, cv2.cvtColor(mosaic, cv2.COLOR_BayerGRBG2RGB)),
+                "yuv422_yuy2": (yuyv := cv2.cvtColor(rows, cv2.COLOR_RGB2YUV_YUY2), cv2.cvtColor(yuyv, cv2.COLOR_YUV2RGB_YUY2)),
+            }
+            for encoding, (samples, colours) in fewer.items():
+                answer, expected = self.answered(peer, self.messages.raw(samples, encoding), *there), program.answer_to(png(colours))
+                self.assertTrue(answer.valid and expected["valid"], answer)
+                # OpenCV has another rule at the very edge, and rounds otherwise.
+                for name in ["score_here", "gain"]:
+                    self.assertAlmostEqual(getattr(answer, name), expected[name], delta=1e-3, msg=encoding)
         self.assertTrue(made.valid and reply["valid"], made)
         self.assertEqual(made.frame_id, "camera_optical")
         for name in ["action", "why", "distance_m", "light_pct", "score", "score_here", "predicted_here"]:
             self.assertEqual(getattr(made, name), reply[name], name)
-        self.assertEqual((bayer.valid, bayer.action, bayer.reason), (False, "hold", "bad_image"))
-        self.assertIn('/camera/image_raw: encoding must be one of rgb8, bgr8', bayer.message)
-        self.assertIn('got "bayer_rggb8"; image_proc', bayer.message)
+        self.assertEqual((none.valid, none.action, none.reason), (False, "hold", "bad_image"))
+        self.assertIn('/camera/image_raw: encoding must be one of rgb8, bgr8', none.message)
+        self.assertIn('got "8UC1"', none.message)
 
-    def answered(self, peer, image, depth, made):
+    def answered(self, peer, image, depth, made, others=None):
         """The suggestion for a picture and the depth `made`, sent again if best effort was not enough."""
         for _ in range(15):
-            peer.range.write(self.messages.range(0.75))
-            peer.light.write(self.messages.number(20.0))
+            distance, light = others or (self.messages.range(0.75), self.messages.number(20.0))
+            peer.range.write(distance)
+            peer.light.write(light)
             for message in (made, image):
                 if hasattr(message, "sec"):
                     message.sec, message.nanosec = now()
@@ -480,6 +532,7 @@ class Nodes(unittest.TestCase):
     def test_depth_comes_as_a_height_or_a_position_too(self):
         for name, kind, setting, made in [
             ("geometry_msgs/msg/PoseStamped", PoseStamped, "", self.messages.pose_stamped(-3.25)),
+            ("geometry_msgs/msg/PoseWithCovarianceStamped", PoseWithCovarianceStamped, "", self.messages.estimated_pose(-3.25)),
             ("nav_msgs/msg/Odometry", Odometry, "", self.messages.odometry(-3.25)),
             ("nav_msgs/msg/Odometry", Odometry, 'depth_axis = "down"', self.messages.odometry(3.25)),
             ("std_msgs/msg/Float64", Float64, 'depth_axis = "up"', self.messages.number(-3.25)),
@@ -489,9 +542,21 @@ class Nodes(unittest.TestCase):
                 depth = peer.depth(kind)
                 peer.wait(peer.range, peer.light, peer.image, depth)
                 answered = self.answered(peer, self.messages.image(picture()), depth, made)
-                asked = {"op": "suggest_image", "depth_m": 3.25, "distance_m": 1.0, "light_pct": 20.0}
-                (pathlib.Path(self.folder) / "now.png").write_bytes(picture())
-                reply = program.answer({**asked, "image": {"path": "now.png"}})
+                reply = program.answer_to(picture(), depth_m=3.25)
+                self.assertTrue(answered.valid, answered)
+                self.assertEqual((answered.score, answered.distance_m), (reply["score"], reply["distance_m"]))
+
+    def test_distance_depth_and_light_come_as_plain_numbers_too(self):
+        for kind in (Float32, Float64):
+            name = f"std_msgs/msg/{kind.__name__}"
+            settings = f'range_type = "{name}"\nlight_type = "{name}"'
+            with self.subTest(name), Program(self.folder, name, settings) as program:
+                peer = Peer(program.domain_id, distance=kind, light=kind)
+                depth = peer.depth(kind)
+                peer.wait(peer.range, peer.light, peer.image, depth)
+                distance, made, light = (self.messages.number(value, kind) for value in (0.75, 3.25, 20.0))
+                answered = self.answered(peer, self.messages.image(picture()), depth, made, (distance, light))
+                reply = program.answer_to(picture(), depth_m=3.25)
                 self.assertTrue(answered.valid, answered)
                 self.assertEqual((answered.score, answered.distance_m), (reply["score"], reply["distance_m"]))
 
@@ -512,6 +577,8 @@ class Nodes(unittest.TestCase):
             ('range_topic = "range"', "ros2.range_topic must be an absolute topic name"),
             ("domain_id = 300", "ros2.domain_id must be a whole number from 0 to 232"),
             ('depth_type = "Float32"', "ros2.depth_type must be"),
+            ('range_type = "nav_msgs/msg/Odometry"', 'ros2.range_type must be "sensor_msgs/msg/Range"'),
+            ('light_type = "sensor_msgs/msg/Range"', 'ros2.light_type must be "std_msgs/msg/Float64" or "std_msgs/msg/Float32"'),
             ('depth_type = "sensor_msgs/msg/FluidPressure"\ndepth_axis = "up"', "ros2.depth_axis must be absent"),
             ('depth_axis = "z"', 'ros2.depth_axis must be "up" or "down"'),
             ('image_type = "Image"', 'ros2.image_type must be "sensor_msgs/msg/CompressedImage" or "sensor_msgs/msg/Image"'),

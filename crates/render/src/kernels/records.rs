@@ -179,9 +179,9 @@ pub(super) fn largest_order(albedo: f64) -> usize {
 
 fn camera(scene: &Prepared) -> Scene {
     let camera = &scene.camera;
-    let (distortion, distortion_k3) = match camera.lens {
-        Lens::Perspective([k1, k2, p1, p2, k3]) => ([k1, k2, p1, p2], k3),
-        Lens::Fisheye(k) => (k, 0.0),
+    let (distortion, [k3, k4, k5, k6]) = match camera.lens {
+        Lens::Perspective([k1, k2, p1, p2, more @ ..]) => ([k1, k2, p1, p2], more),
+        Lens::Fisheye(k) => (k, [0.0; 4]),
     };
     let record = Scene {
         camera_forward: camera.forward.to_array(),
@@ -191,7 +191,10 @@ fn camera(scene: &Prepared) -> Scene {
         camera_down: camera.down.to_array(),
         centre_x_px: camera.centre_px.x,
         distortion,
-        distortion_k3,
+        distortion_k3: k3,
+        distortion_k4: k4,
+        distortion_k5: k5,
+        distortion_k6: k6,
         centre_y_px: camera.centre_px.y,
         width: camera.width,
         height: camera.height,

@@ -27,6 +27,38 @@ pub(super) struct Calibration {
     pub(super) lens: Lens,
 }
 
+/// How much the scales of width and height of a picture may differ.
+const SAME_PROPORTIONS: f64 = 0.01;
+
+impl Calibration {
+    /// The camera of the same pictures made smaller or larger; one side alone keeps the proportions. `None` where the proportions are others,
+    /// or the size is none that a picture can have.
+    pub(super) fn scaled(self, width: Option<u32>, height: Option<u32>) -> Option<Self> {
+        let [across, down] = [self.width, self.height].map(f64::from);
+        let scale = match (width, height) {
+            (None, None) => return Some(self),
+            (Some(width), None) => DVec2::splat(f64::from(width) / across),
+            (None, Some(height)) => DVec2::splat(f64::from(height) / down),
+            (Some(width), Some(height)) => {
+                DVec2::new(f64::from(width) / across, f64::from(height) / down)
+            }
+        };
+        let side = |given: Option<u32>, scaled: f64| given.unwrap_or(scaled.round() as u32);
+        let (width, height) = (side(width, scale.x * across), side(height, scale.y * down));
+        let is_size = width.max(height) <= MAX_SIDE_PX
+            && width.min(height) > 0
+            && u64::from(width) * u64::from(height) <= MAX_PIXELS;
+        let same = (scale.x / scale.y - 1.0).abs() <= SAME_PROPORTIONS;
+        (is_size && same).then(|| Self {
+            width,
+            height,
+            focal_px: scale * self.focal_px,
+            centre_px: scale * self.centre_px,
+            lens: self.lens,
+        })
+    }
+}
+
 /// Whether a file is one by its name.
 pub(super) fn is_meant(path: &std::path::Path) -> bool {
     let ending = path.extension().and_then(|ending| ending.to_str());
@@ -126,18 +158,18 @@ fn size(width: &Node<'_>, height: &Node<'_>) -> Result<(u32, u32), String> {
     }
 }
 
-/// k1, k2, p1, p2, k3; what OpenCV has beyond these is to be 0.
+/// k1, k2, p1, p2, k3, k4, k5, k6; what OpenCV has beyond these (a thin prism, a tilted sensor) is to be 0.
 fn brown_conrady(node: &Node<'_>, k: &[f64]) -> Result<Lens, String> {
-    if let Some(more) = k.iter().skip(5).find(|more| **more != 0.0) {
+    if let Some(more) = k.iter().skip(8).find(|more| **more != 0.0) {
         return Err(node.wrong(
-            "k1, k2, p1, p2, k3 and nothing beyond but zeros (calibrate with the plumb_bob model)",
+            "k1, k2, p1, p2, k3, k4, k5, k6 and nothing beyond but zeros (calibrate with the plumb_bob or the rational_polynomial model)",
             more,
         ));
     }
     if matches!(k.len(), 1..=3) {
         return Err(node.wrong("none or at least four numbers", k.len()));
     }
-    let mut distortion = [0.0; 5];
+    let mut distortion = [0.0; 8];
     for (coefficient, given) in distortion.iter_mut().zip(k) {
         *coefficient = *given;
     }
@@ -197,7 +229,7 @@ mod tests {
 
     #[test]
     fn files_of_ros_opencv_and_kalibr_tell_the_same_camera() {
-        let lens = Lens::Perspective([-0.2, 0.03, 0.001, -0.002, 0.0]);
+        let lens = Lens::brown_conrady([-0.2, 0.03, 0.001, -0.002, 0.0]);
         for text in [ROS, OPENCV_FILE, KALIBR] {
             assert_eq!(parse(text), Ok(expected(lens)), "{text}");
         }
@@ -211,11 +243,15 @@ mod tests {
         for text in [ros, kalibr] {
             assert_eq!(parse(&text), Ok(expected(fisheye)), "{text}");
         }
-        // A longer model whose further numbers are zeros, and no distortion at all.
-        let long = ROS.replace("-.002, 0]", "-.002, 0, 0, 0.0, 0]");
+        // Longer models, with and without zeros beyond, and no distortion at all.
+        let long = ROS.replace("-.002, 0]", "-.002, 0, 0, 0.0, 0, 0, 0, 0]");
         assert_eq!(parse(&long), Ok(expected(lens)));
+        let rational = Lens::Perspective([-0.2, 0.03, 0.001, -0.002, 0.0, 0.5, -0.1, 0.02]);
+        let long = ROS.replace("plumb_bob", "rational_polynomial");
+        let long = long.replace("-.002, 0]", "-.002, 0, 0.5, -0.1, 0.02]");
+        assert_eq!(parse(&long), Ok(expected(rational)));
         let none = ROS.replace("[-0.2, 3.0e-02, 1e-3, -.002, 0]", "[]");
-        assert_eq!(parse(&none), Ok(expected(Lens::Perspective([0.0; 5]))));
+        assert_eq!(parse(&none), Ok(expected(Lens::default())));
     }
 
     #[test]
@@ -264,8 +300,8 @@ mod tests {
             ),
             (
                 "-.002, 0]",
-                "-.002, 0, 0.5, 0, 0]",
-                "nothing beyond but zeros (calibrate with the plumb_bob model), got 0.5",
+                "-.002, 0, 0.5, 0, 0, 0, 0.25]",
+                "nothing beyond but zeros (calibrate with the plumb_bob or the rational_polynomial model), got 0.25",
             ),
             (
                 "-.002, 0]",
@@ -307,7 +343,7 @@ mod tests {
         let said = four.replace("flags: 0", "fisheye_model: 1");
         assert_eq!(parse(&said), Ok(expected(fisheye)));
         let said = four.replace("flags: 0", "fisheye_model: 0");
-        let lens = Lens::Perspective([-0.2, 0.03, 0.001, -0.002, 0.0]);
+        let lens = Lens::brown_conrady([-0.2, 0.03, 0.001, -0.002, 0.0]);
         assert_eq!(parse(&said), Ok(expected(lens)));
         let two = format!("{KALIBR}{}", KALIBR.replace("cam0", "cam1"));
         let error = parse(&two).expect_err("two cameras");

@@ -298,8 +298,9 @@ mod tests {
     fn cameras() -> Vec<Camera> {
         let lenses = [
             Lens::default(),
-            Lens::Perspective([-0.28, 0.11, 0.001, -0.0007, -0.02]),
-            Lens::Perspective([0.2, 0.05, -0.002, 0.003, 0.01]),
+            Lens::brown_conrady([-0.28, 0.11, 0.001, -0.0007, -0.02]),
+            Lens::brown_conrady([0.2, 0.05, -0.002, 0.003, 0.01]),
+            Lens::Perspective([0.62, 0.11, 0.0004, -0.0003, 0.006, 0.93, 0.21, 0.021]),
             Lens::Fisheye([0.02, -0.01, 0.003, -0.0004]),
         ];
         let shapes = [
@@ -369,14 +370,14 @@ mod tests {
 
     #[test]
     fn points_that_cannot_be_seen_have_no_place() {
-        let plain = camera(Lens::Perspective([-0.2, 0.0, 0.0, 0.0, 0.0]));
+        let plain = camera(Lens::brown_conrady([-0.2, 0.0, 0.0, 0.0, 0.0]));
         assert_eq!(plain.project(plain.position_m - plain.forward), None);
         for camera in cameras().into_iter().filter(|camera| camera.port.is_some()) {
             let (eye, ahead) = (camera.position_m, camera.forward);
             assert_eq!(camera.project(eye + 0.01 * ahead), None, "{camera:?}");
             assert!(camera.project(eye + 0.1 * ahead).is_some());
         }
-        let folding = camera(Lens::Perspective([-3.0, 0.0, 0.0, 0.0, 0.0]));
+        let folding = camera(Lens::brown_conrady([-3.0, 0.0, 0.0, 0.0, 0.0]));
         assert!(!folding.is_invertible());
     }
 

@@ -114,28 +114,33 @@ pub(super) fn read(root: &Table<'_>) -> Result<Option<CameraTable>, SceneError> 
     Ok(Some(CameraTable::Complete(Box::new(camera))))
 }
 
-/// Size, lens and principal point from the file that another program has written.
+/// Size, lens and principal point from the file that another program has written, for pictures of the size that the table says.
 fn read_calibration(table: &Table<'_>) -> Result<Option<Calibration>, SceneError> {
     let Some(file) = table.optional("calibration") else {
         return Ok(None);
     };
-    let in_file = [
-        "width",
-        "height",
-        "hfov_deg",
-        "fx",
-        "fy",
-        "cx",
-        "cy",
-        "distortion",
-        "fisheye",
-    ];
+    let in_file = ["hfov_deg", "fx", "fy", "cx", "cy", "distortion", "fisheye"];
     for field in in_file {
         table.refuse(field, "where camera.calibration is given, which tells it")?;
     }
     let (text, path) = spectral::read_file(&file)?;
     let known = calibration::parse(&text).map_err(|reason| file.unusable_file(&path, reason))?;
-    Ok(Some(known))
+    let side = |field| {
+        let given = table.optional(field);
+        given
+            .map(|side| side.as_whole(1, MAX_SIDE_PX, "pixels"))
+            .transpose()
+    };
+    let (width, height) = (side("width")?, side("height")?);
+    if let Some(scaled) = known.scaled(width, height) {
+        return Ok(Some(scaled));
+    }
+    let given = table.optional("width").or_else(|| table.optional("height"));
+    Err(given.unwrap_or(file).invalid(format!(
+        "with camera.height of the proportions of the {} x {} pixels that were calibrated, at most {MAX_PIXELS} pixels in all (left out where pictures \
+         have the size that was calibrated)",
+        known.width, known.height
+    )))
 }
 
 fn read_lens(table: &Table<'_>) -> Result<Lens, SceneError> {
@@ -143,9 +148,16 @@ fn read_lens(table: &Table<'_>) -> Result<Lens, SceneError> {
         table.refuse("distortion", "where camera.fisheye is given")?;
         return Ok(Lens::Fisheye(coefficients.as_numbers(Range::finite(""))?));
     }
-    let coefficients = table.optional("distortion");
-    let distortion = coefficients.map_or(Ok([0.0; 5]), |k| k.as_numbers(Range::finite("")))?;
-    Ok(Lens::Perspective(distortion))
+    let Some(coefficients) = table.optional("distortion") else {
+        return Ok(Lens::default());
+    };
+    let range = Range::finite("");
+    match coefficients.count() {
+        5 => Ok(Lens::brown_conrady(coefficients.as_numbers(range)?)),
+        8 => Ok(Lens::Perspective(coefficients.as_numbers(range)?)),
+        _ => Err(coefficients
+            .invalid("an array of 5 numbers (k1, k2, p1, p2, k3) or 8 (and k4, k5, k6)")),
+    }
 }
 
 /// Refuses a lens without inverse, and one that looks past a flat port.
@@ -153,7 +165,7 @@ fn check_lens(table: &Table<'_>, camera: &Camera) -> Result<(), SceneError> {
     let (field, expected) = match camera.lens {
         Lens::Perspective(_) => (
             "distortion",
-            "k1, k2, p1, p2, k3 of a distortion that is one-to-one over the image",
+            "k1, k2, p1, p2, k3 (and k4, k5, k6) of a distortion that is one-to-one over the image",
         ),
         Lens::Fisheye(_) => (
             "fisheye",

@@ -21,9 +21,9 @@ const LEAST_TURN: f64 = 1e-6;
 /// What a lens makes of directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Lens {
-    /// Straight lines stay straight but for a Brown-Conrady distortion k1, k2, p1, p2, k3 (OpenCV's `projectPoints`), all
-    /// zero for none.
-    Perspective([f64; 5]),
+    /// Straight lines stay straight but for a Brown-Conrady distortion k1, k2, p1, p2, k3, k4, k5, k6 (OpenCV's `projectPoints`, whose
+    /// rational model has the last three; [`Lens::brown_conrady`]), all zero for none.
+    Perspective([f64; 8]),
     /// Equidistant: the distance from the principal point is θ (1 + k1 θ² + k2 θ⁴ + k3 θ⁶ + k4 θ⁸) focal lengths at an angle
     /// θ from the optical axis (OpenCV's `fisheye::projectPoints`; Kannala and Brandt 2006). θ is below π.
     Fisheye([f64; 4]),
@@ -62,11 +62,25 @@ pub(crate) fn on_opening(u: f64, v: f64) -> DVec2 {
 impl Default for Lens {
     /// Without distortion.
     fn default() -> Self {
-        Self::Perspective([0.0; 5])
+        Self::Perspective([0.0; 8])
     }
 }
 
 impl Lens {
+    /// A perspective with the distortion k1, k2, p1, p2, k3.
+    pub const fn brown_conrady([k1, k2, p1, p2, k3]: [f64; 5]) -> Self {
+        Self::Perspective([k1, k2, p1, p2, k3, 0.0, 0.0, 0.0])
+    }
+
+    /// The coefficients as OpenCV counts them: k1, k2, p1, p2, k3, and k4, k5, k6 where one of these is not 0; k1 to k4 of a fisheye.
+    pub fn coefficients(&self) -> &[f64] {
+        match self {
+            Self::Perspective(k) if k[5..] == [0.0; 3] => &k[..5],
+            Self::Perspective(k) => k,
+            Self::Fisheye(k) => k,
+        }
+    }
+
     /// Whether straight lines are straight in the image.
     pub fn is_ideal(&self) -> bool {
         *self == Self::default()
@@ -191,7 +205,12 @@ impl Lens {
                 let found = (distort(k, ideal).0 - seen).length()
                     <= INVERTIBLE_ERROR * (1.0 + seen.length());
                 let mut parts = parts;
-                found && parts.all(|part| distort(k, part * ideal).1.determinant() > 0.0)
+                let is_on_branch = |part: f64| {
+                    let at = part * ideal;
+                    radial(k, at.length_squared()).denominator > 0.0
+                        && distort(k, at).1.determinant() > 0.0
+                };
+                found && parts.all(is_on_branch)
             }
             Self::Fisheye(k) => {
                 let angle = fisheye_angle(k, seen.length());
@@ -202,27 +221,52 @@ impl Lens {
     }
 }
 
+/// How many times as far from the principal point a distortion sees what is at a distance, as a fraction.
+struct Radial {
+    /// The fraction, and its derivative by the square of the distance.
+    factor: f64,
+    slope: f64,
+    /// Above 0 up to the first pole.
+    denominator: f64,
+}
+
+fn radial([k1, k2, _, _, k3, k4, k5, k6]: &[f64; 8], r2: f64) -> Radial {
+    let polynomial = |[a, b, c]: [&f64; 3]| {
+        let value = 1.0 + r2 * (a + r2 * (b + r2 * c));
+        (value, a + r2 * (2.0 * b + r2 * 3.0 * c))
+    };
+    let (numerator, up) = polynomial([k1, k2, k3]);
+    let (denominator, down) = polynomial([k4, k5, k6]);
+    let factor = numerator / denominator;
+    Radial {
+        factor,
+        slope: (up - factor * down) / denominator,
+        denominator,
+    }
+}
+
 /// Brown-Conrady distortion of a point in the image plane at unit distance, and its Jacobian.
-fn distort([k1, k2, p1, p2, k3]: &[f64; 5], ideal: DVec2) -> (DVec2, DMat2) {
+fn distort(k: &[f64; 8], ideal: DVec2) -> (DVec2, DMat2) {
     let DVec2 { x, y } = ideal;
+    let [_, _, p1, p2, ..] = k;
     let r2 = x * x + y * y;
-    let radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3));
-    // Derivative of `radial` by r2, twice: times x it is the derivative by x.
-    let slope = 2.0 * (k1 + r2 * (2.0 * k2 + r2 * 3.0 * k3));
+    let Radial { factor, slope, .. } = radial(k, r2);
+    // Times x it is the derivative by x.
+    let slope = 2.0 * slope;
     let tangential = DVec2::new(
         2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x),
         p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y,
     );
     let by_x = DVec2::new(
-        radial + x * x * slope + 2.0 * p1 * y + 6.0 * p2 * x,
+        factor + x * x * slope + 2.0 * p1 * y + 6.0 * p2 * x,
         x * y * slope + 2.0 * p1 * x + 2.0 * p2 * y,
     );
-    let by_y = DVec2::new(by_x.y, radial + y * y * slope + 6.0 * p1 * y + 2.0 * p2 * x);
-    (ideal * radial + tangential, DMat2::from_cols(by_x, by_y))
+    let by_y = DVec2::new(by_x.y, factor + y * y * slope + 6.0 * p1 * y + 2.0 * p2 * x);
+    (ideal * factor + tangential, DMat2::from_cols(by_x, by_y))
 }
 
 /// Inverse of [`distort`] by Newton's method from the distorted point itself.
-fn undistort(k: &[f64; 5], seen: DVec2) -> DVec2 {
+fn undistort(k: &[f64; 8], seen: DVec2) -> DVec2 {
     let mut ideal = seen;
     for _ in 0..UNDISTORT_STEPS {
         let (distorted, jacobian) = distort(k, ideal);
@@ -270,7 +314,7 @@ mod tests {
     #[test]
     fn distortion_moves_points_as_the_model_says() {
         // k1 = -0.2 at r = 0.5: the point moves to 0.5 (1 - 0.2 · 0.25) = 0.475.
-        let lens = Lens::Perspective([-0.2, 0.0, 0.0, 0.0, 0.0]);
+        let lens = Lens::brown_conrady([-0.2, 0.0, 0.0, 0.0, 0.0]);
         let seen = lens.seen(DVec3::new(0.5, 0.0, 1.0)).expect("in front");
         assert!((seen - DVec2::new(0.475, 0.0)).length() < 1e-12);
     }
@@ -279,14 +323,35 @@ mod tests {
     fn tangential_distortion_follows_opencv() {
         // p1 = 0.01, p2 = 0.02 at (0.3, -0.2), r² = 0.13:
         // x + 2 p1 x y + p2 (r² + 2 x²) = 0.3 - 0.0012 + 0.0062, y + p1 (r² + 2 y²) + 2 p2 x y = -0.2 + 0.0021 - 0.0024.
-        let k = [0.0, 0.0, 0.01, 0.02, 0.0];
-        let (distorted, jacobian) = distort(&k, DVec2::new(0.3, -0.2));
+        let k = [0.0, 0.0, 0.01, 0.02, 0.0, 0.0, 0.0, 0.0];
+        let point = DVec2::new(0.3, -0.2);
+        let distorted = distort(&k, point).0;
         assert!((distorted - DVec2::new(0.305, -0.2003)).length() < 1e-15);
         let step = 1e-6;
-        for (axis, column) in [(DVec2::X, jacobian.x_axis), (DVec2::Y, jacobian.y_axis)] {
-            let ahead = distort(&k, DVec2::new(0.3, -0.2) + axis * step).0;
-            assert!(((ahead - distorted) / step - column).length() < 1e-6);
+        for k in [k, RATIONAL] {
+            let (distorted, jacobian) = distort(&k, point);
+            for (axis, column) in [(DVec2::X, jacobian.x_axis), (DVec2::Y, jacobian.y_axis)] {
+                let ahead = distort(&k, point + axis * step).0;
+                assert!(((ahead - distorted) / step - column).length() < 1e-5);
+            }
         }
+    }
+
+    /// Of a wide lens: numbers above and below that all but cancel.
+    const RATIONAL: [f64; 8] = [0.62, 0.11, 0.0004, -0.0003, 0.006, 0.93, 0.21, 0.021];
+
+    #[test]
+    fn a_rational_lens_is_known_up_to_its_pole() {
+        let lens = Lens::Perspective(RATIONAL);
+        for towards in [DVec3::new(0.3, -0.2, 1.0), DVec3::new(-0.9, 0.7, 1.0)] {
+            let seen = lens.seen(towards).expect("in front");
+            assert!(lens.is_invertible_at(seen), "{seen}");
+            assert!((lens.towards(seen) - towards).length() < 1e-12);
+        }
+        // (1 - r²) / (1 - 1.001 r²) is about 1 on both sides of its pole, which no step along the way meets.
+        let pole = Lens::Perspective([-1.0, 0.0, 0.0, 0.0, 0.0, -1.001, 0.0, 0.0]);
+        assert!(pole.is_invertible_at(DVec2::new(0.9, 0.0)));
+        assert!(!pole.is_invertible_at(DVec2::new(1.5, 0.0)));
     }
 
     #[test]
@@ -320,7 +385,8 @@ mod tests {
     #[test]
     fn areas_are_those_of_small_squares() {
         let lenses = [
-            Lens::Perspective([-0.2, 0.05, 0.001, -0.002, 0.0]),
+            Lens::brown_conrady([-0.2, 0.05, 0.001, -0.002, 0.0]),
+            Lens::Perspective(RATIONAL),
             Lens::Fisheye([0.05, -0.01, 0.002, -0.0001]),
         ];
         let step = 1e-6;

@@ -88,6 +88,14 @@ impl<'d> Value<'d> {
         self.value.get_ref().is_array()
     }
 
+    /// How many elements an array has, 0 for what is none.
+    pub(super) fn count(&self) -> usize {
+        self.value
+            .get_ref()
+            .as_array()
+            .map_or(0, |array| array.len())
+    }
+
     /// The elements of an array, their paths numbered from 1.
     pub(super) fn as_elements(&self) -> Result<Vec<Value<'d>>, SceneError> {
         let Some(array) = self.value.get_ref().as_array() else {

@@ -35,7 +35,13 @@ impl Export {
         if self == Self::Mcap {
             mcap::check(sequence)?;
         }
-        if sequence.scene.camera.port.is_none() {
+        let camera = &sequence.scene.camera;
+        if self == Self::Nerfstudio && camera.lens.coefficients().len() > 5 {
+            return Err(SequenceError::Unsuitable(
+                "--format nerfstudio: it has no model for a lens with k4, k5 and k6; take --format colmap, which has".to_owned(),
+            ));
+        }
+        if camera.port.is_none() {
             return Ok(());
         }
         Err(SequenceError::Unsuitable(format!(
@@ -124,10 +130,8 @@ fn colmap_camera(camera: &Camera) -> String {
     let [fx, fy] = camera.focal_px.to_array();
     let [cx, cy] = camera.centre_px.to_array();
     let (model, more) = match camera.lens {
-        Lens::Perspective(none) if none == [0.0; 5] => ("PINHOLE", Vec::new()),
-        Lens::Perspective([k1, k2, p1, p2, k3]) => {
-            ("FULL_OPENCV", vec![k1, k2, p1, p2, k3, 0.0, 0.0, 0.0])
-        }
+        ideal if ideal.is_ideal() => ("PINHOLE", Vec::new()),
+        Lens::Perspective(coefficients) => ("FULL_OPENCV", coefficients.to_vec()),
         Lens::Fisheye(coefficients) => ("OPENCV_FISHEYE", coefficients.to_vec()),
     };
     let parameters: Vec<String> = [fx, fy, cx, cy]

@@ -54,9 +54,9 @@ pub(super) fn write(
 /// Name of the lens's model and its coefficients.
 pub(super) fn lens(camera: &Camera) -> (&'static str, Vec<f64>) {
     match camera.lens {
-        Lens::Perspective(none) if none == [0.0; 5] => ("pinhole", Vec::new()),
-        Lens::Perspective(coefficients) => ("brown-conrady", coefficients.to_vec()),
-        Lens::Fisheye(coefficients) => ("fisheye", coefficients.to_vec()),
+        ideal if ideal.is_ideal() => ("pinhole", Vec::new()),
+        Lens::Perspective(_) => ("brown-conrady", camera.lens.coefficients().to_vec()),
+        Lens::Fisheye(_) => ("fisheye", camera.lens.coefficients().to_vec()),
     }
 }
 

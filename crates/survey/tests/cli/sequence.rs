@@ -125,6 +125,49 @@ fn frames_come_with_depth_poses_lists_and_exports() {
     assert_eq!([of("/pose"), of("/right/depth"), topics.len()], [3, 3, 24]);
 }
 
+/// Eight coefficients, as COLMAP and ROS have a model for, five where the others are none, and nerfstudio has no form for them.
+#[test]
+fn lenses_of_the_rational_model_go_to_those_who_have_it() {
+    const RATIONAL: &str = "0.62, 0.11, 0.0004, -0.0003, 0.006, 0.93, 0.21, 0.021";
+    let folder = folder();
+    let with = |lens: &str| {
+        let scene = SCENE.replace(
+            "hfov_deg = 60.0",
+            &format!("fx = 28.0\ndistortion = [{lens}]"),
+        );
+        folder.write("scene.toml", scene);
+        "sequence scene.toml poses.csv --spp 1"
+    };
+    let models = |line: &str, out: &str| {
+        folder.good(&format!("{line} -o {out} --format tum,colmap,mcap"));
+        let recording = folder.read(&format!("{out}/sequence.mcap"));
+        let stream = mcap::MessageStream::new(&recording).expect("a recording");
+        let mut messages = stream.map(|message| message.expect("a message"));
+        let info = messages.find(|message| message.channel.topic == "/left/camera_info");
+        let info = String::from_utf8_lossy(&info.expect("an info").data).into_owned();
+        let camera = json(&folder, &format!("{out}/camera.json"));
+        let count = camera["distortion"].as_array().map(Vec::len);
+        let colmap = folder.text(&format!("{out}/colmap/cameras.txt"));
+        (colmap, info, count)
+    };
+    let (colmap, info, count) = models(with(RATIONAL), "eight");
+    let numbers = RATIONAL.replace(',', "");
+    assert!(
+        colmap.contains(&format!("FULL_OPENCV 32 18 28 28 16 9 {numbers}\n")),
+        "{colmap}"
+    );
+    assert!(info.contains("rational_polynomial"), "{info}");
+    assert_eq!(count, Some(8));
+    folder.refused(
+        &format!("{} -o none --format nerfstudio", with(RATIONAL)),
+        &["--format nerfstudio", "k4, k5 and k6", "--format colmap"],
+    );
+    let (colmap, info, count) = models(with("-0.1, 0.01, 0.0, 0.0, 0.0"), "five");
+    assert!(colmap.contains("16 9 -0.1 0.01 0 0 0 0 0 0\n"), "{colmap}");
+    assert!(info.contains("plumb_bob"), "{info}");
+    assert_eq!(count, Some(5));
+}
+
 /// Pixels hold the places that poses, camera file and baseline say, and the picture shows a bright square where its place is.
 #[test]
 fn pictures_show_a_place_where_the_poses_say() {

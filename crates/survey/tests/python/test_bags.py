@@ -1,23 +1,28 @@
 """Pictures and their table out of recordings of ROS by `tools/bag_pictures.py`: python3 -m unittest (in this folder).
 
-Needs `rosbags`, `numpy` and `pillow`.
+Needs `rosbags`, `numpy`, `opencv-python-headless` and `pillow`. The program `uw` is taken from the folder UWGUIDE_PROGRAMS, else from target/release of
+the repository.
 """
 
 import csv
 import io
+import os
 import pathlib
 import subprocess
 import sys
 import tempfile
 import unittest
 
+import cv2
 import numpy as np
 from PIL import Image
 from rosbags import rosbag1
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
-TOOL = pathlib.Path(__file__).resolve().parents[4] / "tools" / "bag_pictures.py"
+REPOSITORY = pathlib.Path(__file__).resolve().parents[4]
+TOOL = REPOSITORY / "tools" / "bag_pictures.py"
+PROGRAM = pathlib.Path(os.environ.get("UWGUIDE_PROGRAMS", REPOSITORY / "target" / "release")) / "uw"
 LIMIT_S = 60
 STORE = get_typestore(Stores.ROS2_HUMBLE)
 T = STORE.types
@@ -59,6 +64,12 @@ def compressed(time_s, step):
 def raw(time_s, step):
     rows = np.pad(colours(step)[..., ::-1].reshape(6, -1), ((0, 0), (0, 5)), constant_values=99)
     return T["sensor_msgs/msg/Image"](header(time_s), 6, 8, "bgr8", 0, 29, rows.reshape(-1))
+
+
+def info(width, k, d, model="plumb_bob", binning=0):
+    of = T["sensor_msgs/msg/CameraInfo"], T["sensor_msgs/msg/RegionOfInterest"](0, 0, 0, 0, False)
+    k = np.array(k, float)
+    return of[0](header(0.0), 6, width, model, np.array(d, float), k, np.eye(3).ravel(), np.zeros(12), binning, binning, of[1])
 
 
 class Bags(unittest.TestCase):
@@ -119,6 +130,63 @@ class Bags(unittest.TestCase):
         self.assertTrue((pictures[1] == colours(1)).all())
         self.assertEqual(rows[0], {"file": "000001.png", "kind": "depth", "depth_m": "4", "distance_m": "2.25", "light_pct": "0"})
         self.assertIn("1 pictures left out: nothing of /range within 0.3 s", told)
+
+    def test_pixels_of_every_encoding_make_the_same_colours(self):
+        samples = {"r": 60, "g": 130, "b": 190}
+        of_pixel = {"mono": "g", "rgb": "rgb", "bgr": "bgr", "rgba": "rgba", "bgra": "bgra"}
+        pictures = {}
+        for bits, scale in ((8, 1), (16, 250)):
+            for name, order in of_pixel.items():
+                pictures[f"{name}{bits}"] = np.array([[[scale * samples.get(c, 5) for c in order]] * 8] * 6)
+            for pattern in ("rggb", "bggr", "grbg", "gbrg"):
+                tile = np.array([scale * samples[c] for c in pattern]).reshape(2, 2)
+                pictures[f"bayer_{pattern}{bits}"] = np.tile(tile, (3, 4))[..., None]
+        yuv = cv2.cvtColor(np.full((6, 8, 3), list(samples.values()), np.uint8), cv2.COLOR_RGB2YUV_YUY2)
+        pictures["yuyv"] = pictures["yuv422_yuy2"] = yuv
+        pictures["uyvy"] = pictures["yuv422"] = yuv[..., ::-1]
+        dive = [(0.0, "/range", range_at(0.0, 2.0)), (99.0, "/range", range_at(99.0, 2.0)), (0.0, "/depth", number(3.0)), (99.0, "/depth", number(3.0))]
+        for k, (encoding, rows) in enumerate(pictures.items()):
+            big = k % 2
+            wide = rows.astype((">u2" if big else "<u2") if encoding.endswith("16") else np.uint8)
+            data = np.frombuffer(wide.tobytes(), np.uint8)
+            dive.append((k, "/image", T["sensor_msgs/msg/Image"](header(k), 6, 8, encoding, big, data.size // 6, data)))
+        words = "--image-topic /image --light-pct 0 --gap-s 100".split()
+        rows, _, _ = self.run_tool(self.record(sorted(dive, key=lambda one: one[0])), *words)
+        self.assertEqual(len(rows), len(pictures))
+        for row, encoding in zip(rows, pictures):
+            found = cv2.imread(str(self.folder / "out" / row["file"]), cv2.IMREAD_UNCHANGED)
+            expected = np.array([samples[c] for c in ("g" if "mono" in encoding else "bgr")])
+            scale, allowed = (250 if encoding.endswith("16") else 1), (3 if "y" in encoding[:4] and "u" in encoding else 0)
+            self.assertLessEqual(np.abs(found.reshape(48, -1) - scale * expected.astype(float)).max(), allowed, encoding)
+
+    def test_the_cameras_calibration_is_written_for_the_programs(self):
+        matrix = [6.5, 0, 3.8, 0, 6.4, 2.7, 0, 0, 1]
+        rational = [0.62, 0.11, 0.0004, -0.0003, 0.006, 0.93, 0.21, 0.021]
+        dive = [(0.0, "/range", range_at(0.0, 1.0)), (0.0, "/depth", number(3.0))]
+        dive += [(0.0, "/cam/image_raw/compressed", compressed(0.0, 1)), (0.0, "/cam/camera_info", info(8, matrix, rational, "rational_polynomial"))]
+        words = "--image-topic /cam/image_raw/compressed --light-pct 0".split()
+        self.run_tool(self.record(dive), *words)
+        (self.folder / "points.csv").write_text("x_m,y_m,z_m\n1.0,-0.2,0.1\n")
+        command = [PROGRAM, "project", self.folder / "out" / "camera.yaml", "--points", self.folder / "points.csv"]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT_S, check=True)
+        row = next(csv.DictReader(done.stdout.splitlines()))
+        zero = np.zeros(3)
+        expected = cv2.projectPoints(np.array([[0.2, -0.1, 1.0]]), zero, zero, np.reshape(matrix, (3, 3)).astype(float), np.array(rational))[0].ravel()
+        np.testing.assert_allclose([float(row["px"]), float(row["py"])], expected + 0.5, atol=1e-6)
+
+    def test_what_is_no_calibration_is_told(self):
+        matrix = [6.5, 0, 3.8, 0, 6.4, 2.7, 0, 0, 1]
+        for message, told in [
+            (info(8, np.zeros(9), []), "was not calibrated (K is 0)"),
+            (info(8, matrix, np.zeros(5), binning=2), "pictures that are binned"),
+        ]:
+            with tempfile.TemporaryDirectory() as folder:
+                self.folder = pathlib.Path(folder)
+                dive = [(0.0, "/range", range_at(0.0, 1.0)), (0.0, "/depth", number(3.0)), (0.0, "/image", raw(0.0, 1)), (0.0, "/camera_info", message)]
+                words = [sys.executable, TOOL, self.record(dive), "-o", self.folder / "out", *"--image-topic /image --light-pct 0".split()]
+                done = subprocess.run(words, capture_output=True, text=True, timeout=LIMIT_S, check=True)
+                self.assertIn(told, done.stdout)
+                self.assertFalse((self.folder / "out" / "camera.yaml").exists())
 
     def test_recordings_of_the_first_ros_are_read(self):
         store = get_typestore(Stores.ROS1_NOETIC)

@@ -18,6 +18,7 @@ PROGRAM = pathlib.Path(os.environ.get("UWGUIDE_PROGRAMS", REPOSITORY / "target" 
 LIMIT_S = 60
 MATRIX = np.array([[612.5, 0.0, 641.3], [0.0, 608.25, 355.8], [0.0, 0.0, 1.0]])
 COEFFICIENTS = np.array([-0.12, 0.03, 0.001, -0.0007, -0.002])
+RATIONAL = np.array([0.62, 0.11, 0.0004, -0.0003, 0.006, 0.93, 0.21, 0.021])
 FISHEYE = np.array([-0.021, 0.0037, -0.0012, 0.0003])
 # Right, down and ahead of the camera, m.
 POINTS = np.random.default_rng(5).uniform([-0.8, -0.5, 1.0], [0.8, 0.5, 1.2], (40, 3))
@@ -56,7 +57,7 @@ class Calibrations(unittest.TestCase):
 
     def test_points_are_where_opencv_projects_them(self):
         zero = np.zeros(3)
-        for coefficients in (COEFFICIENTS, np.append(COEFFICIENTS, np.zeros(3)), np.zeros(5)):
+        for coefficients in (COEFFICIENTS, RATIONAL, np.append(RATIONAL, np.zeros(6)), np.zeros(5)):
             expected = cv2.projectPoints(POINTS, zero, zero, MATRIX, coefficients)[0][:, 0]
             found = self.project(self.write(coefficients))
             # OpenCV counts from the middle of the first pixel.
@@ -69,11 +70,11 @@ class Calibrations(unittest.TestCase):
         self.assertLess(np.abs(found - 0.5 - expected).max(), 1e-6)
 
     def test_models_that_are_not_known_are_told(self):
-        file = self.write(np.append(COEFFICIENTS, [0.1, 0.0, 0.0]))
+        file = self.write(np.append(RATIONAL, [0.1, 0.0, 0.0, 0.0]))
         command = [PROGRAM, "project", file, "--points", "-"]
         done = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT_S, input="x_m,y_m,z_m\n1,0,0\n")
         self.assertEqual(done.returncode, 2)
-        self.assertIn("distortion_coefficients.data must be k1, k2, p1, p2, k3 and nothing beyond but zeros", done.stderr)
+        self.assertIn("distortion_coefficients.data must be k1, k2, p1, p2, k3, k4, k5, k6 and nothing beyond but zeros", done.stderr)
 
 
 if __name__ == "__main__":

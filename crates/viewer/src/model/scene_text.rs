@@ -229,7 +229,7 @@ fn write_camera(text: &mut String, camera: &CameraSettings) {
             f.x, f.y, c.x, c.y
         );
         let _ = match camera.lens {
-            Lens::Perspective(k) => writeln!(text, "distortion = {k:?}"),
+            Lens::Perspective(_) => writeln!(text, "distortion = {:?}", camera.lens.coefficients()),
             Lens::Fisheye(k) => writeln!(text, "fisheye = {k:?}"),
         };
     }

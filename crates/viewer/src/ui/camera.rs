@@ -63,8 +63,8 @@ pub fn show(app: &mut Viewer, ui: &mut Ui) {
     let camera = &app.settings.camera;
     match camera.lens {
         Lens::Perspective(_) if camera.lens.is_ideal() => {}
-        Lens::Perspective(k) => {
-            ui.weak(format!("distortion {k:?}"));
+        Lens::Perspective(_) => {
+            ui.weak(format!("distortion {:?}", camera.lens.coefficients()));
         }
         Lens::Fisheye(k) => {
             ui.weak(format!("fisheye {k:?}"));

@@ -64,7 +64,7 @@ fn every_knob_is_saved() {
     settings.surface = None;
     settings.sun = None;
     settings.camera.set_hfov_deg(75.0);
-    settings.camera.lens = Lens::Perspective([0.1, 0.0, 0.001, 0.0, 0.0]);
+    settings.camera.lens = Lens::Perspective([0.1, 0.0, 0.001, 0.0, 0.0, 0.02, 0.0, 0.003]);
     settings.lamps[0].level_pct = 12.5;
     settings.lamps[0].falloff = uw_render::scene::Falloff::Cosine;
     settings.lamps[0].radius_m = 0.05;

@@ -17,10 +17,10 @@ macro_rules! types {
 }
 
 types! {
-    "geometry_msgs": PoseStamped;
+    "geometry_msgs": PoseStamped, PoseWithCovarianceStamped;
     "nav_msgs": Odometry;
     "sensor_msgs": CompressedImage, FluidPressure, Image, Range;
-    "std_msgs": Float64;
+    "std_msgs": Float32, Float64;
     "uwguide_msgs": Suggestion;
 }
 
@@ -36,6 +36,12 @@ pub(super) struct Time {
 pub(super) struct Header {
     pub(super) stamp: Time,
     pub(super) frame_id: String,
+}
+
+/// `std_msgs/msg/Float32`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Float32 {
+    pub(super) data: f32,
 }
 
 /// `std_msgs/msg/Float64`.
@@ -66,6 +72,13 @@ pub(super) struct FluidPressure {
 /// `geometry_msgs/msg/PoseStamped`, up to its position.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct PoseStamped {
+    pub(super) header: Header,
+    pub(super) position: Vector3,
+}
+
+/// `geometry_msgs/msg/PoseWithCovarianceStamped`, up to its position.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct PoseWithCovarianceStamped {
     pub(super) header: Header,
     pub(super) position: Vector3,
 }

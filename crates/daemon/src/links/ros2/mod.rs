@@ -6,6 +6,8 @@
 #[cfg(feature = "ros2")]
 mod answering;
 #[cfg(feature = "ros2")]
+mod colours;
+#[cfg(feature = "ros2")]
 mod messages;
 #[cfg(feature = "ros2")]
 mod node;
@@ -26,15 +28,35 @@ pub use node::Link;
 /// Largest DDS domain whose ports there are.
 pub const MOST_DOMAIN: u16 = 232;
 
+/// What a number comes as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NumberType {
+    /// `std_msgs/msg/Float64`.
+    Float64,
+    /// `std_msgs/msg/Float32`.
+    Float32,
+}
+
+/// What the distance of the target comes as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RangeType {
+    /// `sensor_msgs/msg/Range`.
+    Echo,
+    /// Metres.
+    Metres(NumberType),
+}
+
 /// What depth comes as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DepthType {
-    /// `std_msgs/msg/Float64`: metres below the surface.
-    Metres,
+    /// Metres below the surface.
+    Metres(NumberType),
     /// `sensor_msgs/msg/FluidPressure`: absolute pressure, Pa.
     Pressure,
     /// `geometry_msgs/msg/PoseStamped`: z is 0 at the surface, m.
     Pose,
+    /// `geometry_msgs/msg/PoseWithCovarianceStamped`: the same.
+    PoseWithCovariance,
     /// `nav_msgs/msg/Odometry`: the same.
     Odometry,
 }
@@ -83,16 +105,20 @@ pub struct Ros2Config {
     pub enabled: bool,
     /// The DDS domain; `None` takes that of the variable `ROS_DOMAIN_ID`, else 0.
     pub domain_id: Option<u16>,
-    /// Topic of `sensor_msgs/msg/Range`.
+    /// Topic of the distance.
     pub range_topic: String,
+    /// Its type.
+    pub range_type: RangeType,
     /// Topic of the depth.
     pub depth_topic: String,
     /// Its type.
     pub depth_type: DepthType,
     /// Which way it grows; `None`: down for numbers, up for poses.
     pub depth_axis: Option<DepthAxis>,
-    /// Topic of `std_msgs/msg/Float64`: light of the lamps, percent of full.
+    /// Topic of the light of the lamps, percent of full.
     pub light_topic: String,
+    /// Its type.
+    pub light_type: NumberType,
     /// Topic of the pictures.
     pub image_topic: String,
     /// Its type.
@@ -123,10 +149,12 @@ impl Default for Ros2Config {
             enabled: false,
             domain_id: None,
             range_topic: "/range".to_owned(),
+            range_type: RangeType::Echo,
             depth_topic: "/depth".to_owned(),
-            depth_type: DepthType::Metres,
+            depth_type: DepthType::Metres(NumberType::Float64),
             depth_axis: None,
             light_topic: "/light_pct".to_owned(),
+            light_type: NumberType::Float64,
             image_topic: ImageType::Compressed.usual_topic().to_owned(),
             image_type: ImageType::Compressed,
             suggestion_topic: "/uwguide/suggestion".to_owned(),

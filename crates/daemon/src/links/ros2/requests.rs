@@ -14,9 +14,13 @@ const GRAVITY_M_PER_S2: f64 = 9.806_65;
 pub(super) fn distance_m(range: &Range, config: &Ros2Config) -> Option<f64> {
     let (least, most) = (range.min_range, range.max_range);
     let limited = least < most;
-    let seen = range.range.is_finite() && range.range > 0.0;
     let inside = !limited || (least..=most).contains(&range.range);
-    (seen && inside).then(|| f64::from(range.range) + config.range_offset_m)
+    distance_of(range.range.into(), config).filter(|_| inside)
+}
+
+/// The distance that a number means; `None` for what is no distance.
+pub(super) fn distance_of(value_m: f64, config: &Ros2Config) -> Option<f64> {
+    (value_m.is_finite() && value_m > 0.0).then(|| value_m + config.range_offset_m)
 }
 
 /// The depth that an absolute pressure means; 0 above the surface, where waves bring it.
@@ -107,6 +111,8 @@ mod tests {
             ..range(11.0)
         };
         assert_eq!(distance_m(&unlimited, &config), Some(11.25));
+        assert_eq!(distance_of(11.0, &config), Some(11.25));
+        assert_eq!(distance_of(-1.0, &config), None);
     }
 
     #[test]

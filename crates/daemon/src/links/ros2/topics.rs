@@ -8,11 +8,12 @@ use ros2_client::{MessageTypeName, Name, Node, QosProfile, Subscription};
 
 use super::answering::Event;
 use super::messages::{
-    CompressedImage, Float64, FluidPressure, Image, Message, Odometry, PoseStamped, Range,
+    CompressedImage, Float32, Float64, FluidPressure, Header, Image, Message, Odometry,
+    PoseStamped, PoseWithCovarianceStamped, Range, Vector3,
 };
 use super::picture::Picture;
 use super::types::Heard;
-use super::{DepthAxis, DepthType, ImageType, Ros2Config, requests};
+use super::{DepthAxis, DepthType, ImageType, NumberType, RangeType, Ros2Config, requests};
 
 /// What comes, as it comes.
 pub(super) type Events<'a> = Pin<Box<dyn Stream<Item = Event> + Send + 'a>>;
@@ -35,15 +36,23 @@ impl Topics {
             sources: Vec::new(),
             heard: Vec::new(),
         };
-        topics.listen(node, "range_topic", &config.range_topic, range)?;
+        let (setting, topic) = ("range_type", &config.range_topic);
+        match config.range_type {
+            RangeType::Echo => topics.listen(node, setting, topic, range)?,
+            RangeType::Metres(number) => {
+                topics.number(node, setting, topic, (number, distance))?;
+            }
+        }
         let (setting, topic) = ("depth_type", &config.depth_topic);
         match config.depth_type {
-            DepthType::Metres => topics.listen(node, setting, topic, metres)?,
+            DepthType::Metres(number) => topics.number(node, setting, topic, (number, depth))?,
             DepthType::Pressure => topics.listen(node, setting, topic, pressure)?,
             DepthType::Pose => topics.listen(node, setting, topic, pose)?,
+            DepthType::PoseWithCovariance => topics.listen(node, setting, topic, estimated_pose)?,
             DepthType::Odometry => topics.listen(node, setting, topic, odometry)?,
         }
-        topics.listen(node, "light_topic", &config.light_topic, light)?;
+        let (setting, topic) = ("light_type", &config.light_topic);
+        topics.number(node, setting, topic, (config.light_type, light))?;
         let (setting, topic) = ("image_type", &config.image_topic);
         match config.image_type {
             ImageType::Compressed => topics.listen(node, setting, topic, compressed)?,
@@ -63,14 +72,35 @@ impl Topics {
         sources.map(|source| source.events(&self.config)).collect()
     }
 
-    /// Listens to the latest message of a topic, as what is older is of no use. `setting` is what sets its type or, where that is the
-    /// topic's own choice, the topic.
+    /// Listens to numbers.
+    fn number(
+        &mut self,
+        node: &mut Node,
+        setting: &'static str,
+        topic: &str,
+        (of, event): (NumberType, fn(f64, &Ros2Config) -> Option<Event>),
+    ) -> Result<(), String> {
+        match of {
+            NumberType::Float64 => {
+                self.listen(node, setting, topic, move |number: Float64, config| {
+                    event(number.data, config)
+                })
+            }
+            NumberType::Float32 => {
+                self.listen(node, setting, topic, move |number: Float32, config| {
+                    event(number.data.into(), config)
+                })
+            }
+        }
+    }
+
+    /// Listens to the latest message of a topic, as what is older is of no use. `setting` is what sets its type.
     fn listen<M: Message>(
         &mut self,
         node: &mut Node,
         setting: &'static str,
         topic: &str,
-        event: fn(M, &Ros2Config) -> Option<Event>,
+        event: impl Fn(M, &Ros2Config) -> Option<Event> + Send + Sync + 'static,
     ) -> Result<(), String> {
         let qos = match self.config.reliable {
             true => QosProfile::subscription_default().reliability_reliable(WhenFull::DEFAULT),
@@ -92,7 +122,7 @@ impl Topics {
         });
         self.sources.push(Box::new(Topic {
             subscription,
-            event,
+            event: Box::new(event),
         }));
         Ok(())
     }
@@ -106,7 +136,7 @@ trait Source: Send + Sync {
 
 struct Topic<M: Message> {
     subscription: Subscription<M>,
-    event: fn(M, &Ros2Config) -> Option<Event>,
+    event: Box<dyn Fn(M, &Ros2Config) -> Option<Event> + Send + Sync>,
 }
 
 impl<M: Message> Source for Topic<M> {
@@ -131,8 +161,16 @@ fn range(range: Range, config: &Ros2Config) -> Option<Event> {
     state("distance_m", requests::distance_m(&range, config)?, time_s)
 }
 
-fn metres(depth: Float64, config: &Ros2Config) -> Option<Event> {
-    let depth_m = requests::depth_along(depth.data, DepthAxis::Down, config);
+fn distance(distance_m: f64, config: &Ros2Config) -> Option<Event> {
+    state(
+        "distance_m",
+        requests::distance_of(distance_m, config)?,
+        None,
+    )
+}
+
+fn depth(depth_m: f64, config: &Ros2Config) -> Option<Event> {
+    let depth_m = requests::depth_along(depth_m, DepthAxis::Down, config);
     state("depth_m", depth_m, None)
 }
 
@@ -142,19 +180,25 @@ fn pressure(pressure: FluidPressure, config: &Ros2Config) -> Option<Event> {
 }
 
 fn pose(pose: PoseStamped, config: &Ros2Config) -> Option<Event> {
-    let time_s = requests::time_s(&pose.header, config);
-    let depth_m = requests::depth_along(pose.position.z, DepthAxis::Up, config);
-    state("depth_m", depth_m, time_s)
+    position(&pose.header, pose.position, config)
+}
+
+fn estimated_pose(pose: PoseWithCovarianceStamped, config: &Ros2Config) -> Option<Event> {
+    position(&pose.header, pose.position, config)
 }
 
 fn odometry(odometry: Odometry, config: &Ros2Config) -> Option<Event> {
-    let time_s = requests::time_s(&odometry.header, config);
-    let depth_m = requests::depth_along(odometry.position.z, DepthAxis::Up, config);
+    position(&odometry.header, odometry.position, config)
+}
+
+fn position(header: &Header, position: Vector3, config: &Ros2Config) -> Option<Event> {
+    let time_s = requests::time_s(header, config);
+    let depth_m = requests::depth_along(position.z, DepthAxis::Up, config);
     state("depth_m", depth_m, time_s)
 }
 
-fn light(light: Float64, _: &Ros2Config) -> Option<Event> {
-    state("light_pct", light.data, None)
+fn light(light_pct: f64, _: &Ros2Config) -> Option<Event> {
+    state("light_pct", light_pct, None)
 }
 
 fn compressed(image: CompressedImage, _: &Ros2Config) -> Option<Event> {

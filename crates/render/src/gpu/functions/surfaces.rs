@@ -36,6 +36,7 @@ fn camera_rays_agree_through_every_lens_and_port() {
     let Some(gpu) = adapter() else { return };
     let lenses = [
         "distortion = [-0.2, 0.05, 0.001, -0.002, 0.0]",
+        "distortion = [0.62, 0.11, 0.0004, -0.0003, 0.006, 0.93, 0.21, 0.021]",
         "fisheye = [0.03, -0.01, 0.002, 0.0]",
     ];
     let ports = [
