@@ -151,12 +151,19 @@ def camera_info_topic(reader, arguments):
     return max(found, key=len, default=None)
 
 
-def calibration(message):
-    """As `camera_calibration` writes it."""
-    k, d = ([float(x) for x in getattr(message, name, getattr(message, name.upper(), ()))] for name in "kd")
+def is_rectified(image_topic):
+    """By its name, as `image_proc` gives it: image_rect, image_rect_color."""
+    return "rect" in image_topic.removesuffix("/compressed").rsplit("/", 1)[-1]
+
+
+def calibration(message, rectified):
+    """As `camera_calibration` writes it. Rectified pictures have the projection's matrix and no lens."""
+    k, d, p = ([float(x) for x in getattr(message, name, getattr(message, name.upper(), ()))] for name in "kdp")
     roi = message.roi
+    if rectified:
+        k, d = [*p[0:3], *p[4:7], *p[8:11]], []
     if k[0] <= 0.0:
-        raise Unusable("the camera was not calibrated (K is 0)")
+        raise Unusable(f"the camera was not calibrated ({'P' if rectified else 'K'} is 0)")
     if max(message.binning_x, message.binning_y) > 1 or any([roi.x_offset, roi.y_offset, roi.width, roi.height]):
         raise Unusable("pictures that are binned or a part of the sensor's have no calibration of their own")
     return (
@@ -178,7 +185,7 @@ def write_calibration(reader, arguments):
     for connection, _, data in reader.messages(connections=of):
         file = arguments.output / "camera.yaml"
         try:
-            write(file, calibration(reader.deserialize(data, connection.msgtype)).encode())
+            write(file, calibration(reader.deserialize(data, connection.msgtype), is_rectified(arguments.image_topic)).encode())
         except Unusable as error:
             return f"no calibration of the camera from {topic}: {error}"
         return f"the camera's calibration: {file} (--camera)"

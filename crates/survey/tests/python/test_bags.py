@@ -69,7 +69,9 @@ def raw(time_s, step):
 def info(width, k, d, model="plumb_bob", binning=0):
     of = T["sensor_msgs/msg/CameraInfo"], T["sensor_msgs/msg/RegionOfInterest"](0, 0, 0, 0, False)
     k = np.array(k, float)
-    return of[0](header(0.0), 6, width, model, np.array(d, float), k, np.eye(3).ravel(), np.zeros(12), binning, binning, of[1])
+    # Rectified pictures have twice the focal length, and another principal point.
+    p = np.array([2 * k[0], 0, 3.5, 0, 0, 2 * k[4], 2.5, 0, 0, 0, 1, 0]) if k[0] else np.zeros(12)
+    return of[0](header(0.0), 6, width, model, np.array(d, float), k, np.eye(3).ravel(), p, binning, binning, of[1])
 
 
 class Bags(unittest.TestCase):
@@ -162,17 +164,23 @@ class Bags(unittest.TestCase):
     def test_the_cameras_calibration_is_written_for_the_programs(self):
         matrix = [6.5, 0, 3.8, 0, 6.4, 2.7, 0, 0, 1]
         rational = [0.62, 0.11, 0.0004, -0.0003, 0.006, 0.93, 0.21, 0.021]
-        dive = [(0.0, "/range", range_at(0.0, 1.0)), (0.0, "/depth", number(3.0))]
-        dive += [(0.0, "/cam/image_raw/compressed", compressed(0.0, 1)), (0.0, "/cam/camera_info", info(8, matrix, rational, "rational_polynomial"))]
-        words = "--image-topic /cam/image_raw/compressed --light-pct 0".split()
-        self.run_tool(self.record(dive), *words)
-        (self.folder / "points.csv").write_text("x_m,y_m,z_m\n1.0,-0.2,0.1\n")
-        command = [PROGRAM, "project", self.folder / "out" / "camera.yaml", "--points", self.folder / "points.csv"]
-        done = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT_S, check=True)
-        row = next(csv.DictReader(done.stdout.splitlines()))
-        zero = np.zeros(3)
-        expected = cv2.projectPoints(np.array([[0.2, -0.1, 1.0]]), zero, zero, np.reshape(matrix, (3, 3)).astype(float), np.array(rational))[0].ravel()
-        np.testing.assert_allclose([float(row["px"]), float(row["py"])], expected + 0.5, atol=1e-6)
+        raw_matrix = np.reshape(matrix, (3, 3)).astype(float)
+        rectified = np.array([[13.0, 0.0, 3.5], [0.0, 12.8, 2.5], [0.0, 0.0, 1.0]])
+        for name, k, d in [("image_raw", raw_matrix, np.array(rational)), ("image_rect_color", rectified, np.zeros(5))]:
+            with self.subTest(name), tempfile.TemporaryDirectory() as folder:
+                self.folder = pathlib.Path(folder)
+                dive = [(0.0, "/range", range_at(0.0, 1.0)), (0.0, "/depth", number(3.0))]
+                dive += [(0.0, f"/cam/{name}/compressed", compressed(0.0, 1))]
+                dive += [(0.0, "/cam/camera_info", info(8, matrix, rational, "rational_polynomial"))]
+                words = f"--image-topic /cam/{name}/compressed --light-pct 0".split()
+                self.run_tool(self.record(dive), *words)
+                (self.folder / "points.csv").write_text("x_m,y_m,z_m\n1.0,-0.2,0.1\n")
+                command = [PROGRAM, "project", self.folder / "out" / "camera.yaml", "--points", self.folder / "points.csv"]
+                done = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT_S, check=True)
+                row = next(csv.DictReader(done.stdout.splitlines()))
+                zero = np.zeros(3)
+                expected = cv2.projectPoints(np.array([[0.2, -0.1, 1.0]]), zero, zero, k, d)[0].ravel()
+                np.testing.assert_allclose([float(row["px"]), float(row["py"])], expected + 0.5, atol=1e-6)
 
     def test_what_is_no_calibration_is_told(self):
         matrix = [6.5, 0, 3.8, 0, 6.4, 2.7, 0, 0, 1]
