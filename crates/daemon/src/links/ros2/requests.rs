@@ -20,7 +20,7 @@ pub(super) fn distance_m(range: &Range, config: &Ros2Config) -> Option<f64> {
 
 /// The distance that a number means; `None` for what is no distance.
 pub(super) fn distance_of(value_m: f64, config: &Ros2Config) -> Option<f64> {
-    (value_m.is_finite() && value_m > 0.0).then(|| value_m + config.range_offset_m)
+    (value_m.is_finite() && value_m > 0.0).then_some(value_m + config.range_offset_m)
 }
 
 /// The depth that an absolute pressure means; 0 above the surface, where waves bring it.

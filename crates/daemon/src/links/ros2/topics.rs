@@ -18,6 +18,9 @@ use super::{DepthAxis, DepthType, ImageType, NumberType, RangeType, Ros2Config, 
 /// What comes, as it comes.
 pub(super) type Events<'a> = Pin<Box<dyn Stream<Item = Event> + Send + 'a>>;
 
+/// What follows from a number.
+type OfNumber = fn(f64, &Ros2Config) -> Option<Event>;
+
 /// All topics of a node.
 pub(super) struct Topics {
     config: Ros2Config,
@@ -78,7 +81,7 @@ impl Topics {
         node: &mut Node,
         setting: &'static str,
         topic: &str,
-        (of, event): (NumberType, fn(f64, &Ros2Config) -> Option<Event>),
+        (of, event): (NumberType, OfNumber),
     ) -> Result<(), String> {
         match of {
             NumberType::Float64 => {
@@ -122,7 +125,7 @@ impl Topics {
         });
         self.sources.push(Box::new(Topic {
             subscription,
-            event: Box::new(event),
+            event,
         }));
         Ok(())
     }
@@ -134,12 +137,12 @@ trait Source: Send + Sync {
     fn events<'a>(&'a self, config: &'a Ros2Config) -> Events<'a>;
 }
 
-struct Topic<M: Message> {
+struct Topic<M: Message, E> {
     subscription: Subscription<M>,
-    event: Box<dyn Fn(M, &Ros2Config) -> Option<Event> + Send + Sync>,
+    event: E,
 }
 
-impl<M: Message> Source for Topic<M> {
+impl<M: Message, E: Fn(M, &Ros2Config) -> Option<Event> + Send + Sync> Source for Topic<M, E> {
     fn events<'a>(&'a self, config: &'a Ros2Config) -> Events<'a> {
         let stream = self.subscription.async_stream();
         Box::pin(stream.filter_map(move |message| {
