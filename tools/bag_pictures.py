@@ -159,7 +159,9 @@ def is_rectified(image_topic):
 def calibration(message, rectified):
     """As `camera_calibration` writes it. Rectified pictures have the projection's matrix and no lens."""
     k, d, p = ([float(x) for x in getattr(message, name, getattr(message, name.upper(), ()))] for name in "kdp")
-    roi = message.roi
+    roi, model = message.roi, message.distortion_model
+    if rectified or not model:
+        model = "plumb_bob"
     if rectified:
         k, d = [*p[0:3], *p[4:7], *p[8:11]], []
     if k[0] <= 0.0:
@@ -169,31 +171,25 @@ def calibration(message, rectified):
     return (
         f"image_width: {message.width}\nimage_height: {message.height}\n"
         f"camera_matrix:\n  rows: 3\n  cols: 3\n  data: {k}\n"
-        f"distortion_model: {message.distortion_model or 'plumb_bob'}\n"
+        f"distortion_model: {model}\n"
         f"distortion_coefficients:\n  rows: 1\n  cols: {len(d)}\n  data: {d}\n"
     )
 
 
-def write_calibration(reader, arguments):
-    """What became of the camera's calibration, for people."""
-    topic = camera_info_topic(reader, arguments)
-    of = [connection for connection in reader.connections if connection.topic == topic]
-    if not of:
-        return f"no calibration of the camera ({topic} is not in the recording)" if topic else ""
-    if of[0].msgtype != CAMERA_INFO:
-        raise Unusable(f"{topic} must be {CAMERA_INFO}, got {of[0].msgtype}")
-    for connection, _, data in reader.messages(connections=of):
+def write_calibration(reader, found, arguments):
+    """Writes the first that there is; what became of it, for people."""
+    for connection, _, data in reader.messages(connections=found["camera-info"]):
         file = arguments.output / "camera.yaml"
         try:
             write(file, calibration(reader.deserialize(data, connection.msgtype), is_rectified(arguments.image_topic)).encode())
         except Unusable as error:
-            return f"no calibration of the camera from {topic}: {error}"
+            return f"no calibration of the camera from {connection.topic}: {error}"
         return f"the camera's calibration: {file} (--camera)"
-    return f"no calibration of the camera: {topic} is empty"
+    return f"no calibration of the camera: {found['camera-info'][0].topic} is empty"
 
 
 def topics(reader, arguments):
-    """Connections of the four topics by what they tell, with the types that they may have."""
+    """Connections of the topics by what they tell, with the types that they may have."""
     known = {
         "image": (arguments.image_topic, ("sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/Image")),
         "depth": (arguments.depth_topic, (*FLOATS, *POSES, "sensor_msgs/msg/FluidPressure")),
@@ -201,6 +197,9 @@ def topics(reader, arguments):
     }
     if arguments.light_pct is None:
         known["light"] = (arguments.light_topic, FLOATS)
+    camera_info = camera_info_topic(reader, arguments)
+    if camera_info:
+        known["camera-info"] = (camera_info, (CAMERA_INFO,))
     found = {}
     for tells, (topic, types) in known.items():
         of = [connection for connection in reader.connections if connection.topic == topic]
@@ -222,7 +221,7 @@ def tracks(reader, found, arguments):
         "light": lambda message, _, __: message.data,
     }
     made = {}
-    for tells in found.keys() - {"image"}:
+    for tells in found.keys() - {"image", "camera-info"}:
         track = made[tells] = Track(found[tells][0].topic)
         for connection, recorded_ns, data in reader.messages(connections=found[tells]):
             message = reader.deserialize(data, connection.msgtype)
@@ -239,9 +238,8 @@ def write(path, data):
     os.replace(part, path)
 
 
-def extract(reader, arguments):
+def extract(reader, found, arguments):
     """Writes the pictures; rows of the table, and how many were left out for which topic."""
-    found = topics(reader, arguments)
     known = tracks(reader, found, arguments)
     rows, left_out, last_s = [], {}, -math.inf
     for connection, recorded_ns, data in reader.messages(connections=found["image"]):
@@ -292,10 +290,11 @@ def main(words=None):
             raise Unusable("is not there")
         with AnyReader([arguments.recording], default_typestore=get_typestore(Stores.LATEST)) as reader:
             arguments.output.mkdir(parents=True, exist_ok=True)
-            rows, left_out = extract(reader, arguments)
-            told = write_calibration(reader, arguments)
-        if not rows:
-            raise Unusable(f"no picture has depth, distance and light within {arguments.gap_s:g} s (--gap-s)")
+            found = topics(reader, arguments)
+            rows, left_out = extract(reader, found, arguments)
+            if not rows:
+                raise Unusable(f"no picture has depth, distance and light within {arguments.gap_s:g} s (--gap-s)")
+            told = write_calibration(reader, found, arguments) if "camera-info" in found else ""
     except (Unusable, AnyReaderError, OSError) as error:
         print(f"{arguments.recording}: {error}", file=sys.stderr)
         return 2

@@ -24,11 +24,11 @@ struct Look {
 /// How many times as far from the principal point the lens sees what is at a distance, and the derivative by the distance's square.
 fn radial(r2: f32) -> vec2f {
     let k = scene.distortion;
-    let up = scene.distortion_k3;
+    let k3 = scene.distortion_k3;
     let below = vec3f(scene.distortion_k4, scene.distortion_k5, scene.distortion_k6);
     let denominator = 1.0 + r2 * (below.x + r2 * (below.y + r2 * below.z));
-    let factor = (1.0 + r2 * (k.x + r2 * (k.y + r2 * up))) / denominator;
-    let slope = k.x + r2 * (2.0 * k.y + r2 * 3.0 * up) - factor * (below.x + r2 * (2.0 * below.y + r2 * 3.0 * below.z));
+    let factor = (1.0 + r2 * (k.x + r2 * (k.y + r2 * k3))) / denominator;
+    let slope = k.x + r2 * (2.0 * k.y + r2 * 3.0 * k3) - factor * (below.x + r2 * (2.0 * below.y + r2 * 3.0 * below.z));
     return vec2f(factor, slope / denominator);
 }
 

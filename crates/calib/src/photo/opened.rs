@@ -116,8 +116,8 @@ impl Treatment {
                 let [width, height] = map.from_px();
                 if [stored.width, stored.height] != [width, height] {
                     return Err(size(format!(
-                        "must have the {width} x {height} pixels of the camera's file, got {} x {} (the camera of pictures made smaller: calibration, \
-                         width and height in [camera])",
+                        "must have the {width} x {height} pixels of the camera's file, got {} x {} (pictures made smaller or larger \
+                         need a camera of their size)",
                         stored.width, stored.height
                     )));
                 }

@@ -3,7 +3,7 @@
 
 use glam::DVec2;
 
-use super::camera::{LEAST_FOCAL_PX, MAX_PIXELS, MAX_SIDE_PX};
+use super::camera::{LEAST_FOCAL_PX, MAX_PIXELS, MAX_SIDE_PX, is_size};
 use super::lens::Lens;
 use super::yaml::Node;
 
@@ -45,11 +45,8 @@ impl Calibration {
         };
         let side = |given: Option<u32>, scaled: f64| given.unwrap_or(scaled.round() as u32);
         let (width, height) = (side(width, scale.x * across), side(height, scale.y * down));
-        let is_size = width.max(height) <= MAX_SIDE_PX
-            && width.min(height) > 0
-            && u64::from(width) * u64::from(height) <= MAX_PIXELS;
         let same = (scale.x / scale.y - 1.0).abs() <= SAME_PROPORTIONS;
-        (is_size && same).then(|| Self {
+        (same && is_size(width, height)).then(|| Self {
             width,
             height,
             focal_px: scale * self.focal_px,
@@ -149,7 +146,7 @@ fn of_kalibr(root: &Node<'_>) -> Result<Calibration, String> {
 
 fn size(width: &Node<'_>, height: &Node<'_>) -> Result<(u32, u32), String> {
     let (across, down) = (width.whole(1, MAX_SIDE_PX)?, height.whole(1, MAX_SIDE_PX)?);
-    match u64::from(across) * u64::from(down) <= MAX_PIXELS {
+    match is_size(across, down) {
         true => Ok((across, down)),
         false => Err(height.wrong(
             &format!("such that there are at most {MAX_PIXELS} pixels"),

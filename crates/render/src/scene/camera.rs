@@ -52,6 +52,12 @@ impl Scene {
     }
 }
 
+/// Whether a picture can have a size, pixels.
+pub(super) fn is_size(width: u32, height: u32) -> bool {
+    let is_side = |side| (1..=MAX_SIDE_PX).contains(&side);
+    is_side(width) && is_side(height) && u64::from(width) * u64::from(height) <= MAX_PIXELS
+}
+
 impl Camera {
     /// An ideal camera with a focal length of one image width and its principal point in the middle.
     /// `forward` and `up` are unit vectors that are not parallel.
@@ -98,9 +104,7 @@ impl Camera {
                 (scaled(self.width, factor), height)
             }
         };
-        let is_side = |side| (1..=MAX_SIDE_PX).contains(&side);
-        let in_all = u64::from(width) * u64::from(height);
-        if !is_side(width) || !is_side(height) || in_all > MAX_PIXELS {
+        if !is_size(width, height) {
             return Err(SizeError { width, height });
         }
         let factor = f64::from(width) / f64::from(self.width);

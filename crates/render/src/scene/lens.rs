@@ -72,10 +72,15 @@ impl Lens {
         Self::Perspective([k1, k2, p1, p2, k3, 0.0, 0.0, 0.0])
     }
 
-    /// The coefficients as OpenCV counts them: k1, k2, p1, p2, k3, and k4, k5, k6 where one of these is not 0; k1 to k4 of a fisheye.
+    /// Whether it needs OpenCV's rational model: one of k4, k5 and k6 of a perspective is not 0.
+    pub fn is_rational(&self) -> bool {
+        matches!(self, Self::Perspective([.., k4, k5, k6]) if [*k4, *k5, *k6] != [0.0; 3])
+    }
+
+    /// The coefficients as OpenCV counts them: k1, k2, p1, p2, k3, and k4, k5, k6 where it is rational; k1 to k4 of a fisheye.
     pub fn coefficients(&self) -> &[f64] {
         match self {
-            Self::Perspective(k) if k[5..] == [0.0; 3] => &k[..5],
+            Self::Perspective(k) if !self.is_rational() => &k[..5],
             Self::Perspective(k) => k,
             Self::Fisheye(k) => k,
         }

@@ -36,7 +36,7 @@ impl Export {
             mcap::check(sequence)?;
         }
         let camera = &sequence.scene.camera;
-        if self == Self::Nerfstudio && camera.lens.coefficients().len() > 5 {
+        if self == Self::Nerfstudio && camera.lens.is_rational() {
             return Err(SequenceError::Unsuitable(
                 "--format nerfstudio: it has no model for a lens with k4, k5 and k6; take --format colmap, which has".to_owned(),
             ));

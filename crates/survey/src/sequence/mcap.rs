@@ -216,9 +216,8 @@ fn depth_image(path: &Path, header: Header) -> Result<Image, String> {
 fn camera_info(camera: &Camera, eye: Eye, header: Header) -> CameraInfo {
     let [fx, fy] = camera.focal_px.to_array();
     let [cx, cy] = camera.centre_px.to_array().map(|c| c - 0.5);
-    let d = camera.lens.coefficients();
     let model = match camera.lens {
-        Lens::Perspective(_) if d.len() > 5 => "rational_polynomial",
+        rational if rational.is_rational() => "rational_polynomial",
         Lens::Perspective(_) => "plumb_bob",
         Lens::Fisheye(_) => "equidistant",
     };
@@ -227,7 +226,7 @@ fn camera_info(camera: &Camera, eye: Eye, header: Header) -> CameraInfo {
         height: camera.height,
         width: camera.width,
         distortion_model: model.to_owned(),
-        d: d.to_vec(),
+        d: camera.lens.coefficients().to_vec(),
         k: [fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0],
         r: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
         p: [

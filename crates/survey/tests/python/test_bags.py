@@ -166,12 +166,16 @@ class Bags(unittest.TestCase):
         rational = [0.62, 0.11, 0.0004, -0.0003, 0.006, 0.93, 0.21, 0.021]
         raw_matrix = np.reshape(matrix, (3, 3)).astype(float)
         rectified = np.array([[13.0, 0.0, 3.5], [0.0, 12.8, 2.5], [0.0, 0.0, 1.0]])
-        for name, k, d in [("image_raw", raw_matrix, np.array(rational)), ("image_rect_color", rectified, np.zeros(5))]:
+        for name, k, d, model in [
+            ("image_raw", raw_matrix, np.array(rational), "rational_polynomial"),
+            ("image_rect_color", rectified, np.zeros(5), "rational_polynomial"),
+            ("image_rect", rectified, np.zeros(5), "equidistant"),
+        ]:
             with self.subTest(name), tempfile.TemporaryDirectory() as folder:
                 self.folder = pathlib.Path(folder)
                 dive = [(0.0, "/range", range_at(0.0, 1.0)), (0.0, "/depth", number(3.0))]
                 dive += [(0.0, f"/cam/{name}/compressed", compressed(0.0, 1))]
-                dive += [(0.0, "/cam/camera_info", info(8, matrix, rational, "rational_polynomial"))]
+                dive += [(0.0, "/cam/camera_info", info(8, matrix, rational, model))]
                 words = f"--image-topic /cam/{name}/compressed --light-pct 0".split()
                 self.run_tool(self.record(dive), *words)
                 (self.folder / "points.csv").write_text("x_m,y_m,z_m\n1.0,-0.2,0.1\n")
@@ -227,6 +231,13 @@ class Bags(unittest.TestCase):
         told = self.run_tool(dive, *pixels, "--light-topic", "/range", status=2)
         self.assertIn("/range must be one of std_msgs/msg/Float64, std_msgs/msg/Float32, got sensor_msgs/msg/Range", told)
         self.assertIn("nowhere: is not there", self.run_tool(self.folder / "nowhere", status=2))
+        for topic, words in [
+            ("/camera_info", "--camera-info-topic /camera_info is not in the recording; there: /camera/image_raw"),
+            ("/range", "/range must be one of sensor_msgs/msg/CameraInfo, got sensor_msgs/msg/Range"),
+        ]:
+            told = self.run_tool(dive, *pixels, "--light-pct", "100", "--camera-info-topic", topic, status=2)
+            self.assertIn(words, told)
+            self.assertFalse(list((self.folder / "out").iterdir()))
         rows, *_ = self.run_tool(dive, *pixels, "--light-pct", "100")
         self.assertEqual(len(rows), 1)
         short = raw(0.0, 1)

@@ -27,8 +27,8 @@ pub(super) struct Mosaic {
 }
 
 impl Mosaic {
-    /// Red, green and blue of every pixel: its own sample and the mean of the nearest of the others, mirrored at the edges, as the bilinear rule of
-    /// OpenCV and `image_proc` has it. Both sides are at least 2 pixels.
+    /// Red, green and blue of every pixel: its own sample and the means of the nearest of the others, as the bilinear rule of OpenCV and
+    /// `image_proc` has it but for the outermost pixels, where samples are mirrored. Both sides are at least 2 pixels.
     pub(super) fn colours(self, rows: &Rows<'_>, is_bigendian: bool) -> Vec<u16> {
         let samples = |y: usize| self.samples(rows.row(y, rows.width * self.bytes), is_bigendian);
         let mut colours = Vec::with_capacity(3 * rows.width * rows.height);
