@@ -7,7 +7,7 @@
 //! out beyond full scale is at full scale, as are pixels that were there.
 
 use crate::Encoding;
-use crate::photo::{FULL, Lights};
+use crate::photo::{FULL, Lights, Origin, PatchOrigin};
 use crate::picture::Counts;
 use crate::planes::Planes;
 use crate::vehicle::{Vehicle, Vignetting};
@@ -53,13 +53,17 @@ impl Even {
         vehicle.vignetting.map(|lens| Self::new(lens, encoding))
     }
 
-    /// Makes a picture even.
+    /// Makes a picture even that the camera stored.
     pub fn apply(&self, picture: &mut Counts) {
-        let (width, height) = (picture.width, picture.height);
+        let size = [picture.width, picture.height];
         for (i, pixel) in picture.pixels.iter_mut().enumerate() {
-            let share = self.share([i % width, i / width], [width, height]);
+            let share = self.share([i % size[0], i / size[0]], size);
             *pixel = pixel.map(|counts| self.counts(counts, share));
         }
+        picture.origin = Some(Origin::new(size, |corner, side| PatchOrigin {
+            share: self.share([0, 1].map(|k| corner[k] + side[k] / 2), size),
+            ..PatchOrigin::STORED
+        }));
     }
 
     /// The same of a picture by channels; unknown pixels stay so.

@@ -14,8 +14,8 @@ use csv::StringRecord;
 use thiserror::Error;
 
 use crate::json::nearest;
-use crate::photo::View;
 use crate::photo::exposures::{self, OneExposure};
+use crate::photo::{Exposed, View};
 use crate::vehicle::LevelCurve;
 
 const COLUMNS: [&str; 5] = ["file", "kind", "depth_m", "distance_m", "light_pct"];
@@ -130,7 +130,10 @@ impl Row {
                 RowKind::Depth { .. } => None,
                 RowKind::Contrast { distance_m, .. } => Some(distance_m),
             },
-            over: self.over,
+            exposed: Exposed {
+                over: self.over,
+                ..Exposed::ALIKE
+            },
         }
     }
 }

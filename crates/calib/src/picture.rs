@@ -7,6 +7,7 @@ use std::path::Path;
 use image::{DynamicImage, ImageDecoder as _, ImageReader, ImageResult, Limits};
 
 use crate::even::Even;
+use crate::photo::Origin;
 use crate::planes::Planes;
 use crate::processing::jpeg_quality;
 use crate::stats::{self, PATCH_COLUMNS, PATCH_ROWS, StatsError};
@@ -45,7 +46,7 @@ impl Decoded {
     }
 }
 
-/// A picture as it is stored.
+/// A picture as it is stored, or one that was made of such.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Counts {
     /// Width, pixels.
@@ -54,9 +55,21 @@ pub struct Counts {
     pub height: usize,
     /// R, G, B per pixel, row by row from the top left, 8-bit counts in [0, 255].
     pub pixels: Vec<[f64; 3]>,
+    /// What it has of the stored pictures' noise; `None` where it is one itself.
+    pub origin: Option<Origin>,
 }
 
 impl Counts {
+    /// As the camera stored it: of `width` × `height` `pixels`.
+    pub fn stored(width: usize, height: usize, pixels: Vec<[f64; 3]>) -> Self {
+        Self {
+            width,
+            height,
+            pixels,
+            origin: None,
+        }
+    }
+
     /// Reads a PNG, TIFF or JPEG file, turned upright as its EXIF says; alpha is ignored, grey is replicated. `even` takes its lens out.
     ///
     /// # Errors
@@ -119,11 +132,8 @@ impl Counts {
     pub(crate) fn of_planes(planes: &Planes) -> Self {
         let [red, green, blue] = &planes.channels;
         let rows = red.iter().zip(green).zip(blue);
-        Self {
-            width: planes.width,
-            height: planes.height,
-            pixels: rows.map(|((&r, &g), &b)| [r, g, b]).collect(),
-        }
+        let pixels = rows.map(|((&r, &g), &b)| [r, g, b]).collect();
+        Self::stored(planes.width, planes.height, pixels)
     }
 }
 

@@ -37,6 +37,8 @@ pub struct Processing {
     /// Per channel the noise's deviation over that of the sensor; `None` where the sensor's is not known, below what rounding hides, or
     /// clipped.
     pub noise_share: [Option<f64>; 3],
+    /// Whether it does not state how it was exposed, where those that it is compared with did.
+    pub unknown_exposure: bool,
 }
 
 impl Processing {
@@ -56,6 +58,7 @@ impl Processing {
                 NoiseModel::Picture => [None; 3],
                 NoiseModel::Sensor(_) => noise_share(&decoded.planes, sensor),
             },
+            unknown_exposure: false,
         }
     }
 

@@ -97,6 +97,7 @@ pub fn from_manifest(
         approximate,
         warnings,
         exposure: _,
+        iso: _,
     } = manifest.one_exposure(options.treatment.exposure);
     let mut work = Work {
         manifest: &manifest,

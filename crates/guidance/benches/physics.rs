@@ -82,11 +82,7 @@ fn picture(width: usize, height: usize) -> Counts {
         let counts = (95.0 + 6.0 * waves.iter().sum::<f64>()).round();
         [counts, counts + 10.0, counts + 5.0]
     };
-    Counts {
-        width,
-        height,
-        pixels: (0..width * height).map(pixel).collect(),
-    }
+    Counts::stored(width, height, (0..width * height).map(pixel).collect())
 }
 
 /// Water in which light and contrast fall exponentially.

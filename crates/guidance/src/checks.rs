@@ -59,7 +59,7 @@ pub struct Checks {
     pub max_saturated: f64,
     /// What is done under a sun that model or water file do not know, where a request tells its sun.
     pub other_sun: Strictness,
-    /// What is done about a picture that was compressed or denoised before it was stored.
+    /// What is done about a picture that was compressed or denoised before it was stored, or does not state its exposure where that is asked for.
     pub processing: Strictness,
     /// Whether suggestions lie on whole centimetres and tenths of a percent, as far as the bounds allow.
     pub round: bool,
@@ -190,7 +190,9 @@ impl Checks {
         if self.processing != Strictness::Ignore {
             let compressed = quality.processing.compressed().map(Reason::Compressed);
             let denoised = quality.processing.denoised().map(Reason::Denoised);
-            let found = compressed.into_iter().chain(denoised);
+            let unknown = quality.processing.unknown_exposure;
+            let unknown = unknown.then_some(Reason::UnknownExposure);
+            let found = compressed.into_iter().chain(denoised).chain(unknown);
             doubts.extend(found.map(|reason| (self.processing, reason)));
         }
         doubts

@@ -74,6 +74,8 @@ pub enum Reason {
     Compressed(String),
     /// The picture has less noise than its sensor makes.
     Denoised(String),
+    /// The picture does not state its exposure, as those of the water file did.
+    UnknownExposure,
     /// The objective's distances and the calibrated (and trained) ones have nothing in common.
     NoCandidates {
         /// Distances of the objective, m.
@@ -142,6 +144,7 @@ impl Reason {
             Self::OtherSun(_) => "other_sun",
             Self::Compressed(_) => "compressed",
             Self::Denoised(_) => "denoised",
+            Self::UnknownExposure => "unknown_exposure",
             Self::NoCandidates { .. } => "no_candidates",
             Self::NotFinite => "not_finite",
             Self::OutsideTables { .. } => "outside_tables",
@@ -212,6 +215,9 @@ impl std::fmt::Display for Reason {
                 residual.misfit
             ),
             Self::OtherCamera(difference) | Self::OtherSun(difference) => f.write_str(difference),
+            Self::UnknownExposure => f.write_str(
+                "the picture does not state time, ISO and f-number of its exposure: taken to be that of the water file's pictures",
+            ),
             Self::Compressed(what) | Self::Denoised(what) => {
                 write!(f, "the picture: {what}")
             }

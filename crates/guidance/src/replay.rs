@@ -19,7 +19,7 @@ use crate::service::{Answered, Basis, Loaded, Moment, Service, Session, Settings
 const NOT_COMPARED: [&str; 2] = ["health", "auth"];
 
 /// Settings, by section, that a recording of an older program lacks; that did what [`as_recorded`] sets.
-const NEWER_SETTINGS: [(&str, &str); 8] = [
+const NEWER_SETTINGS: [(&str, &str); 10] = [
     ("checks", "other_depth"),
     ("checks", "depth_margin_m"),
     ("checks", "noise_floor"),
@@ -28,6 +28,8 @@ const NEWER_SETTINGS: [(&str, &str); 8] = [
     ("checks", "other_sun"),
     ("checks", "processing"),
     ("images", "noise"),
+    ("images", "mask"),
+    ("images", "undistortion"),
 ];
 
 /// Why a recording cannot be answered again.
@@ -298,6 +300,8 @@ fn quality(reply: &Object) -> Option<Quality> {
         processing: Processing {
             jpeg_quality: told("jpeg_quality").and_then(|value| value.as_u64()?.try_into().ok()),
             noise_share: std::array::from_fn(|k| told("noise_share")?.get(k)?.as_f64()),
+            // Asked by physics alone, which looks at the picture again.
+            unknown_exposure: false,
         },
     })
 }

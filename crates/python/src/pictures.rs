@@ -8,7 +8,7 @@ use numpy::{Element, PyReadonlyArray3};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use serde_json::Value;
-use uw_calib::photo::{Shot, frames};
+use uw_calib::photo::{Exposed, Shot, frames};
 use uw_calib::{
     Detail, Even, ImageStats, Measured, NoiseModel, Processing, StatsError, Treatment, View,
 };
@@ -109,7 +109,7 @@ fn of_file(path: &Path, camera: &Camera) -> Result<Value, StatsError> {
     let opened = treatment.open(&View {
         path,
         distance_m: None,
-        over: 1.0,
+        exposed: Exposed::ALIKE,
     })?;
     let measured = opened.measure(&camera.noise)?;
     let files = frames::files(path)?;

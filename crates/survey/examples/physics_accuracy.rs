@@ -314,11 +314,7 @@ fn shots(
             let stored = sensor(vehicle, exposure)
                 .expose(&picture, seed)
                 .in_8_bit_counts();
-            let stored = Counts {
-                width: picture.width as usize,
-                height: picture.height as usize,
-                pixels: stored,
-            };
+            let stored = Counts::stored(picture.width as usize, picture.height as usize, stored);
             let linear = LinearPicture::of_counts(&stored, Encoding::Srgb);
             let at = Candidate {
                 distance_m,

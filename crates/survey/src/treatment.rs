@@ -17,7 +17,7 @@ const LEAST_SEEN: f64 = 0.5;
 /// Files about photographs.
 #[derive(Clone, Debug, Default)]
 pub struct Photographs {
-    /// The camera that took them: a scene file, or the name of a shipped one, whose `[camera]` has their size, lens and port; or a calibration (`*.yaml`).
+    /// The camera that took them: a scene file, or the name of a shipped one, whose `[camera]` has their size, lens and port; or a calibration (`*.yaml`, `*.xml`).
     pub camera: Option<PathBuf>,
     /// What of them is not the target: polygons (`uw-mask/1`) or a picture.
     pub mask: Option<PathBuf>,

@@ -59,11 +59,11 @@ fn shots(body: &WaterBody, target: &Target) -> Vec<Shot> {
         let image = image.expect("rendered").expect("not stopped");
         LEVELS_PCT.map(|light_pct| {
             let picture = image.picture(light_pct);
-            let stored = Counts {
-                width: picture.width as usize,
-                height: picture.height as usize,
-                pixels: sensor.expose(&picture, 4).in_8_bit_counts(),
-            };
+            let stored = Counts::stored(
+                picture.width as usize,
+                picture.height as usize,
+                sensor.expose(&picture, 4).in_8_bit_counts(),
+            );
             Shot {
                 at: Candidate {
                     distance_m,

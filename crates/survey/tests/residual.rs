@@ -117,11 +117,11 @@ fn shot(target: &Target, distance_m: f64, seed: u64) -> Shot {
     let image = TargetImage::render(&scene, &pyramid, seed, 2048, &never);
     let picture = (image.expect("rendered").expect("not stopped")).picture(LIGHT_PCT);
     let sensor = sensor(&vehicle, vehicle.exposure);
-    let counts = Counts {
-        width: picture.width as usize,
-        height: picture.height as usize,
-        pixels: sensor.expose(&picture, seed).in_8_bit_counts(),
-    };
+    let counts = Counts::stored(
+        picture.width as usize,
+        picture.height as usize,
+        sensor.expose(&picture, seed).in_8_bit_counts(),
+    );
     let stats = ImageStats::from_counts(counts.width, counts.height, &counts.pixels);
     Shot {
         at: Candidate {

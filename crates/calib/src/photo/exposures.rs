@@ -24,6 +24,25 @@ pub struct OneExposure {
     pub warnings: Vec<String>,
     /// What the pictures of the target are brought to, time (s) · ISO / f-number²; `None` where no file states all three or the manifest has a unit of its own.
     pub exposure: Option<f64>,
+    /// The sensitivity (ISO) of the pictures of the target; `None` where none states it, or they differ.
+    pub iso: Option<f64>,
+}
+
+/// How a picture was exposed beside others.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Exposed {
+    /// Time · ISO / f-number² over theirs, finite and > 0.
+    pub over: f64,
+    /// Its sensitivity (ISO) over theirs, finite and > 0; 1 where that is not known.
+    pub gain: f64,
+}
+
+impl Exposed {
+    /// As they were.
+    pub const ALIKE: Self = Self {
+        over: 1.0,
+        gain: 1.0,
+    };
 }
 
 /// What is known of a row's exposure.
@@ -51,6 +70,7 @@ pub(crate) fn one_exposure(manifest: &mut Manifest, asked: Option<f64>) -> OneEx
             let mut shots = known.iter().flat_map(|of| &of.shots);
             let is_stated = shots.any(|shot| shot.whole_exposure().is_some());
             told.exposure = reference.filter(|_| by_files && is_stated);
+            told.iso = one_iso(known.iter().flat_map(|of| &of.shots));
         }
         for of in &known {
             let over = of.exposure.zip(reference).map_or(1.0, |(own, to)| own / to);
@@ -96,10 +116,20 @@ fn shots(path: &Path) -> Vec<Shot> {
     files.iter().map(|file| Shot::of_file(file)).collect()
 }
 
-/// The exposure of a picture over another, where it states time, ISO and f-number; 1 where they are the same.
-pub fn exposure_over(shot: &Shot, to: Option<f64>) -> Option<f64> {
-    let over = shot.whole_exposure()? / to?;
-    Some(if is_same(over, 1.0) { 1.0 } else { over })
+/// How a picture that states time, ISO and f-number was exposed beside others of an exposure and a sensitivity; 1 where they are the same.
+pub fn exposed(shot: &Shot, to: Option<f64>, iso: Option<f64>) -> Option<Exposed> {
+    let one = |over: f64| if is_same(over, 1.0) { 1.0 } else { over };
+    Some(Exposed {
+        over: one(shot.whole_exposure()? / to?),
+        gain: one(shot.iso.zip(iso).map_or(1.0, |(own, theirs)| own / theirs)),
+    })
+}
+
+/// The sensitivity that all pictures which state one have.
+fn one_iso<'a>(shots: impl Iterator<Item = &'a Shot>) -> Option<f64> {
+    let mut stated = shots.filter_map(|shot| shot.iso);
+    let first = stated.next()?;
+    stated.all(|iso| is_same(iso, first)).then_some(first)
 }
 
 fn is_same(one: f64, other: f64) -> bool {
@@ -308,6 +338,7 @@ mod tests {
         let (over, of) = told(&[(Some(60), None), (Some(60), None)], None);
         let one = OneExposure {
             exposure: Some(100.0 / 60.0),
+            iso: Some(100.0),
             ..OneExposure::default()
         };
         assert_eq!((over, of), (vec![1.0, 1.0], one));

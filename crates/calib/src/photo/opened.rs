@@ -3,9 +3,11 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use super::exposures::Exposed;
 use super::frames::{self, Still};
 use super::lights::Lights;
 use super::mask::Mask;
+use super::origin::{Origin, PatchOrigin};
 use super::resampling::Resampling;
 use super::undistortion::Undistortion;
 use crate::Encoding;
@@ -38,8 +40,8 @@ pub struct View<'a> {
     pub path: &'a Path,
     /// Distance of what it shows, m; `None` where that is far away or not known.
     pub distance_m: Option<f64>,
-    /// Its exposure over the one that it is brought to, > 0; 1 leaves it as it is.
-    pub over: f64,
+    /// How it was exposed over what it is brought to.
+    pub exposed: Exposed,
 }
 
 /// A picture ready to be measured. Pixels that are masked or not seen are unknown (NaN).
@@ -52,6 +54,8 @@ pub struct Opened {
     /// Where anything was done.
     made: Option<Planes>,
     even: Option<Even>,
+    /// Sensitivity (ISO) over that of the pictures whose noise is known.
+    gain: f64,
     resampling: Option<Arc<Resampling>>,
     told: Vec<String>,
 }
@@ -64,10 +68,10 @@ impl Treatment {
     pub fn open(&self, view: &View<'_>) -> Result<Opened, StatsError> {
         let name = view.path.display().to_string();
         let still = frames::still(view.path, &Lights::new(self.encoding))?;
-        self.apply(name, still, view.distance_m, view.over)
+        self.apply(name, still, view.distance_m, view.exposed)
     }
 
-    /// The same of a picture in memory, of what is `distance_m` away, where that is known, exposed `over` times as long as it is brought to.
+    /// The same of a picture in memory, of what is `distance_m` away, where that is known, exposed so over what it is brought to.
     ///
     /// # Errors
     /// It has another size than mask or camera.
@@ -75,7 +79,7 @@ impl Treatment {
         &self,
         decoded: &Decoded,
         distance_m: Option<f64>,
-        over: f64,
+        exposed: Exposed,
     ) -> Result<Opened, StatsError> {
         let still = Still {
             planes: decoded.planes.clone(),
@@ -83,7 +87,7 @@ impl Treatment {
             frames: 1,
             told: Vec::new(),
         };
-        self.apply(decoded.name.clone(), still, distance_m, over)
+        self.apply(decoded.name.clone(), still, distance_m, exposed)
     }
 
     fn apply(
@@ -91,7 +95,7 @@ impl Treatment {
         name: String,
         still: Still,
         distance_m: Option<f64>,
-        over: f64,
+        exposed: Exposed,
     ) -> Result<Opened, StatsError> {
         let lights = Lights::new(self.encoding);
         let Still {
@@ -107,7 +111,7 @@ impl Treatment {
         if let Some(mask) = &self.mask {
             mask.apply(&mut stored).map_err(size)?;
         }
-        let even = self.even_of(over);
+        let even = self.even_of(exposed.over);
         let evened = even.as_ref().map(|even| even.of_planes(&stored));
         let resampling = (self.undistortion.as_ref()).map(|way| way.at(distance_m).clone());
         let made = match &resampling {
@@ -131,6 +135,7 @@ impl Treatment {
             stored,
             made,
             even,
+            gain: exposed.gain,
             resampling,
             told,
         })
@@ -182,9 +187,27 @@ impl Opened {
         stats::named(grid, &self.name)
     }
 
-    /// Its pixels.
+    /// Its pixels, and what they have of the stored pictures' noise.
     pub fn counts(&self) -> Counts {
-        Counts::of_planes(self.planes())
+        let planes = self.planes();
+        let size = [planes.width, planes.height];
+        Counts {
+            origin: (self.behind().is_some() || self.gain != 1.0)
+                .then(|| Origin::new(size, |corner, side| self.patch(corner, side))),
+            ..Counts::of_planes(planes)
+        }
+    }
+
+    /// Of the patch of `side` pixels that begins at the pixel `corner`.
+    fn patch(&self, corner: [usize; 2], side: [usize; 2]) -> PatchOrigin {
+        let middle = [0, 1].map(|k| corner[k] as f64 + 0.5 * side[k] as f64);
+        let map = self.resampling.as_ref();
+        PatchOrigin {
+            // With the sensitivity a signal's noise grows as the signal does: it is that of the light alone.
+            share: self.stored_share(middle) / self.gain,
+            left: map.map_or(1.0, |map| map.noise_left(corner, side)) / self.frames as f64,
+            pixels: self.pixels_behind(middle),
+        }
     }
 
     /// The share of a picture's light at (x, y), pixels from the top left corner, that the stored picture has of it: by its lens and its exposure.

@@ -5,11 +5,13 @@ use std::path::Path;
 use image::RgbImage;
 
 use super::*;
-use crate::Encoding;
 use crate::noise::{NoiseModel, SensorNoise};
 use crate::normal::Normal;
+use crate::picture::Counts;
 use crate::response::LinearNoise;
 use crate::stats::Measured;
+use crate::vehicle::Vignetting;
+use crate::{Encoding, Even};
 
 const SIZE: [u32; 2] = [400, 240];
 const NOISE: LinearNoise = LinearNoise { a: 6e-4, b: 1e-5 };
@@ -39,7 +41,10 @@ fn measured(treatment: &Treatment, path: &Path, over: f64, noise: &NoiseModel) -
     let view = View {
         path,
         distance_m: None,
-        over,
+        exposed: Exposed {
+            over,
+            ..Exposed::ALIKE
+        },
     };
     treatment.open(&view).unwrap().measure(noise).unwrap()
 }
@@ -175,7 +180,7 @@ fn what_is_masked_has_no_say() {
     let view = View {
         path: &path,
         distance_m: None,
-        over: 1.0,
+        exposed: Exposed::ALIKE,
     };
     let error = treatment
         .open(&view)
@@ -218,7 +223,7 @@ fn pictures_of_another_size_than_mask_or_camera_are_named() {
         let view = View {
             path: &path,
             distance_m: None,
-            over: 1.0,
+            exposed: Exposed::ALIKE,
         };
         let error = treatment.open(&view).unwrap_err().to_string();
         assert!(
@@ -241,4 +246,123 @@ fn a_turned_picture_is_measured_as_it_is_shown() {
     let got = measured(&Treatment::default(), &path, 1.0, &sensor());
     assert_eq!([got.grid.width, got.grid.height], [240, 400]);
     assert!(Shot::of_file(&path).turned);
+}
+
+/// Mean over the patches of a picture of the variance of light in them, of pixels and of means over 4 × 4 of them times 16.
+fn variances(counts: &Counts) -> [f64; 2] {
+    let side = [counts.width / 10, counts.height / 6];
+    let light = |x: usize, y: usize| Encoding::Srgb.light(counts.pixels[y * counts.width + x][1]);
+    let mut found = [0.0; 2];
+    for patch in 0..60 {
+        let corner = [patch % 10 * side[0], patch / 10 * side[1]];
+        for (of, window) in found.iter_mut().zip([1, 4]) {
+            let pixels = (window * window) as f64;
+            let [columns, rows] = side.map(|side| side / window);
+            let mean = |i: usize| {
+                let (x, y) = (i % columns * window, i / columns * window);
+                let inside = 0..window * window;
+                let light =
+                    |j: usize| light(corner[0] + x + j % window, corner[1] + y + j / window);
+                inside.map(light).sum::<f64>() / pixels
+            };
+            let means: Vec<f64> = (0..columns * rows).map(mean).collect();
+            let n = means.len() as f64;
+            let middle = means.iter().sum::<f64>() / n;
+            let square: f64 = means.iter().map(|mean| (mean - middle).powi(2)).sum();
+            *of += pixels * square / (n - 1.0) / 60.0;
+        }
+    }
+    found
+}
+
+#[test]
+fn what_a_picture_has_of_the_stored_noise_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let (path, frames) = (folder.path().join("grey.png"), folder.path().join("frames"));
+    std::fs::create_dir(&frames).unwrap();
+    let lens = Vignetting::new([-0.3, 0.0, 0.0]).unwrap();
+    let lens = Even::new(lens, Encoding::Srgb);
+    let grey = |even: Option<&Even>, exposure: f64, seed: u64| {
+        let mut normal = Normal::new(seed);
+        RgbImage::from_fn(SIZE[0], SIZE[1], |x, y| {
+            let share =
+                |even: &Even| even.share([x, y].map(|v| v as usize), SIZE.map(|v| v as usize));
+            let light = 0.15 * exposure * even.map_or(1.0, share);
+            let seen = light + NOISE.standard_deviation(light) * normal.next();
+            image::Rgb([Encoding::Srgb.counts(seen).round() as u8; 3])
+        })
+    };
+    let smaller = Resampling::new(SIZE, [200, 120], |x, y| Some([2.0 * x, 2.0 * y]));
+    let turned = |x: f64, y: f64| Some([1.07 * x + 0.013 * y, 0.013 * x + 1.04 * y]);
+    let turned = Resampling::new(SIZE, [360, 216], turned);
+    let ways = [None, Some(smaller), Some(turned)];
+    for (way, even) in ways
+        .into_iter()
+        .flat_map(|way| [(way.clone(), None), (way, Some(lens.clone()))])
+    {
+        let treatment = Treatment {
+            even,
+            undistortion: way.map(|way| Undistortion::new(50.0, way, Vec::new())),
+            ..Treatment::default()
+        };
+        for (path, over) in [(&path, 0.5), (&path, 1.0), (&frames, 2.0)] {
+            if path.is_dir() {
+                for seed in 1..=3 {
+                    let frame = grey(treatment.even.as_ref(), over, seed);
+                    frame.save(path.join(format!("{seed}.png"))).unwrap();
+                }
+            } else {
+                grey(treatment.even.as_ref(), over, 9).save(path).unwrap();
+            }
+            let view = View {
+                path,
+                distance_m: None,
+                exposed: Exposed {
+                    over,
+                    ..Exposed::ALIKE
+                },
+            };
+            let counts = treatment.open(&view).unwrap().counts();
+            let stored =
+                |of: PatchOrigin| (NOISE.a * 0.15 * of.share + NOISE.b) / (of.share * of.share);
+            let patches = (0..60).map(|i| match &counts.origin {
+                Some(origin) => origin.patch(i),
+                None => PatchOrigin::STORED,
+            });
+            let told = patches.fold([0.0; 2], |[pixel, means], of| {
+                [
+                    pixel + of.left * stored(of) / 60.0,
+                    means + stored(of) / of.pixels / 60.0,
+                ]
+            });
+            let found = variances(&counts);
+            for (told, found) in told.iter().zip(found) {
+                assert!((found / told - 1.0).abs() < 0.12, "{over}: {found} {told}");
+            }
+        }
+    }
+}
+
+/// With the sensitivity a signal's noise grows as the signal does: at twice the sensitivity and half the time it is that of half the light.
+#[test]
+fn a_sensitivity_tells_the_light_behind_a_signal() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("view.png");
+    picture(1.0, 7).save(&path).unwrap();
+    for (over, gain, share) in [(1.0, 2.0, 0.5), (4.0, 4.0, 1.0), (2.0, 1.0, 2.0)] {
+        let view = View {
+            path: &path,
+            distance_m: None,
+            exposed: Exposed { over, gain },
+        };
+        let counts = Treatment::default().open(&view).unwrap().counts();
+        let of = counts.origin.expect("another exposure").patch(31);
+        assert_eq!(
+            of,
+            PatchOrigin {
+                share,
+                ..PatchOrigin::STORED
+            }
+        );
+    }
 }

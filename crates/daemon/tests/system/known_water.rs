@@ -122,9 +122,8 @@ pub(crate) fn picture_through(
         let signal = light * (veil(distance_m) + DAYLIGHT * left * mean);
         let deviation = (noise_a * signal + noise_b).sqrt();
         image::Rgb([0, 1, 2].map(|_| {
-            // The sum of twelve uniform numbers is close to a normal one.
-            let normal: f64 = (0..12).map(|_| numbers.between(-0.5, 0.5)).sum();
-            Encoding::Srgb.counts(signal + deviation * normal).round() as u8
+            let seen = signal + deviation * numbers.normal();
+            Encoding::Srgb.counts(seen).round() as u8
         }))
     })
 }

@@ -9,6 +9,7 @@ use uw_guidance::physics::file::FitNumbers;
 use crate::client::{Client, without};
 use crate::known_water::{SIZE_PX, picture_through, water_file, waves, write_picture};
 use crate::program::{ANY_PORT, Program, text};
+use crate::support::Numbers;
 
 /// Size of the camera's pictures, pixels.
 const STORED_PX: [u32; 2] = [448, 272];
@@ -101,6 +102,13 @@ fn pictures_of_a_lens_are_advised_from_as_those_of_the_ideal_camera() {
     assert_eq!(plain["predictor"], "physics", "{plain}");
     let mut program = start(CONFIG);
     let mut client = program.client();
+    let info = client.ask(&json!({"op": "info"}));
+    let told = json!({"stored_px": STORED_PX, "ideal_px": SIZE_PX, "hfov_deg": HFOV_DEG});
+    let images = &info["settings"]["images"];
+    assert_eq!(
+        (&images["undistortion"], &images["mask"]),
+        (&told, &Value::Null)
+    );
     let reply = suggest(&mut client, "stored.png");
     assert_eq!(
         (&reply["width"], &reply["height"]),
@@ -120,15 +128,15 @@ fn pictures_of_a_lens_are_advised_from_as_those_of_the_ideal_camera() {
     );
 }
 
-/// EXIF of a picture that was exposed for 1/`per_second` s at f/1 and ISO 1; or that says nothing but the time.
-fn exif(per_second: u32, is_whole: bool) -> Vec<u8> {
+/// EXIF of a picture that was exposed for 1/`per_second` s at f/1 and an ISO; without that it says nothing but the time.
+fn exif(per_second: u32, iso: Option<u32>) -> Vec<u8> {
     let number = |value: u32| value.to_le_bytes().to_vec();
     let entry = |tag: u16, kind: u16, value: u32| {
         let head = [tag.to_le_bytes(), kind.to_le_bytes()].concat();
         [head, number(1), number(value)].concat()
     };
     // Fractions lie behind the two lists of entries: the exposure's begins at 26.
-    let entries = if is_whole { 3 } else { 1 };
+    let entries = if iso.is_some() { 3 } else { 1 };
     let behind = 26 + 2 + 12 * entries + 4;
     let mut bytes = [
         b"II*\0".to_vec(),
@@ -140,9 +148,9 @@ fn exif(per_second: u32, is_whole: bool) -> Vec<u8> {
     .concat();
     bytes.extend((entries as u16).to_le_bytes());
     bytes.extend(entry(0x829a, 5, behind));
-    if is_whole {
+    if let Some(iso) = iso {
         bytes.extend(entry(0x829d, 5, behind + 8));
-        bytes.extend(entry(0x8827, 3, 1));
+        bytes.extend(entry(0x8827, 3, iso));
     }
     bytes.extend(
         [
@@ -157,10 +165,10 @@ fn exif(per_second: u32, is_whole: bool) -> Vec<u8> {
     bytes
 }
 
-#[test]
-fn a_picture_of_another_exposure_is_brought_to_that_of_the_water_file() {
+/// A folder whose water file is of pictures with this noise, at an exposure of 1/100 s at ISO 1.
+fn exposed_folder(noise: [f64; 2]) -> Program {
     let program = folder().config("[images]\ndirectory = \".\"\n");
-    let mut file = water_file(&[0.5, 1.0, 2.0, 4.0], QUIET);
+    let mut file = water_file(&[0.5, 1.0, 2.0, 4.0], noise);
     let names = ["a_r", "a_g", "a_b", "b_r", "b_g", "b_b"];
     let row = |i: usize| (0..6).map(|j| f64::from(u8::from(i == j))).collect();
     file.fit = Some(FitNumbers {
@@ -179,37 +187,101 @@ fn a_picture_of_another_exposure_is_brought_to_that_of_the_water_file() {
         not_identified: Vec::new(),
         misfit: 1.0,
         exposure_s: Some(0.01),
+        iso: Some(1.0),
     });
     std::fs::write(program.path("water.json"), file.to_json()).unwrap();
-    let plain = image::open(program.path("ideal.png")).unwrap().to_rgb8();
+    program
+}
+
+/// The ideal camera's picture with `share` of its light, stored with noise that is `gain` times as sensitive a camera's.
+fn write_exposed(
+    program: &Program,
+    name: &str,
+    (share, gain): (f64, f64),
+    [a, b]: [f64; 2],
+    exif: Vec<u8>,
+) {
+    let mut picture = image::open(program.path("ideal.png")).unwrap().to_rgb8();
+    let mut numbers = Numbers::new(7);
+    for count in picture.iter_mut() {
+        let light = share * Encoding::Srgb.light(f64::from(*count));
+        let deviation = (a * gain * light + b * gain * gain).sqrt();
+        let seen = light + deviation * numbers.normal();
+        *count = Encoding::Srgb.counts(seen).round() as u8;
+    }
+    let out = std::fs::File::create(program.path(name)).unwrap();
+    let mut encoder = PngEncoder::new(out);
+    encoder.set_exif_metadata(exif).unwrap();
+    let of_bytes = image::ExtendedColorType::Rgb8;
+    encoder
+        .write_image(&picture, SIZE_PX[0], SIZE_PX[1], of_bytes)
+        .unwrap();
+}
+
+#[test]
+fn a_picture_of_another_exposure_is_brought_to_that_of_the_water_file() {
+    let program = exposed_folder(QUIET);
     let write = |name: &str, share: f64, exif: Vec<u8>| {
-        let mut picture = plain.clone();
-        for count in picture.iter_mut() {
-            let light = share * Encoding::Srgb.light(f64::from(*count));
-            *count = Encoding::Srgb.counts(light).round() as u8;
-        }
-        let out = std::fs::File::create(program.path(name)).unwrap();
-        let mut encoder = PngEncoder::new(out);
-        encoder.set_exif_metadata(exif).unwrap();
-        encoder
-            .write_image(
-                &picture,
-                SIZE_PX[0],
-                SIZE_PX[1],
-                image::ExtendedColorType::Rgb8,
-            )
-            .unwrap();
+        write_exposed(&program, name, (share, 1.0), [0.0; 2], exif);
     };
-    write("same.png", 1.0, exif(100, true));
-    write("shorter.png", 0.5, exif(200, true));
+    write("same.png", 1.0, exif(100, Some(1)));
+    write("shorter.png", 0.5, exif(200, Some(1)));
     // Without ISO and f-number it may be any exposure.
-    write("unknown.png", 1.0, exif(7, false));
+    write("unknown.png", 1.0, exif(7, None));
     let mut program = program.start(&[&ANY_PORT[..], &["--water", "water.json"]].concat());
     let mut client = program.client();
     let same = suggest(&mut client, "same.png");
     near(&same, &suggest(&mut client, "ideal.png"), 1e-9);
     near(&suggest(&mut client, "shorter.png"), &same, 0.03);
-    near(&suggest(&mut client, "unknown.png"), &same, 1e-9);
+    let unknown = suggest(&mut client, "unknown.png");
+    near(&unknown, &same, 1e-9);
+    let reasons = |reply: &Value| {
+        let warnings = reply["warnings"].as_array().cloned().unwrap_or_default();
+        let reason = |warning: &Value| warning["reason"].as_str().unwrap_or_default().to_owned();
+        warnings.iter().map(reason).collect::<Vec<_>>()
+    };
+    assert!(
+        reasons(&unknown).contains(&"unknown_exposure".to_owned()),
+        "{unknown}"
+    );
+    assert!(
+        !reasons(&same).contains(&"unknown_exposure".to_owned()),
+        "{same}"
+    );
+}
+
+/// A shorter exposure has more noise than the water file's camera, and so has a more sensitive one in as much less light: none of it is detail.
+#[test]
+fn the_noise_of_another_exposure_is_not_taken_for_detail() {
+    let noise = [3e-4, 2e-6];
+    let program = exposed_folder(noise);
+    for (name, share, gain, exif) in [
+        ("same.png", 1.0, 1.0, exif(100, Some(1))),
+        ("shorter.png", 0.25, 1.0, exif(400, Some(1))),
+        ("sensitive.png", 1.0, 4.0, exif(400, Some(4))),
+    ] {
+        write_exposed(&program, name, (share, gain), noise, exif);
+    }
+    let mut program = program.start(&[&ANY_PORT[..], &["--water", "water.json"]].concat());
+    let mut client = program.client();
+    let same = suggest(&mut client, "same.png");
+    for name in ["shorter.png", "sensitive.png"] {
+        let reply = suggest(&mut client, name);
+        for k in 0..3 {
+            let of = |reply: &Value, field: &str| {
+                let number = reply[field][k].as_f64();
+                number.unwrap_or_else(|| panic!("{name}: {field}: {reply}"))
+            };
+            assert!(
+                of(&reply, "std") > 1.2 * of(&same, "std"),
+                "{name}: {reply}"
+            );
+            for field in ["predicted_here", "predicted_contrast"] {
+                let share = of(&reply, field) / of(&same, field);
+                assert!((share - 1.0).abs() < 0.05, "{name}: {field} {reply} {same}");
+            }
+        }
+    }
 }
 
 #[test]
@@ -217,6 +289,10 @@ fn what_a_mask_covers_does_not_count() {
     let config = format!("{CONFIG}mask = \"mask.toml\"\n");
     let mut program = start(&config);
     let mut client = program.client();
+    let info = client.ask(&json!({"op": "info"}));
+    let share = &info["settings"]["images"]["mask"]["left_out"];
+    let covered = 90.0 * 72.0 / (f64::from(STORED_PX[0]) * f64::from(STORED_PX[1]));
+    assert!((share.as_f64().unwrap() - covered).abs() < 1e-4, "{info}");
     let whole = suggest(&mut client, "stored.png");
     near(&suggest(&mut client, "covered.png"), &whole, 1e-9);
     let bare = suggest(&mut start(CONFIG).client(), "covered.png");

@@ -20,6 +20,11 @@ impl Numbers {
         low + (high - low) * bits as f64 / (1u64 << 53) as f64
     }
 
+    /// The sum of twelve uniform numbers, which is close to a normal one.
+    pub(crate) fn normal(&mut self) -> f64 {
+        (0..12).map(|_| self.between(-0.5, 0.5)).sum()
+    }
+
     pub(crate) fn pick<T: Copy>(&mut self, from: &[T]) -> T {
         from[self.between(0.0, from.len() as f64) as usize]
     }

@@ -130,11 +130,11 @@ pub fn twinned(
     (earlier, now_s): (&mut Earlier, f64),
 ) -> Result<Candidate, EvalError> {
     let observation = observed(frame, depth_m, current)?;
-    let picture = Picture {
-        width: frame.width as usize,
-        height: frame.height as usize,
-        pixels: frame.in_8_bit_counts(),
-    };
+    let picture = Picture::stored(
+        frame.width as usize,
+        frame.height as usize,
+        frame.in_8_bit_counts(),
+    );
     let place = (&current, depth_m);
     let (water, seen) = (Arc::clone(water), earlier.sights(now_s));
     let present = Present::new(water, &picture, place, observation.std, &seen);

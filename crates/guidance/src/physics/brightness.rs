@@ -5,6 +5,7 @@
 //! exposure make of it is told to the error of the tables and distances.
 
 use uw_calib::Encoding;
+use uw_calib::response::LinearNoise;
 
 use super::blocks::{Blocks, Cell};
 use super::light::Seen;
@@ -36,13 +37,13 @@ pub(super) struct Look<'a> {
     pub(super) useless: [bool; 3],
     /// Patch-to-patch spread of the reflectance over its mean.
     pub(super) spread: [f64; 3],
+    /// Variance of the signal y of a pixel as it was stored: a·y + b.
+    pub(super) noise: LinearNoise,
 }
 
 /// The sensor that both pictures are of.
 pub(super) struct Sensor {
     pub(super) encoding: Encoding,
-    /// Variance of the linear signal y: a·y + b.
-    pub(super) noise: [f64; 2],
     /// Half the field of view across, as a tangent.
     pub(super) half_view: f64,
 }
@@ -71,7 +72,7 @@ pub(super) fn brightness(earlier: &Look, present: &Look, sensor: &Sensor) -> Opt
         .merged(MERGED * far.distance_m / near.distance_m);
     let far_blocks = far.blocks.merged(MERGED);
     let best = (0..3).filter(|&k| told[k]).max_by(|&a, &b| {
-        let clear = |k: usize| shown(&far_blocks, k, sensor);
+        let clear = |k: usize| shown(&far_blocks, k, far.noise);
         clear(a).total_cmp(&clear(b))
     })?;
     let found = overlap(&near_blocks, &far_blocks, best);
@@ -105,7 +106,7 @@ pub(super) fn brightness(earlier: &Look, present: &Look, sensor: &Sensor) -> Opt
 }
 
 /// Variance of a channel's blocks over that of its noise.
-fn shown(blocks: &Blocks, k: usize, sensor: &Sensor) -> f64 {
+fn shown(blocks: &Blocks, k: usize, noise: LinearNoise) -> f64 {
     let n = blocks.cells.len() as f64;
     let mean = blocks
         .cells
@@ -115,8 +116,7 @@ fn shown(blocks: &Blocks, k: usize, sensor: &Sensor) -> f64 {
         / n;
     let square = |block: &[Cell; 3]| (block[k].signal - mean).powi(2);
     let variance = blocks.cells.iter().map(square).sum::<f64>() / n;
-    let [a, b] = sensor.noise;
-    variance / (a * mean + b).max(f64::MIN_POSITIVE)
+    variance / (noise.a * mean + noise.b).max(f64::MIN_POSITIVE)
 }
 
 /// The earlier picture's mean reflectance beside each block of the present one.
@@ -177,7 +177,7 @@ impl Compared {
             }
         };
         let error = of_tables.hypot(of_distances).hypot(of_part);
-        let error = error.hypot(cut_off(measured, sensor.noise));
+        let error = error.hypot(cut_off(measured, present.noise));
         let counts = |signal: f64| sensor.encoding.counts(signal);
         let rise = 0.5 * (counts(predicted + error) - counts(predicted - error));
         Self {
@@ -199,8 +199,8 @@ fn moved(look: &Look, k: usize, veil: f64, light: f64) -> f64 {
 }
 
 /// What the noise that is cut off at black adds to a mean signal, at most.
-fn cut_off(signal: f64, [a, b]: [f64; 2]) -> f64 {
-    let variance = a * signal + b;
+fn cut_off(signal: f64, noise: LinearNoise) -> f64 {
+    let variance = noise.a * signal + noise.b;
     match variance > 0.0 {
         true => 0.4 * variance.sqrt() * (-0.5 * signal * signal / variance).exp(),
         false => 0.0,

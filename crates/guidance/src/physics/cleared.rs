@@ -1,12 +1,14 @@
 //! A picture cleared of the water before it, and the variance inside its windows.
 
 use uw_calib::Encoding;
+use uw_calib::photo::PatchOrigin;
 use uw_calib::picture::Counts;
 use uw_calib::response::CountResponse;
 
 use super::full_scale::CutOff;
 use super::grid;
 use super::light::Seen;
+use super::made::Made;
 
 /// Linear signal from which a pixel counts as clipped.
 const FULL_SCALE: f64 = 0.995;
@@ -24,16 +26,48 @@ pub struct LinearPicture {
     pub height: usize,
     /// Signal per pixel.
     pub signal: Vec<[f32; 3]>,
+    /// What tells its noise where it was made of stored ones.
+    made: Option<Made>,
 }
 
 impl LinearPicture {
-    /// Of a stored picture.
+    /// Of a picture, as it is stored or made of such.
     pub fn of_counts(picture: &Counts, encoding: Encoding) -> Self {
         let light = |pixel: &[f64; 3]| pixel.map(|count| encoding.light(count) as f32);
         Self {
             width: picture.width,
             height: picture.height,
             signal: picture.pixels.iter().map(light).collect(),
+            made: Made::new(picture, encoding),
+        }
+    }
+
+    /// The share of its light that the stored picture has, on average.
+    pub(super) fn stored_share(&self) -> f64 {
+        self.made.as_ref().map_or(1.0, Made::share)
+    }
+
+    /// The contrast that was `measured` of it, 8-bit counts, as it would be with the noise of the pictures of `response`.
+    pub(super) fn own_contrast(&self, measured: [f64; 3], response: &CountResponse) -> [f64; 3] {
+        let made = self.made.as_ref();
+        made.map_or(measured, |made| made.contrast(measured, response))
+    }
+}
+
+/// Variance that the sensor's noise has in a picture's pixels, and in means over many of them times their number: less than that where
+/// neighbours have noise in common.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Noise {
+    pub(super) of_pixel: f64,
+    of_means: f64,
+}
+
+impl Noise {
+    /// Variance of the means over `pixels` pixels.
+    pub(super) fn of(self, pixels: f64) -> f64 {
+        match pixels > 1.0 {
+            true => self.of_means / pixels,
+            false => self.of_pixel,
         }
     }
 }
@@ -43,8 +77,8 @@ pub(super) struct Cleared {
     pub(super) width: usize,
     pub(super) height: usize,
     pub(super) values: Vec<f64>,
-    /// Mean over the picture of the noise's variance.
-    pub(super) noise: f64,
+    /// Mean over the picture.
+    pub(super) noise: Noise,
     /// Which pixels are at full scale; their values are what they may have been without it.
     pub(super) at_full: Vec<bool>,
 }
@@ -116,16 +150,16 @@ pub(super) fn clear(
     }
 }
 
-/// Mean variance that the sensor's noise makes of the reflectance, by the mean signal of small blocks.
+/// What the sensor's noise makes of the reflectance, by the mean signal of small blocks.
 fn noise(
     picture: &LinearPicture,
     seen: &Seen,
     exposure: f64,
     k: usize,
     response: &CountResponse,
-) -> f64 {
+) -> Noise {
     let (columns, rows) = (picture.width / BLOCK_PX, picture.height / BLOCK_PX);
-    let mut sum = 0.0;
+    let mut sum = Noise::default();
     for row in 0..rows {
         for column in 0..columns {
             let pixel = |i: usize| {
@@ -142,10 +176,18 @@ fn noise(
                 (row as f64 + 0.5) / rows as f64,
             );
             let gain = exposure * grid::at(&seen.gain[k], u, v).max(1e-12);
-            sum += noise_variance(mean, response) / (gain * gain);
+            let made = picture.made.as_ref();
+            let of = made.map_or(PatchOrigin::STORED, |made| made.at(u, v));
+            let stored = noise_variance(of.share * mean, response) / (of.share * gain).powi(2);
+            sum.of_pixel += of.left * stored;
+            sum.of_means += stored / of.pixels;
         }
     }
-    sum / (columns * rows).max(1) as f64
+    let blocks = (columns * rows).max(1) as f64;
+    Noise {
+        of_pixel: sum.of_pixel / blocks,
+        of_means: sum.of_means / blocks,
+    }
 }
 
 /// Variance of the linear signal as read back from its count, noise and rounding together.
@@ -212,8 +254,8 @@ impl Sums {
     }
 
     /// Mean variance inside such windows without the share of `noise`, below 0 where that is taken to be too large, and their mean deviation over its root.
-    pub(super) fn inside(&self, w: usize, h: usize, noise: f64) -> (f64, f64) {
-        let of_noise = noise * (1.0 - 1.0 / (w * h) as f64);
+    pub(super) fn inside(&self, w: usize, h: usize, noise: Noise) -> (f64, f64) {
+        let of_noise = noise.of_pixel - noise.of((w * h) as f64);
         let (mut sum, mut deviation, mut n) = (0.0, 0.0, 0.0);
         for (_, variance) in self.windows(w, h) {
             sum += variance - of_noise;

@@ -337,7 +337,7 @@ fn channel(
         let (inside, even) = sums.inside(w, h, cleared.noise);
         evenness.push(even);
         scales.variance.push(inside - before);
-        let of_noise = cleared.noise * (1.0 / (from_px * from_px) - 1.0 / (w * h) as f64);
+        let of_noise = cleared.noise.of(from_px * from_px) - cleared.noise.of((w * h) as f64);
         // How well the noise is known, and what it happens to be in so many windows.
         let happens = (2.0 * from_px * from_px / cleared.values.len() as f64).sqrt();
         scales.doubt.push(NOISE_ERROR.hypot(happens) * of_noise);
@@ -356,8 +356,9 @@ fn channel(
         .window_grid([PATCH_COLUMNS, PATCH_ROWS], patch_w, patch_h)
         .collect();
     let own = patches.iter().map(|(_, variance)| variance).sum::<f64>() / PATCHES as f64;
-    let detail = own - cleared.noise;
-    let positive = |patch: &(f64, f64)| (patch.1 - cleared.noise).max(0.0);
+    let noise = cleared.noise.of_pixel;
+    let detail = own - noise;
+    let positive = |patch: &(f64, f64)| (patch.1 - noise).max(0.0);
     let of_all = patches.iter().map(positive).sum::<f64>() / PATCHES as f64;
     let of_patch = |patch: &(f64, f64)| {
         (positive(patch) / of_all.max(f64::MIN_POSITIVE))
@@ -373,7 +374,7 @@ fn channel(
         patch_m,
         evenness,
         error: match detail > 0.0 {
-            true => (0.5 * NOISE_ERROR * cleared.noise / detail)
+            true => (0.5 * NOISE_ERROR * noise / detail)
                 .hypot(of_full_scale)
                 .min(UNKNOWN),
             false => UNKNOWN,

@@ -6,6 +6,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use thiserror::Error;
+use uw_calib::photo::{Exposed, Shot, exposed};
 use uw_calib::response::{CountResponse, LinearNoise};
 use uw_calib::vehicle::Vignetting;
 use uw_calib::{Encoding, Even, Rig};
@@ -128,6 +129,9 @@ pub struct FitNumbers {
     /// Exposure of the pictures that it is for, as EXIF states it: time (s) · ISO / f-number². `None` where no file states all three; also in files of earlier versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub exposure_s: Option<f64>,
+    /// Sensitivity (ISO) of those pictures, where all that state it have the same; finite and > 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub iso: Option<f64>,
 }
 
 /// A water file.
@@ -175,6 +179,11 @@ impl WaterFile {
     /// Exposure of the pictures that it is for, as EXIF states it, where that is known.
     pub fn exposure_s(&self) -> Option<f64> {
         self.fit.as_ref()?.exposure_s
+    }
+
+    /// How a picture was exposed beside those that it is for; `None` where one of them is not known.
+    pub fn exposed(&self, shot: &Shot) -> Option<Exposed> {
+        exposed(shot, self.exposure_s(), self.fit.as_ref()?.iso)
     }
 
     /// The camera of its pictures.
@@ -274,12 +283,15 @@ impl WaterFile {
         if let Some(Err(error)) = self.doubt() {
             return Err(format!("fit.{error}"));
         }
-        if let Some(exposure_s) = self.exposure_s()
-            && !(exposure_s > 0.0 && exposure_s.is_finite())
-        {
-            return Err(format!(
-                "fit.exposure_s must be finite and > 0, got {exposure_s}"
-            ));
+        let fit = self.fit.as_ref();
+        let stated = [
+            ("exposure_s", fit.and_then(|fit| fit.exposure_s)),
+            ("iso", fit.and_then(|fit| fit.iso)),
+        ];
+        for (field, value) in stated {
+            if let Some(value) = value.filter(|value| !(*value > 0.0 && value.is_finite())) {
+                return Err(format!("fit.{field} must be finite and > 0, got {value}"));
+            }
         }
         self.tables.check()?;
         for (i, sight) in self.sights.iter().enumerate() {

@@ -21,6 +21,7 @@ pub mod file;
 mod full_scale;
 mod grid;
 mod light;
+mod made;
 mod memory;
 mod overlap;
 mod pictures;

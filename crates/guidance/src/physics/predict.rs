@@ -153,17 +153,18 @@ impl<'a> Predictor<'a> {
     pub fn on_the_way(
         place: Place<'a>,
         picture: &LinearPicture,
-        now: (&Candidate, [f64; 3]),
+        (here, contrast): (&Candidate, [f64; 3]),
         [earlier, filed]: [&[Sight]; 2],
     ) -> Self {
         let sights = Sights {
             earlier: by_distance(earlier),
             filed: by_distance(filed),
         };
-        Self::remembering(place, picture, now, sights)
+        let contrast = picture.own_contrast(contrast, place.response);
+        Self::remembering(place, picture, (here, contrast), sights)
     }
 
-    /// The same with sights by rising distance.
+    /// The same with sights by rising distance, and the contrast as it would be with the water file's noise.
     pub(super) fn remembering(
         place: Place<'a>,
         picture: &LinearPicture,

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use uw_calib::picture::Counts;
-use uw_calib::response::CountResponse;
+use uw_calib::response::{CountResponse, LinearNoise};
 use uw_calib::stats::contrast_misfit;
 use uw_calib::{Even, NoiseModel, SensorNoise};
 
@@ -84,6 +84,8 @@ pub struct Present {
     known: Arc<Known>,
     /// Signals of its blocks, with the light of its place.
     blocks: Blocks,
+    /// The share of its light that the stored picture has.
+    stored_share: f64,
     correction: [f64; 3],
     unknown: [Option<Unknown>; 3],
     /// Predicted for no change, 8-bit counts.
@@ -137,6 +139,7 @@ impl Present {
         earlier: &[Sight],
     ) -> Self {
         let linear = LinearPicture::of_counts(picture, water.file.sensor.encoding);
+        let measured = linear.own_contrast(measured, &water.response);
         let place = water.file.place(&water.response, depth_m);
         let sights = Sights {
             earlier: by_distance(earlier),
@@ -154,6 +157,7 @@ impl Present {
             measured,
             known,
             blocks,
+            stored_share: linear.stored_share(),
             correction,
             unknown,
             predicted: [0.0; 3],
@@ -193,7 +197,7 @@ impl Present {
         self.depth_m
     }
 
-    /// Its published contrast, 8-bit counts.
+    /// Its published contrast, 8-bit counts, as it would be with the noise of the water file's pictures.
     pub fn measured(&self) -> [f64; 3] {
         self.measured
     }
@@ -255,7 +259,6 @@ impl Present {
         let sensor = &self.water.file.sensor;
         let sensor = Sensor {
             encoding: sensor.encoding,
-            noise: [sensor.noise_a, sensor.noise_b],
             half_view: self.water.file.tables.half_view[0],
         };
         let (earlier, now) = (self.predictor(), present.predictor());
@@ -265,6 +268,7 @@ impl Present {
     /// This picture as its brightness is compared.
     fn look<'p>(&self, predictor: &'p Predictor) -> Look<'p> {
         let farther_m = self.here.distance_m * (1.0 + brightness::STEP);
+        let noise = self.water.file.sensor.noise();
         Look {
             blocks: self.blocks.clone(),
             distance_m: self.here.distance_m,
@@ -272,6 +276,10 @@ impl Present {
                 .map(|distance_m| predictor.seen(distance_m, self.here.light_pct)),
             useless: predictor.without_mean(),
             spread: predictor.spread(),
+            noise: LinearNoise {
+                a: noise.a / self.stored_share,
+                b: noise.b / (self.stored_share * self.stored_share),
+            },
         }
     }
 

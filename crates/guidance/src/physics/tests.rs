@@ -77,10 +77,10 @@ pub(super) fn reflectance(x: f64, y: f64) -> f64 {
 }
 
 /// Normal numbers by adding twelve even ones: good enough for noise.
-struct Noise(u64);
+pub(super) struct Noise(pub(super) u64);
 
 impl Noise {
-    fn next(&mut self) -> f64 {
+    pub(super) fn next(&mut self) -> f64 {
         let mut sum = -6.0;
         for _ in 0..12 {
             self.0 = self
@@ -105,6 +105,16 @@ pub(super) fn picture_of(
     seed: u64,
     reflectance: &dyn Fn(f64, f64) -> f64,
 ) -> Counts {
+    exposed(file, at, (seed, 1.0), reflectance)
+}
+
+/// The same, exposed so many times as long as the file's pictures.
+pub(super) fn exposed(
+    file: &WaterFile,
+    at: &Candidate,
+    (seed, over): (u64, f64),
+    reflectance: &dyn Fn(f64, f64) -> f64,
+) -> Counts {
     let (d, level) = (at.distance_m, 0.01 * at.light_pct);
     let light = 0.5 + level * 2.0 / (d * d);
     let veil = VEIL * d + level * VEIL;
@@ -123,17 +133,13 @@ pub(super) fn picture_of(
             let y = (row + v - 0.5 * HEIGHT as f64) * pixel_m;
             mean += reflectance(x, y) / 9.0;
         }
-        let signal = veil + light * (-C_PER_M * d).exp() * mean;
+        let signal = over * (veil + light * (-C_PER_M * d).exp() * mean);
         [0, 1, 2].map(|_| {
             let deviation = (file.sensor.noise_a * signal + file.sensor.noise_b).sqrt();
             encoding.counts(signal + deviation * noise.next()).round()
         })
     };
-    Counts {
-        width: WIDTH,
-        height: HEIGHT,
-        pixels: (0..WIDTH * HEIGHT).map(pixel).collect(),
-    }
+    Counts::stored(WIDTH, HEIGHT, (0..WIDTH * HEIGHT).map(pixel).collect())
 }
 
 /// The same picture before a grey card: its mean and noise.
@@ -356,6 +362,7 @@ fn fitted(correlation: f64) -> FitNumbers {
         not_identified: Vec::new(),
         misfit: 1.0,
         exposure_s: None,
+        iso: None,
     }
 }
 

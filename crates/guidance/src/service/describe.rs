@@ -1,12 +1,13 @@
 //! Model, profile and settings as JSON.
 
 use serde_json::{Value, json};
-use uw_calib::{Profile, Rig};
+use uw_calib::{Mask, Profile, Rig, Undistortion};
 
 use crate::mlp::Model;
 use crate::objective::{ContrastTerm, DepthTerm, Form, Objective};
 use crate::physics::WaterFile;
 use crate::service::Settings;
+use crate::wire::reply::{self, SHARE_DECIMALS};
 
 pub(super) fn model(model: &Model, name: &str) -> Value {
     let inputs: Vec<&str> = model.inputs().iter().map(|input| input.name).collect();
@@ -87,6 +88,24 @@ pub(super) fn objective(objective: &Objective) -> Value {
     })
 }
 
+/// How images are measured.
+fn images(settings: &Settings) -> Value {
+    let treatment = &settings.treatment;
+    let mask = |mask: &Mask| json!({"left_out": reply::rounded(mask.share(), SHARE_DECIMALS)});
+    let undistortion = |lens: &Undistortion| {
+        json!({
+            "stored_px": lens.far().from_px(),
+            "ideal_px": lens.ideal_px(),
+            "hfov_deg": lens.hfov_deg(),
+        })
+    };
+    json!({
+        "noise": settings.noise.source().name(),
+        "mask": treatment.mask.as_ref().map(mask),
+        "undistortion": treatment.undistortion.as_ref().map(undistortion),
+    })
+}
+
 pub(super) fn settings(settings: &Settings) -> Value {
     let (age, steering, beams) = (&settings.max_age, &settings.steering, &settings.beams);
     let checks = &settings.checks;
@@ -106,7 +125,7 @@ pub(super) fn settings(settings: &Settings) -> Value {
             "other_sun": checks.other_sun.name(),
             "processing": checks.processing.name(),
         },
-        "images": {"noise": settings.noise.source().name()},
+        "images": images(settings),
         "max_age": {
             "depth_s": age.depth_s,
             "distance_s": age.distance_s,

@@ -5,7 +5,7 @@ use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use base64::Engine as _;
-use uw_calib::photo::{Shot, exposure_over};
+use uw_calib::photo::{Exposed, Shot};
 use uw_calib::picture::{Counts, Decoded};
 use uw_calib::{Measured, NoiseModel, Processing, StatsError, Treatment};
 
@@ -72,10 +72,13 @@ pub(super) fn measure(
     let unusable = |error: StatsError| bad(field, error.to_string());
     let noise = &settings.noise;
     let decoded = Decoded::new(&bytes, field).map_err(unusable)?;
-    let exposure_s = water.and_then(|water| water.file().exposure_s());
-    let over = exposure_over(&Shot::of_bytes(&bytes), exposure_s).unwrap_or(1.0);
+    let file = water.map(|water| water.file());
+    let exposed = file.and_then(|file| file.exposed(&Shot::of_bytes(&bytes)));
+    let unknown_exposure =
+        exposed.is_none() && file.is_some_and(|file| file.exposure_s().is_some());
+    let exposed = exposed.unwrap_or(Exposed::ALIKE);
     let Seen { measured, counts } =
-        seen(&decoded, settings, water, (distance_m, over)).map_err(unusable)?;
+        seen(&decoded, settings, water, (distance_m, exposed)).map_err(unusable)?;
     let Measured { grid, detail } = measured;
     let of_water = water.filter(|water| water.size_px() == [grid.width, grid.height]);
     let sensor = match (noise, of_water) {
@@ -83,9 +86,11 @@ pub(super) fn measure(
         (noise, _) => noise,
     };
     let processing = Processing::of(&decoded, sensor);
-    let share = |share: f64| reply::rounded(share, COUNTS_DECIMALS);
+    // Noise grows as the root of the sensitivity, that of reading a pixel out faster.
+    let share = |share: f64| reply::rounded(share / exposed.gain.sqrt(), COUNTS_DECIMALS);
     let processing = Processing {
         noise_share: processing.noise_share.map(|of| of.map(share)),
+        unknown_exposure,
         ..processing
     };
     // A picture that is decoded has far fewer pixels a side than this could hold.
@@ -146,12 +151,12 @@ fn seen(
     decoded: &Decoded,
     settings: &Settings,
     water: Option<&Water>,
-    (distance_m, over): (Option<f64>, f64),
+    (distance_m, exposed): (Option<f64>, Exposed),
 ) -> Result<Seen, StatsError> {
     let of_water = water.and_then(|water| water.even());
     let even = settings.treatment.even.as_ref().or(of_water);
     let is_plain = settings.treatment.mask.is_none() && settings.treatment.undistortion.is_none();
-    if is_plain && over == 1.0 {
+    if is_plain && exposed == Exposed::ALIKE {
         return Ok(Seen {
             measured: Measured::of(decoded, &settings.noise, even)?,
             counts: water.map(|_| Counts::of_decoded(decoded, even)),
@@ -164,7 +169,7 @@ fn seen(
         even: even.cloned(),
         ..settings.treatment.clone()
     };
-    let opened = treatment.of_decoded(decoded, distance_m, over)?;
+    let opened = treatment.of_decoded(decoded, distance_m, exposed)?;
     Ok(Seen {
         measured: opened.measure(&settings.noise)?,
         counts: water.map(|_| opened.counts().filled()),

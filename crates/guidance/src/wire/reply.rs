@@ -133,7 +133,8 @@ impl From<Reason> for WireError {
             | Reason::OtherCamera(_)
             | Reason::OtherSun(_)
             | Reason::Compressed(_)
-            | Reason::Denoised(_) => Self::new(Code::InvalidValue, message),
+            | Reason::Denoised(_)
+            | Reason::UnknownExposure => Self::new(Code::InvalidValue, message),
             Reason::OutsideTables { field, .. } => Self::new(Code::OutOfRange, message).at(field),
             Reason::PhysicsMisfit { .. } | Reason::Unexplained { .. } | Reason::Untold(_) => {
                 Self::new(Code::InvalidValue, message)

@@ -34,7 +34,7 @@ def calibrate(
         noise_a: noise of the camera: the variance of a linear signal y in [0, 1] is noise_a y + noise_b; without it that of the
             vehicle, without one it is found in the pictures.
         noise_b: see `noise_a`.
-        camera: camera that took the pictures: a scene file whose ``[camera]`` has their size, lens and port, or a calibration (``*.yaml``) of ROS, OpenCV or Kalibr. They are measured as the ideal
+        camera: camera that took the pictures: a scene file whose ``[camera]`` has their size, lens and port, or a calibration (``*.yaml``, ``*.xml``) of ROS, OpenCV, Kalibr or Metashape. They are measured as the ideal
             camera of `vehicle` would have taken them.
         mask: what of the pictures is not the target: polygons (\\*.toml, uw-mask/1) or a picture whose dark pixels are left out.
         exposure: that the pictures of the target are brought to in linear light: time in seconds · ISO / f-number², as EXIF has it, or in

@@ -37,7 +37,7 @@ class Guide:
             water: in the place of a model: a :class:`Water` or the path of a water file (uw-water/1), for predictions by physics
                 from pictures.
             objective: fields of the objective in the place of its defaults, such as ``{"preset": "tracking"}``.
-            camera: the camera that takes the pictures of :meth:`suggest`: a scene file whose ``[camera]`` has their size, lens and port, or a calibration (``*.yaml``) of ROS, OpenCV or Kalibr. They are
+            camera: the camera that takes the pictures of :meth:`suggest`: a scene file whose ``[camera]`` has their size, lens and port, or a calibration (``*.yaml``, ``*.xml``) of ROS, OpenCV, Kalibr or Metashape. They are
                 measured as the ideal camera of model or water would have taken them.
             mask: what of them is not the target, as of :func:`uwguide.calibrate`.
 

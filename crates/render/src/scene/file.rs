@@ -24,7 +24,7 @@ const FIELDS: [&str; 10] = [
 
 impl Scene {
     /// Reads a scene file and every file it refers to. Paths in it start from its own folder; `shipped:NAME` is a shipped file,
-    /// here as in the scene. A camera's calibration (`*.yaml` of ROS, OpenCV or Kalibr) is a scene with that camera alone.
+    /// here as in the scene. A camera's calibration (`*.yaml`, `*.xml` of ROS, OpenCV, Kalibr or Metashape) is a scene with that camera alone.
     ///
     /// # Errors
     /// The first thing that is wrong, with file, line and field.

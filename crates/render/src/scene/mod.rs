@@ -39,7 +39,6 @@ mod texels;
 mod texture;
 mod value;
 mod variation;
-mod yaml;
 
 pub use camera::{CameraRay, SizeError};
 pub use error::SceneError;

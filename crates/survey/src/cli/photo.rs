@@ -12,7 +12,7 @@ use crate::treatment::{Photographs, TreatmentError};
 /// What is done to photographs.
 #[derive(Debug, Args)]
 pub(super) struct PhotoArguments {
-    /// Camera that took the pictures: a scene file whose [camera] has their size, lens (distortion or fisheye) and port, or a calibration (*.yaml) of ROS, OpenCV or Kalibr. They are measured as the ideal camera
+    /// Camera that took the pictures: a scene file whose [camera] has their size, lens (distortion or fisheye) and port, or a calibration (*.yaml, *.xml) of ROS, OpenCV, Kalibr or Metashape. They are measured as the ideal camera
     /// of --vehicle would have taken them, with its width, height and hfov_deg.
     #[arg(long, value_name = "NAME|FILE")]
     camera: Option<PathBuf>,

@@ -7,7 +7,7 @@ use csv::{ReaderBuilder, Trim};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use uw_calib::detail::channel_names;
-use uw_calib::photo::{Shot, exposure_over};
+use uw_calib::photo::{Exposed, Shot};
 use uw_calib::picture::Counts;
 use uw_calib::{Treatment, View};
 use uw_guidance::Candidate;
@@ -44,7 +44,7 @@ pub(super) struct PhysicsArguments {
     /// and, where it was not --depth-m, depth_m.
     #[arg(long, requires = "water")]
     earlier: Option<PathBuf>,
-    /// With --water: camera that took the pictures, a scene file whose [camera] has their size, lens (distortion or fisheye) and port, or a calibration (*.yaml) of ROS, OpenCV or Kalibr. They are read as the water
+    /// With --water: camera that took the pictures, a scene file whose [camera] has their size, lens (distortion or fisheye) and port, or a calibration (*.yaml, *.xml) of ROS, OpenCV, Kalibr or Metashape. They are read as the water
     /// file's ideal camera would have taken them.
     #[arg(long, value_name = "NAME|FILE", requires = "water")]
     camera: Option<PathBuf>,
@@ -193,7 +193,7 @@ fn picture(
     let view = View {
         path: image,
         distance_m: Some(distance_m),
-        over: over(file, image),
+        exposed: exposed(file, image),
     };
     let opened = treatment.open(&view).map_err(CliError::input)?;
     let counts = opened.counts().filled();
@@ -215,11 +215,11 @@ fn picture(
     })
 }
 
-/// The exposure of a picture over that of the water file's pictures; 1 where one of them is not known.
-fn over(file: &WaterFile, image: &Path) -> f64 {
+/// How a picture was exposed beside the water file's; alike where one of them is not known.
+fn exposed(file: &WaterFile, image: &Path) -> Exposed {
     let name = image.display();
-    let over = exposure_over(&Shot::of_file(image), file.exposure_s());
-    match (over, file.exposure_s()) {
+    let exposed = file.exposed(&Shot::of_file(image));
+    match (exposed.map(|exposed| exposed.over), file.exposure_s()) {
         (None, Some(_)) => note(format_args!(
             "uw: warning: {name}: does not state time, ISO and f-number of its exposure: taken to be that of the water file's pictures"
         )),
@@ -229,7 +229,7 @@ fn over(file: &WaterFile, image: &Path) -> f64 {
         )),
         _ => {}
     }
-    over.unwrap_or(1.0)
+    exposed.unwrap_or(Exposed::ALIKE)
 }
 
 /// Which channels can be told, with a note for each other one.

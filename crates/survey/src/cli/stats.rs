@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use uw_calib::photo::{Shot, frames};
+use uw_calib::photo::{Exposed, Shot, frames};
 use uw_calib::{Measured, NoiseModel, NoiseSource, Processing, StatsError, Treatment, View};
 
 use super::camera::CameraArguments;
@@ -67,7 +67,7 @@ fn row(path: &Path, treatment: &Treatment, noise: &NoiseModel) -> Result<Row, St
     let opened = treatment.open(&View {
         path,
         distance_m: None,
-        over: 1.0,
+        exposed: Exposed::ALIKE,
     })?;
     let files = frames::files(path)?;
     let processing = files.first().map(|file| Processing::of_file(file, noise));

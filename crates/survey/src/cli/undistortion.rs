@@ -15,7 +15,7 @@ use crate::undistort::port_distances_m;
 #[derive(Debug, Args)]
 #[command(after_help = NEEDS)]
 pub(super) struct UndistortionArguments {
-    /// Camera that takes the pictures: a scene file, or the name of a shipped one, whose [camera] has their size, lens (distortion or fisheye) and port; or a calibration (*.yaml) of ROS, OpenCV or Kalibr.
+    /// Camera that takes the pictures: a scene file, or the name of a shipped one, whose [camera] has their size, lens (distortion or fisheye) and port; or a calibration (*.yaml, *.xml) of ROS, OpenCV, Kalibr or Metashape.
     #[arg(value_name = "NAME|FILE")]
     camera: PathBuf,
     /// Vehicle whose width, height and hfov_deg are those of the ideal camera: a name among assets/vehicles or a file (*.toml).

@@ -197,11 +197,11 @@ mod tests {
 
     fn ramp(width: usize, height: usize) -> Counts {
         let value = |i: usize| (i % width) as f64 + 2.0 * (i / width) as f64;
-        Counts {
+        Counts::stored(
             width,
             height,
-            pixels: (0..width * height).map(|i| [value(i); 3]).collect(),
-        }
+            (0..width * height).map(|i| [value(i); 3]).collect(),
+        )
     }
 
     /// Of a ramp every block has the value of its middle, whole pixels or not.

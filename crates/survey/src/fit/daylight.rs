@@ -126,11 +126,7 @@ mod tests {
         let (width, height) = (20, 12);
         let is_middle = |i: usize| (5..15).contains(&(i % width)) && (3..9).contains(&(i / width));
         let pixel = |i: usize| if is_middle(i) { [200.0; 3] } else { [10.0; 3] };
-        let picture = Counts {
-            width,
-            height,
-            pixels: (0..width * height).map(pixel).collect(),
-        };
+        let picture = Counts::stored(width, height, (0..width * height).map(pixel).collect());
         let options = Options::default();
         let found = mean_light(&picture, shown_from(1.0, 2.0), &options);
         let expected = options.encoding.light(200.0);

@@ -280,6 +280,8 @@ pub struct Fit {
     pub warnings: Vec<String>,
     /// Exposure that the pictures were brought to, as EXIF states it, where it does: time (s) · ISO / f-number².
     pub exposure_s: Option<f64>,
+    /// Sensitivity (ISO) of the pictures, where all that state it have the same.
+    pub iso: Option<f64>,
     /// The pictures by place.
     places: Vec<Vec<pictures::Row>>,
     /// Mean counts of the pictures that look up.

@@ -68,6 +68,8 @@ pub(super) struct Pictures {
     pub(super) told: Vec<String>,
     /// What they are brought to, where files state it ([`super::Fit::exposure_s`]).
     pub(super) exposure_s: Option<f64>,
+    /// [`super::Fit::iso`].
+    pub(super) iso: Option<f64>,
 }
 
 /// A picture of the target that the manifest lists.
@@ -123,6 +125,7 @@ impl Pictures {
             up: looking_up(&manifest, options, &treatment)?,
             told,
             exposure_s: exposures.exposure,
+            iso: exposures.iso,
         };
         let sensor = Sensor {
             encoding: options.encoding,

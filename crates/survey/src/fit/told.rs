@@ -62,6 +62,7 @@ pub(super) fn told(problem: &Problem, found: &Solution, dark: [bool; 3]) -> Fit 
         reflectance: problem.reflectances(&found.parameters),
         warnings: warnings(problem, found, misfit, dark),
         exposure_s: problem.pictures.exposure_s,
+        iso: problem.pictures.iso,
         places: problem.pictures.places.clone(),
         up: problem.pictures.up.clone(),
     }

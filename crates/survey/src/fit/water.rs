@@ -190,5 +190,6 @@ fn numbers(fit: &Fit, daylight: Option<&Daylight>) -> FitNumbers {
         not_identified: fit.not_identified.clone(),
         misfit: fit.misfit,
         exposure_s: fit.exposure_s,
+        iso: fit.iso,
     }
 }

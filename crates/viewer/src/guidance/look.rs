@@ -141,11 +141,11 @@ impl Film {
             data,
             ..self.daylight.clone()
         };
-        Counts {
-            width: picture.width as usize,
-            height: picture.height as usize,
-            pixels: self.sensor.expose(&picture, seed).in_8_bit_counts(),
-        }
+        Counts::stored(
+            picture.width as usize,
+            picture.height as usize,
+            self.sensor.expose(&picture, seed).in_8_bit_counts(),
+        )
     }
 }
 

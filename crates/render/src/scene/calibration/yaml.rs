@@ -1,11 +1,9 @@
 //! Values of a YAML file, each with its line and the names that lead to it.
 
-use std::fmt::Display;
-
 use saphyr::{LoadableYamlNode as _, MarkedYaml, YamlData};
 
-/// Largest file that is read, bytes; calibrations have less than a hundredth of it.
-const MOST_BYTES: usize = 1 << 20;
+use super::value::{Value, list_of};
+
 /// Most brackets that may be open at a time.
 const MOST_NESTED: usize = 32;
 
@@ -44,43 +42,43 @@ impl<'y> Node<'y> {
         }
     }
 
-    /// A field, where this is a table that has it.
-    pub(super) fn get(&self, name: &str) -> Option<Self> {
+    /// The elements of a list of so many.
+    pub(super) fn items(&self, least: usize, most: usize) -> Result<Vec<Self>, String> {
+        match &self.plain().data {
+            YamlData::Sequence(items) if (least..=most).contains(&items.len()) => {
+                let item = |(i, yaml)| Self {
+                    yaml,
+                    path: format!("{}[{i}]", self.path),
+                };
+                Ok(items.iter().enumerate().map(item).collect())
+            }
+            _ => Err(self.wrong(&list_of(least, most), self.written())),
+        }
+    }
+}
+
+impl Value for Node<'_> {
+    fn get(&self, name: &str) -> Option<Self> {
         let YamlData::Mapping(fields) = &self.plain().data else {
             return None;
         };
-        let found = fields
-            .iter()
-            .find(|(key, _)| key.data.as_str() == Some(name));
-        let dot = if self.path.is_empty() { "" } else { "." };
+        let is_meant = |key: &str| key.eq_ignore_ascii_case(name);
+        let mut fields = fields.iter();
+        let found = fields.find(|(key, _)| key.data.as_str().is_some_and(is_meant));
         found.map(|(_, yaml)| Self {
             yaml,
-            path: format!("{}{dot}{name}", self.path),
+            path: self.path_of(name),
         })
     }
 
-    /// A field that must be there.
-    pub(super) fn required(&self, name: &str) -> Result<Self, String> {
-        self.get(name).ok_or_else(|| {
-            let place = match self.path.as_str() {
-                "" => "it",
-                path => path,
-            };
-            format!("line {}: {place} lacks `{name}`", self.line())
-        })
+    fn path(&self) -> &str {
+        &self.path
     }
 
     fn line(&self) -> usize {
         self.plain().span.start.line()
     }
 
-    /// What to say where this is not what it should be.
-    pub(super) fn wrong(&self, expected: &str, got: impl Display) -> String {
-        let (line, path) = (self.line(), &self.path);
-        format!("line {line}: {path} must be {expected}, got {got}")
-    }
-
-    /// What it is, for messages.
     fn written(&self) -> String {
         match &self.plain().data {
             YamlData::Sequence(items) => format!("a list of {}", items.len()),
@@ -94,67 +92,28 @@ impl<'y> Node<'y> {
         }
     }
 
-    /// A word.
-    pub(super) fn text(&self) -> Result<&'y str, String> {
-        let text = self.plain().data.as_str();
-        text.ok_or_else(|| self.wrong("a word", self.written()))
+    fn as_text(&self) -> Option<&str> {
+        self.plain().data.as_str()
     }
 
-    fn number(&self) -> Result<f64, String> {
+    fn as_number(&self) -> Option<f64> {
         let data = &self.plain().data;
         let whole = data.as_integer().map(|whole| whole as f64);
-        let number = whole.or_else(|| data.as_floating_point());
-        let finite = number.filter(|number| number.is_finite());
-        finite.ok_or_else(|| self.wrong("a finite number", self.written()))
+        whole.or_else(|| data.as_floating_point())
     }
 
-    /// A whole number in `[least, most]`.
-    pub(super) fn whole(&self, least: u32, most: u32) -> Result<u32, String> {
+    fn as_whole(&self) -> Option<u32> {
         let whole = self.plain().data.as_integer();
-        let whole = whole.and_then(|whole| u32::try_from(whole).ok());
-        let inside = whole.filter(|whole| (least..=most).contains(whole));
-        inside.ok_or_else(|| {
-            self.wrong(
-                &format!("a whole number in [{least}, {most}]"),
-                self.written(),
-            )
-        })
+        whole.and_then(|whole| u32::try_from(whole).ok())
     }
 
-    /// The elements of a list of so many.
-    pub(super) fn items(&self, least: usize, most: usize) -> Result<Vec<Self>, String> {
-        match &self.plain().data {
-            YamlData::Sequence(items) if (least..=most).contains(&items.len()) => {
-                let item = |(i, yaml)| Self {
-                    yaml,
-                    path: format!("{}[{i}]", self.path),
-                };
-                Ok(items.iter().enumerate().map(item).collect())
-            }
-            _ => {
-                let expected = match least == most {
-                    true => format!("a list of {least} numbers"),
-                    false => format!("a list of {least} to {most} numbers"),
-                };
-                Err(self.wrong(&expected, self.written()))
-            }
-        }
-    }
-
-    /// Finite numbers, so many.
-    pub(super) fn numbers(&self, least: usize, most: usize) -> Result<Vec<f64>, String> {
+    fn numbers(&self, least: usize, most: usize) -> Result<Vec<f64>, String> {
         self.items(least, most)?.iter().map(Self::number).collect()
     }
 }
 
 /// Refuses what would take long to read, or many calls within each other.
 fn check_extent(text: &str) -> Result<(), String> {
-    if text.len() > MOST_BYTES {
-        return Err(format!(
-            "must have at most {MOST_BYTES} bytes, got {}",
-            text.len()
-        ));
-    }
     let mut open = 0usize;
     for (number, line) in text.lines().enumerate() {
         let indent = line.len() - line.trim_start().len();
