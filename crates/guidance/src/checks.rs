@@ -59,6 +59,10 @@ pub struct Checks {
     pub max_saturated: f64,
     /// What is done under a sun that model or water file do not know, where a request tells its sun.
     pub other_sun: Strictness,
+    /// What is done before a target that is seen obliquely, where beams tell.
+    pub oblique: Strictness,
+    /// Largest angle between the optical axis and the target's normal, degrees, in [0, 90].
+    pub max_obliqueness_deg: f64,
     /// What is done about a picture that was compressed or denoised before it was stored, or does not state its exposure where that is asked for.
     pub processing: Strictness,
     /// Whether suggestions lie on whole centimetres and tenths of a percent, as far as the bounds allow.
@@ -81,6 +85,8 @@ impl Default for Checks {
             saturation: Strictness::Warn,
             max_saturated: MAX_SATURATED,
             other_sun: Strictness::Warn,
+            oblique: Strictness::Warn,
+            max_obliqueness_deg: 35.0,
             processing: Strictness::Warn,
             round: true,
         }
@@ -103,6 +109,8 @@ impl Checks {
             saturation: Strictness::Ignore,
             max_saturated: 1.0,
             other_sun: Strictness::Ignore,
+            oblique: Strictness::Ignore,
+            max_obliqueness_deg: 90.0,
             processing: Strictness::Ignore,
             round: false,
         }
@@ -123,6 +131,8 @@ impl Checks {
             "saturation",
             "max_saturated",
             "other_sun",
+            "oblique",
+            "max_obliqueness_deg",
             "processing",
         ])?;
         let mut checks = *self;
@@ -154,6 +164,14 @@ impl Checks {
                 checks.max_saturated,
             ));
         }
+        number("max_obliqueness_deg", true, &mut checks.max_obliqueness_deg)?;
+        if checks.max_obliqueness_deg > 90.0 {
+            return Err(FieldError::out_of_range(
+                overrides.path_of("max_obliqueness_deg"),
+                "from 0 to 90 degrees",
+                checks.max_obliqueness_deg,
+            ));
+        }
         for (name, value) in [
             ("training", &mut checks.training),
             ("misfit", &mut checks.misfit),
@@ -162,6 +180,7 @@ impl Checks {
             ("noise_floor", &mut checks.noise_floor),
             ("saturation", &mut checks.saturation),
             ("other_sun", &mut checks.other_sun),
+            ("oblique", &mut checks.oblique),
             ("processing", &mut checks.processing),
         ] {
             if overrides.get(name).is_some() {
@@ -169,6 +188,16 @@ impl Checks {
             }
         }
         Ok(checks)
+    }
+
+    /// Why a target that is seen at `obliqueness_deg` from its normal, where that is known, is not what predictions are made for.
+    pub(crate) fn oblique(&self, obliqueness_deg: Option<f64>) -> Option<Reason> {
+        let limit_deg = self.max_obliqueness_deg;
+        let angle_deg = obliqueness_deg.filter(|angle_deg| *angle_deg > limit_deg)?;
+        Some(Reason::Oblique {
+            angle_deg,
+            limit_deg,
+        })
     }
 
     /// What is wrong with a picture, and what is done about it.

@@ -11,7 +11,7 @@ const BUCKETS_US: [u64; 12] = [
     50, 100, 200, 500, 1_000, 2_000, 5_000, 10_000, 50_000, 200_000, 1_000_000, 10_000_000,
 ];
 /// Faults counted by name: error codes, then reasons to hold; anything else goes under the last.
-const FAULTS: [&str; 31] = [
+const FAULTS: [&str; 32] = [
     "bad_utf8",
     "bad_json",
     "line_too_long",
@@ -41,6 +41,7 @@ const FAULTS: [&str; 31] = [
     "compressed",
     "denoised",
     "unknown_exposure",
+    "oblique",
     "busy",
     "other",
 ];

@@ -70,6 +70,13 @@ pub enum Reason {
     },
     /// The sun is not that which model or water file were made for.
     OtherSun(String),
+    /// The target is seen obliquely.
+    Oblique {
+        /// Of the optical axis from the target's normal, degrees.
+        angle_deg: f64,
+        /// Largest angle allowed, degrees.
+        limit_deg: f64,
+    },
     /// The picture was compressed: what that takes off.
     Compressed(String),
     /// The picture has less noise than its sensor makes.
@@ -142,6 +149,7 @@ impl Reason {
             Self::NoiseFloor(_) => "noise_floor",
             Self::Saturated { .. } => "saturated",
             Self::OtherSun(_) => "other_sun",
+            Self::Oblique { .. } => "oblique",
             Self::Compressed(_) => "compressed",
             Self::Denoised(_) => "denoised",
             Self::UnknownExposure => "unknown_exposure",
@@ -215,6 +223,13 @@ impl std::fmt::Display for Reason {
                 residual.misfit
             ),
             Self::OtherCamera(difference) | Self::OtherSun(difference) => f.write_str(difference),
+            Self::Oblique {
+                angle_deg,
+                limit_deg,
+            } => write!(
+                f,
+                "the target is seen {angle_deg:.0} degrees from its normal, where predictions are for targets that are seen square on and {limit_deg} degrees are allowed: turn the vehicle towards it"
+            ),
             Self::UnknownExposure => f.write_str(
                 "the picture does not state time, ISO and f-number of its exposure: taken to be that of the water file's pictures",
             ),

@@ -19,7 +19,7 @@ use crate::service::{Answered, Basis, Loaded, Moment, Service, Session, Settings
 const NOT_COMPARED: [&str; 2] = ["health", "auth"];
 
 /// Settings, by section, that a recording of an older program lacks; that did what [`as_recorded`] sets.
-const NEWER_SETTINGS: [(&str, &str); 10] = [
+const NEWER_SETTINGS: [(&str, &str); 12] = [
     ("checks", "other_depth"),
     ("checks", "depth_margin_m"),
     ("checks", "noise_floor"),
@@ -27,6 +27,8 @@ const NEWER_SETTINGS: [(&str, &str); 10] = [
     ("checks", "max_saturated"),
     ("checks", "other_sun"),
     ("checks", "processing"),
+    ("checks", "oblique"),
+    ("checks", "max_obliqueness_deg"),
     ("images", "noise"),
     ("images", "mask"),
     ("images", "undistortion"),
@@ -361,6 +363,9 @@ fn as_recorded(settings: &Settings, recorded: &Value) -> Settings {
     }
     if lacks("other_sun") {
         checks.other_sun = none.other_sun;
+    }
+    if lacks("oblique") {
+        checks.oblique = none.oblique;
     }
     if lacks("processing") {
         checks.processing = none.processing;

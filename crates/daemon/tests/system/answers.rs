@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use serde_json::{Value, json};
 use uw_guidance::Service;
+use uw_guidance::checks::{Checks, Strictness};
 use uw_guidance::service::{Moment, Session, Settings};
 
 use crate::client::{service, service_with, suggest, with, without};
@@ -206,6 +207,62 @@ fn beams_are_combined_and_the_obliqueness_is_told() {
         request["distances_m"] = distances;
         assert_eq!(timed.ask(&request)["error"]["field"], field);
     }
+}
+
+/// Ranges of the beams to a target a metre ahead whose normal is so far from the axis.
+fn oblique_ranges(info: &Value, angle_deg: f64) -> Vec<f64> {
+    let beams = &info["settings"]["beams"];
+    let tilt = beams["tilt_deg"].as_f64().unwrap().to_radians();
+    let azimuths = beams["azimuths_deg"].as_array().unwrap().iter();
+    let slope = angle_deg.to_radians().tan();
+    azimuths
+        .map(|azimuth| {
+            let azimuth = azimuth.as_f64().unwrap().to_radians();
+            1.0 / (tilt.cos() - slope * tilt.sin() * azimuth.cos())
+        })
+        .collect()
+}
+
+#[test]
+fn a_target_that_is_seen_obliquely_is_told_or_refused() {
+    let told = |reply: &Value| {
+        let warnings = reply["warnings"].as_array().cloned().unwrap_or_default();
+        warnings
+            .iter()
+            .any(|warning| warning["reason"] == "oblique")
+    };
+    let mut timed = Timed::new(service());
+    let info = timed.ask(&json!({"op": "info"}));
+    let mut request = without(&["distance_m"]);
+    for (angle_deg, is_told) in [(0.0, false), (30.0, false), (40.0, true), (60.0, true)] {
+        request["distances_m"] = json!(oblique_ranges(&info, angle_deg));
+        let reply = timed.ask(&request);
+        let found = reply["beams"]["obliqueness_deg"].as_f64().unwrap();
+        assert!((found - angle_deg).abs() < 0.06, "{reply}");
+        assert_eq!(
+            (told(&reply), &reply["valid"]),
+            (is_told, &json!(true)),
+            "{reply}"
+        );
+    }
+    let settings = Settings {
+        checks: Checks {
+            oblique: Strictness::Refuse,
+            max_obliqueness_deg: 50.0,
+            ..Checks::default()
+        },
+        ..Settings::default()
+    };
+    let mut timed = Timed::new(service_with(settings, true));
+    let reply = timed.ask(&request);
+    assert_hold(&reply, "oblique");
+    let words = "seen 60 degrees from its normal, where predictions are for targets that are seen square on and 50 degrees are allowed";
+    assert!(
+        reply["message"].as_str().unwrap().contains(words),
+        "{reply}"
+    );
+    request["distances_m"] = json!(oblique_ranges(&info, 40.0));
+    assert!(!told(&timed.ask(&request)));
 }
 
 #[test]

@@ -255,6 +255,8 @@ fn as_older(recording: &str) -> String {
             "saturation",
             "max_saturated",
             "other_sun",
+            "oblique",
+            "max_obliqueness_deg",
             "processing",
         ];
         assert!(newer.iter().all(|name| checks.remove(*name).is_some()));

@@ -63,10 +63,11 @@ pub(super) struct Noise {
 }
 
 impl Noise {
-    /// Variance of the means over `pixels` pixels.
+    /// Variance of the means over `pixels` pixels: near one pixel that of a pixel, far from it that of independent ones. Right to 6 % for
+    /// means over 2 × 2 to 8 × 8 pixels that are interpolated by cubics and 0.6 to 2 stored pixels wide.
     pub(super) fn of(self, pixels: f64) -> f64 {
         match pixels > 1.0 {
-            true => self.of_means / pixels,
+            true => 1.0 / (1.0 / self.of_pixel + (pixels - 1.0) / self.of_means),
             false => self.of_pixel,
         }
     }

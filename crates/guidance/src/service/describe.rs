@@ -123,6 +123,8 @@ pub(super) fn settings(settings: &Settings) -> Value {
             "saturation": checks.saturation.name(),
             "max_saturated": checks.max_saturated,
             "other_sun": checks.other_sun.name(),
+            "oblique": checks.oblique.name(),
+            "max_obliqueness_deg": checks.max_obliqueness_deg,
             "processing": checks.processing.name(),
         },
         "images": images(settings),

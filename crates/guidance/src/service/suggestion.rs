@@ -186,8 +186,15 @@ impl<'a> Predicting<'a> {
         let vehicle = &self.settings.vehicle;
         let other = other.or_else(|| fit::other_vehicle(vehicle, &self.loaded.basis, profile));
         let sun = fit::other_sun(known.sun, &self.loaded.basis);
+        let plane = known.plane.as_ref();
+        let oblique = checks.oblique(plane.and_then(|plane| plane.obliqueness_deg));
         let mut warnings = Vec::new();
-        for (strictness, other) in [(checks.other_camera, other), (checks.other_sun, sun)] {
+        let found = [
+            (checks.other_camera, other),
+            (checks.other_sun, sun),
+            (checks.oblique, oblique),
+        ];
+        for (strictness, other) in found {
             match (strictness, other) {
                 (Strictness::Refuse, Some(reason)) => return Err(Hold::NotMadeFor(reason)),
                 (Strictness::Warn, other) => warnings.extend(other),

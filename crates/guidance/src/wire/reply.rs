@@ -134,7 +134,8 @@ impl From<Reason> for WireError {
             | Reason::OtherSun(_)
             | Reason::Compressed(_)
             | Reason::Denoised(_)
-            | Reason::UnknownExposure => Self::new(Code::InvalidValue, message),
+            | Reason::UnknownExposure
+            | Reason::Oblique { .. } => Self::new(Code::InvalidValue, message),
             Reason::OutsideTables { field, .. } => Self::new(Code::OutOfRange, message).at(field),
             Reason::PhysicsMisfit { .. } | Reason::Unexplained { .. } | Reason::Untold(_) => {
                 Self::new(Code::InvalidValue, message)

@@ -6,8 +6,10 @@ use uw_calib::photo::{Origin, PatchOrigin};
 use uw_calib::picture::Counts;
 use uw_calib::{Encoding, Even};
 
-use super::super::tests::{Noise, at, contrast_of, even_water, exposed, picture, reflectance};
-use super::super::{Present, Water, WaterFile};
+use super::super::tests::{
+    Noise, at, contrast_of, even_water, exposed, picture, picture_of, reflectance,
+};
+use super::super::{LinearPicture, Present, Sight, Water, WaterFile};
 use crate::features::Candidate;
 
 /// A water file whose sensor hides what is finest in the dark.
@@ -68,12 +70,16 @@ fn exposures_of_other_lengths() {
     }
 }
 
-/// A picture without noise, and what the camera's noise makes of a pixel of it: `noise` times its deviation.
-fn with_noise(file: &WaterFile, here: &Candidate, noise: impl Fn(usize) -> f64) -> Counts {
+fn without_noise(file: &WaterFile) -> WaterFile {
     let mut ideal = file.clone();
     ideal.sensor.noise_a = 0.0;
     ideal.sensor.noise_b = 0.0;
-    let mut counts = picture(&ideal, here, 3);
+    ideal
+}
+
+/// A picture without noise, and what the camera's noise makes of a pixel of it: `noise` times its deviation.
+fn with_noise(file: &WaterFile, here: &Candidate, noise: impl Fn(usize) -> f64) -> Counts {
+    let mut counts = picture(&without_noise(file), here, 3);
     for (i, pixel) in counts.pixels.iter_mut().enumerate() {
         let light = Encoding::Srgb.light(pixel[0]);
         let deviation = file.sensor.noise().standard_deviation(light);
@@ -134,4 +140,38 @@ fn means_of_short_exposures_near_black() {
         found.expect("a comparison").error_counts[1]
     });
     assert!(errors[1] > errors[0] + 0.5, "{errors:?}");
+}
+
+/// Of an even target such noise is no detail of any size.
+#[test]
+fn smoothed_noise_alone() {
+    let file = noisy_water();
+    let here = at(1.5, 20.0);
+    let mut noise = Noise(13);
+    let single: Vec<f64> = (0..1 << 20).map(|_| noise.next()).collect();
+    let width = file.sensor.width_px;
+    let mut counts = with_noise(&file, &here, |i| {
+        let around = [i, i + 1, i + width, i + width + 1];
+        around.iter().map(|&j| single[j]).sum::<f64>() / 4.0
+    });
+    let ideal = picture_of(&without_noise(&file), &here, 3, &reflectance);
+    let even = picture_of(&without_noise(&file), &here, 3, &|_, _| 0.3);
+    let pairs = counts.pixels.iter_mut().zip(&ideal.pixels);
+    for ((pixel, ideal), even) in pairs.zip(&even.pixels) {
+        *pixel = [0, 1, 2].map(|k| pixel[k] - ideal[k] + even[k]);
+    }
+    counts.origin = Some(Origin::alike(PatchOrigin {
+        left: 0.25,
+        ..PatchOrigin::STORED
+    }));
+    let linear = LinearPicture::of_counts(&counts, Encoding::Srgb);
+    let response = file.sensor.response();
+    let sight = Sight::new(&file.place(&response, 3.0), &linear, &here);
+    let detail = sight.channel(1);
+    for (variance, doubt) in detail.variance.iter().zip(&detail.doubt) {
+        assert!(
+            variance.abs() < 4.0 * doubt,
+            "{variance} {doubt} {detail:?}"
+        );
+    }
 }

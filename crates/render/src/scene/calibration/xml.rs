@@ -1,11 +1,8 @@
 //! Values of an XML file.
 
-use roxmltree::{Document, Node, ParsingOptions};
+use roxmltree::{Document, Node};
 
 use super::value::{Value, list_of};
-
-/// Most elements, attributes and texts that are read.
-const MOST_NODES: u32 = 100_000;
 
 /// An element or an attribute with the names that lead to it.
 pub(super) struct Element<'x> {
@@ -25,11 +22,7 @@ impl<'x> Element<'x> {
         text: &str,
         read: impl FnOnce(&Element<'_>) -> Result<T, String>,
     ) -> Result<T, String> {
-        let options = ParsingOptions {
-            nodes_limit: MOST_NODES,
-            ..ParsingOptions::default()
-        };
-        let document = Document::parse_with_options(text, options);
+        let document = Document::parse(text);
         let document = document.map_err(|error| format!("not XML: {error}"))?;
         read(&Element {
             node: document.root_element(),
