@@ -7,7 +7,7 @@
 
 use glam::DVec2;
 
-use super::value::Value;
+use super::value::{Value, told};
 use super::xml::Element;
 use super::{Calibration, HALF_PIXEL, Lens, NO_SKEW, calibration, size};
 
@@ -25,7 +25,8 @@ pub(super) fn read(root: &Element<'_>) -> Result<Calibration, String> {
             }
         }
         other => Err(format!(
-            "must be a calibration of OpenCV (`opencv_storage`) or Metashape (`calibration`, or `document` of exported cameras), got `{other}`"
+            "must be a calibration of OpenCV (`opencv_storage`) or Metashape (`calibration`, or `document` of exported cameras), got `{}`",
+            told(other)
         )),
     }
 }

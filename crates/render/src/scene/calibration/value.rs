@@ -49,7 +49,7 @@ pub(super) trait Value: Sized {
 
     /// What to say where this is not what it should be.
     fn wrong(&self, expected: &str, got: impl Display) -> String {
-        let (line, path) = (self.line(), self.path());
+        let (line, path, got) = (self.line(), self.path(), told(got));
         format!("line {line}: {path} must be {expected}, got {got}")
     }
 
@@ -74,6 +74,18 @@ pub(super) trait Value: Sized {
             let expected = format!("a whole number in [{least}, {most}]");
             self.wrong(&expected, self.written())
         })
+    }
+}
+
+/// Longest text of a file that a message holds, characters.
+const MOST_TOLD: usize = 60;
+
+/// What a file says, for messages.
+pub(super) fn told(got: impl Display) -> String {
+    let text = got.to_string();
+    match text.char_indices().nth(MOST_TOLD) {
+        Some((end, _)) => format!("{}...", &text[..end]),
+        None => text,
     }
 }
 

@@ -2,7 +2,7 @@
 
 use roxmltree::{Document, Node};
 
-use super::value::{Value, list_of};
+use super::value::{Value, list_of, told};
 
 /// An element or an attribute with the names that lead to it.
 pub(super) struct Element<'x> {
@@ -113,7 +113,10 @@ impl Value for Element<'_> {
             let number = word.parse().ok().filter(|number: &f64| number.is_finite());
             number.ok_or_else(|| {
                 let (line, path) = (self.line(), self.path());
-                format!("line {line}: {path}[{i}] must be a finite number, got {word:?}")
+                format!(
+                    "line {line}: {path}[{i}] must be a finite number, got {}",
+                    told(format_args!("{word:?}"))
+                )
             })
         };
         words.iter().enumerate().map(number).collect()
