@@ -103,9 +103,16 @@ impl Even {
     pub(crate) fn before(&self, even: f64, share: f64) -> (f64, f64) {
         let encoding = self.lights.encoding;
         let light = encoding.light(even.clamp(0.0, FULL));
-        let slopes = encoding.slope(light) / encoding.slope(share * light);
-        (encoding.counts(share * light), slopes / share)
+        (
+            encoding.counts(share * light),
+            growth(encoding, light, share),
+        )
     }
+}
+
+/// By how much a small difference of counts about a light has grown where `share` (> 0) of that light was stored.
+pub fn growth(encoding: Encoding, light: f64, share: f64) -> f64 {
+    encoding.slope(light) / (encoding.slope(share * light) * share)
 }
 
 #[cfg(test)]

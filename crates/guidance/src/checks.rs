@@ -156,21 +156,24 @@ impl Checks {
         number("max_misfit", false, &mut checks.max_misfit)?;
         number("min_gain", true, &mut checks.min_gain)?;
         number("depth_margin_m", true, &mut checks.depth_margin_m)?;
-        number("max_saturated", true, &mut checks.max_saturated)?;
-        if checks.max_saturated > 1.0 {
-            return Err(FieldError::out_of_range(
-                overrides.path_of("max_saturated"),
-                "from 0 to 1, a share of the pixels",
-                checks.max_saturated,
-            ));
-        }
-        number("max_obliqueness_deg", true, &mut checks.max_obliqueness_deg)?;
-        if checks.max_obliqueness_deg > 90.0 {
-            return Err(FieldError::out_of_range(
-                overrides.path_of("max_obliqueness_deg"),
-                "from 0 to 90 degrees",
-                checks.max_obliqueness_deg,
-            ));
+        let limits = [
+            (
+                "max_saturated",
+                (1.0, "from 0 to 1, a share of the pixels"),
+                &mut checks.max_saturated,
+            ),
+            (
+                "max_obliqueness_deg",
+                (90.0, "from 0 to 90 degrees"),
+                &mut checks.max_obliqueness_deg,
+            ),
+        ];
+        for (name, (most, expected), value) in limits {
+            number(name, true, value)?;
+            if *value > most {
+                let path = overrides.path_of(name);
+                return Err(FieldError::out_of_range(path, expected, *value));
+            }
         }
         for (name, value) in [
             ("training", &mut checks.training),

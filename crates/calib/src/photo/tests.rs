@@ -37,16 +37,21 @@ fn sensor() -> NoiseModel {
     NoiseModel::Sensor(SensorNoise::new(Encoding::Srgb, NOISE).unwrap())
 }
 
-fn measured(treatment: &Treatment, path: &Path, over: f64, noise: &NoiseModel) -> Measured {
-    let view = View {
+/// A picture that was exposed `over` times as long as it is brought to.
+fn view(path: &Path, over: f64) -> View<'_> {
+    View {
         path,
         distance_m: None,
         exposed: Exposed {
             over,
             ..Exposed::ALIKE
         },
-    };
-    treatment.open(&view).unwrap().measure(noise).unwrap()
+    }
+}
+
+fn measured(treatment: &Treatment, path: &Path, over: f64, noise: &NoiseModel) -> Measured {
+    let opened = treatment.open(&view(path, over)).unwrap();
+    opened.measure(noise).unwrap()
 }
 
 /// The contrast without noise and the mean of a picture that was made of `seen`, over those of one made of `clean`.
@@ -314,15 +319,7 @@ fn what_a_picture_has_of_the_stored_noise_is_told() {
             } else {
                 grey(treatment.even.as_ref(), over, 9).save(path).unwrap();
             }
-            let view = View {
-                path,
-                distance_m: None,
-                exposed: Exposed {
-                    over,
-                    ..Exposed::ALIKE
-                },
-            };
-            let counts = treatment.open(&view).unwrap().counts();
+            let counts = treatment.open(&view(path, over)).unwrap().counts();
             let stored =
                 |of: PatchOrigin| (NOISE.a * 0.15 * of.share + NOISE.b) / (of.share * of.share);
             let patches = (0..60).map(|i| match &counts.origin {

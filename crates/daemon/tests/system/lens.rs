@@ -165,8 +165,8 @@ fn exif(per_second: u32, iso: Option<u32>) -> Vec<u8> {
     bytes
 }
 
-/// A folder whose water file is of pictures with this noise, at an exposure of 1/100 s at ISO 1.
-fn exposed_folder(noise: [f64; 2]) -> Program {
+/// A folder whose water file is of pictures with this noise, at a time · ISO of 1/100 s.
+fn exposed_folder(noise: [f64; 2], iso: f64) -> Program {
     let program = folder().config("[images]\ndirectory = \".\"\n");
     let mut file = water_file(&[0.5, 1.0, 2.0, 4.0], noise);
     let names = ["a_r", "a_g", "a_b", "b_r", "b_g", "b_b"];
@@ -187,7 +187,7 @@ fn exposed_folder(noise: [f64; 2]) -> Program {
         not_identified: Vec::new(),
         misfit: 1.0,
         exposure_s: Some(0.01),
-        iso: Some(1.0),
+        iso: Some(iso),
     });
     std::fs::write(program.path("water.json"), file.to_json()).unwrap();
     program
@@ -220,7 +220,7 @@ fn write_exposed(
 
 #[test]
 fn a_picture_of_another_exposure_is_brought_to_that_of_the_water_file() {
-    let program = exposed_folder(QUIET);
+    let program = exposed_folder(QUIET, 1.0);
     let write = |name: &str, share: f64, exif: Vec<u8>| {
         write_exposed(&program, name, (share, 1.0), [0.0; 2], exif);
     };
@@ -254,28 +254,34 @@ fn a_picture_of_another_exposure_is_brought_to_that_of_the_water_file() {
 #[test]
 fn the_noise_of_another_exposure_is_not_taken_for_detail() {
     let noise = [3e-4, 2e-6];
-    let program = exposed_folder(noise);
+    let program = exposed_folder(noise, 4.0);
     for (name, share, gain, exif) in [
-        ("same.png", 1.0, 1.0, exif(100, Some(1))),
-        ("shorter.png", 0.25, 1.0, exif(400, Some(1))),
-        ("sensitive.png", 1.0, 4.0, exif(400, Some(4))),
+        ("same.png", 1.0, 1.0, exif(400, Some(4))),
+        ("shorter.png", 0.25, 1.0, exif(1600, Some(4))),
+        ("sensitive.png", 1.0, 4.0, exif(1600, Some(16))),
+        ("insensitive.png", 1.0, 0.25, exif(100, Some(1))),
     ] {
         write_exposed(&program, name, (share, gain), noise, exif);
     }
     let mut program = program.start(&[&ANY_PORT[..], &["--water", "water.json"]].concat());
     let mut client = program.client();
     let same = suggest(&mut client, "same.png");
-    for name in ["shorter.png", "sensitive.png"] {
+    for (name, stds) in [
+        ("shorter.png", 1.2..9.0),
+        ("sensitive.png", 1.2..9.0),
+        ("insensitive.png", 0.1..0.98),
+    ] {
         let reply = suggest(&mut client, name);
         for k in 0..3 {
             let of = |reply: &Value, field: &str| {
                 let number = reply[field][k].as_f64();
                 number.unwrap_or_else(|| panic!("{name}: {field}: {reply}"))
             };
-            assert!(
-                of(&reply, "std") > 1.2 * of(&same, "std"),
-                "{name}: {reply}"
-            );
+            let std = of(&reply, "std") / of(&same, "std");
+            assert!(stds.contains(&std), "{name}: {reply}");
+            // Held against what the sensor makes at its own sensitivity.
+            let noise = of(&reply, "noise_share");
+            assert!((noise - 1.0).abs() < 0.15, "{name}: {reply}");
             for field in ["predicted_here", "predicted_contrast"] {
                 let share = of(&reply, field) / of(&same, field);
                 assert!((share - 1.0).abs() < 0.05, "{name}: {field} {reply} {same}");

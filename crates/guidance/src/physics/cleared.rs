@@ -271,3 +271,51 @@ impl Sums {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Noise;
+
+    /// Shares of four stored pixels in a point `t` behind the second, by Keys' cubics.
+    fn shares(t: f64) -> [f64; 4] {
+        [
+            -0.5 * t + t * t - 0.5 * t.powi(3),
+            1.0 - 2.5 * t * t + 1.5 * t.powi(3),
+            0.5 * t + 2.0 * t * t - 1.5 * t.powi(3),
+            -0.5 * t * t + 0.5 * t.powi(3),
+        ]
+    }
+
+    /// Variance of the mean over `n` pixels in a row that are `width` stored pixels wide, of `samples` points each; those have 1.
+    fn of_row(n: usize, width: f64, samples: usize) -> f64 {
+        let phases = 200;
+        let of_phase = |phase: usize| {
+            let mut stored = [0.0; 64];
+            for i in 0..n * samples {
+                let part = (i as f64 + 0.5) / samples as f64;
+                let at = 20.0 + phase as f64 / f64::from(phases) + width * part;
+                let first = at as usize;
+                for (k, share) in shares(at - at.floor()).into_iter().enumerate() {
+                    stored[first - 1 + k] += share / (n * samples) as f64;
+                }
+            }
+            stored.iter().map(|share| share * share).sum::<f64>()
+        };
+        (0..phases as usize).map(of_phase).sum::<f64>() / f64::from(phases)
+    }
+
+    #[test]
+    fn means_of_interpolated_pixels_have_the_noise_that_is_said() {
+        for (width, samples) in [(0.6, 1), (0.8, 1), (1.0, 1), (1.3, 2), (2.0, 2)] {
+            let noise = Noise {
+                of_pixel: of_row(1, width, samples).powi(2),
+                of_means: 1.0 / (width * width),
+            };
+            for n in [2, 4, 8] {
+                let found = of_row(n, width, samples).powi(2);
+                let off = noise.of((n * n) as f64) / found - 1.0;
+                assert!(off.abs() < 0.065, "{width} {n}: {off}");
+            }
+        }
+    }
+}

@@ -1,6 +1,7 @@
 //! A picture that was made of stored ones: brought to another exposure, without a lens, the mean of frames. Its noise is not that of the
 //! water file's pictures, of which predictions are.
 
+use uw_calib::even::growth;
 use uw_calib::photo::{Origin, PatchOrigin};
 use uw_calib::picture::Counts;
 use uw_calib::response::CountResponse;
@@ -61,10 +62,9 @@ impl Made {
         let of = self.origin.patch(i);
         let light = self.encoding.light(mean);
         let variance = |light: f64| f64::from(response.at(light as f32).1);
-        let before = of.share * light;
-        let growth = self.encoding.slope(light) / (self.encoding.slope(before) * of.share);
+        let growth = growth(self.encoding, light, of.share);
         [
-            of.left * growth * growth * variance(before),
+            of.left * growth * growth * variance(of.share * light),
             variance(light),
         ]
     }
