@@ -109,7 +109,8 @@ impl Coverage {
         if self.off().is_none() {
             lacks.push(
                 "pictures of the target with the lamps off (kind contrast, light_pct 0) from several distances: K_c off, what \
-                 daylight alone shows",
+                 daylight alone shows. In the dark there is none, and no profile: `uw fit --dark` and `uwguide --water .. --no-profile` do \
+                 without",
             );
         }
         if self.lit().next().is_none() {

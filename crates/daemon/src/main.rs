@@ -274,6 +274,7 @@ fn start(serve: Serve) -> Result<(), Failure> {
             .exposures()
             .into_iter()
             .chain(loaded.warnings(None, &config.settings.vehicle))
+            .chain(loaded.objective_warning(&config.settings.objective))
         {
             tell(&format!("uwguide: warning: {warning}"));
         }

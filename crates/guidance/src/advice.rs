@@ -9,7 +9,7 @@ use crate::objective::{Objective, Terms};
 use crate::observation::Observation;
 use crate::physics::{Present, Residual as PhysicalResidual};
 use crate::question::Question;
-pub use crate::reason::Reason;
+pub use crate::reason::{NeedsProfile, Reason};
 
 /// What predicts contrast.
 #[derive(Clone, Copy, Debug)]
@@ -127,17 +127,18 @@ impl Advice {
 }
 
 /// The candidates that [`advise_by`] looks at, in their order, with their scores as the search sees them: first a grid and the
-/// ridges of the distance term, then the steps of the descents.
+/// ridges of the distance term, then the steps of the descents. Without a profile as there.
 ///
 /// # Errors
 /// Why there is no advice.
-pub fn trace(
+pub fn trace<'a>(
     observation: &Observation,
-    profile: &Profile,
-    by: By,
-    objective: &Objective,
+    profile: impl Into<Option<&'a Profile>>,
+    by: By<'a>,
+    objective: &'a Objective,
 ) -> Result<Vec<(Candidate, f64)>, Reason> {
     let mut steps = Vec::new();
+    let profile = profile.into();
     let mut question = Question::new(observation, profile, by, objective, &Checks::none())?;
     let (here, _) = question.here()?;
     question.best(here, &mut |candidate, score| {
@@ -150,14 +151,15 @@ pub fn trace(
 ///
 /// # Errors
 /// Why there are none; of physics also that the water file has no tables of a candidate's distance.
-pub fn quick_scores(
+pub fn quick_scores<'a>(
     observation: &Observation,
     candidates: &[Candidate],
-    profile: &Profile,
-    by: By,
-    objective: &Objective,
+    profile: impl Into<Option<&'a Profile>>,
+    by: By<'a>,
+    objective: &'a Objective,
 ) -> Result<Vec<f64>, Reason> {
     by.holds(candidates)?;
+    let profile = profile.into();
     let mut question = Question::new(observation, profile, by, objective, &Checks::none())?;
     Ok(candidates
         .iter()
@@ -198,14 +200,15 @@ pub fn advise_checked(
     advise_by(observation, profile, By::Network(model), objective, checks)
 }
 
-/// The same, by network or physics.
-pub fn advise_by(
+/// The same, by network or physics. By physics an objective of the form [`Form::Overlap`](crate::objective::Form::Overlap) needs no profile.
+pub fn advise_by<'a>(
     observation: &Observation,
-    profile: &Profile,
-    by: By,
-    objective: &Objective,
+    profile: impl Into<Option<&'a Profile>>,
+    by: By<'a>,
+    objective: &'a Objective,
     checks: &Checks,
 ) -> Advice {
+    let profile = profile.into();
     let answer = || {
         let mut question = Question::new(observation, profile, by, objective, checks)?;
         let (here, residual) = question.here()?;
@@ -242,6 +245,11 @@ pub fn advise_by(
 }
 
 impl By<'_> {
+    /// Why there is no answer without a profile; `None` where none is needed.
+    pub(crate) fn needs_profile(&self, objective: &Objective) -> Option<NeedsProfile> {
+        NeedsProfile::of(matches!(self, Self::Physics(_)), objective)
+    }
+
     /// Refuses candidates of which physics has no tables: beyond them there are no numbers.
     fn holds(&self, candidates: &[Candidate]) -> Result<(), Reason> {
         let Self::Physics(Physical { present, .. }) = self else {
@@ -292,17 +300,19 @@ pub fn predict(
 }
 
 /// The same, by network or physics.
-pub fn predict_by(
+pub fn predict_by<'a>(
     observation: &Observation,
     candidates: &[Candidate],
-    profile: &Profile,
-    by: By,
-    objective: &Objective,
+    profile: impl Into<Option<&'a Profile>>,
+    by: By<'a>,
+    objective: &'a Objective,
 ) -> Result<Prediction, Reason> {
-    let (min, max) = profile.distance_range_m();
+    let profile = profile.into();
+    let calibrated_m = profile.map(Profile::distance_range_m);
     for (k, candidate) in candidates.iter().enumerate() {
         let value = candidate.distance_m;
-        if !(min..=max).contains(&value) {
+        if let Some((min, max)) = calibrated_m.filter(|(min, max)| !(*min..=*max).contains(&value))
+        {
             let field = format!("candidates[{k}][0]");
             return Err(Reason::OutsideCalibration {
                 field,
@@ -318,15 +328,15 @@ pub fn predict_by(
 }
 
 /// Why predictions for these candidates are not to be relied on, if there is a reason.
-pub fn doubt_by(
+pub fn doubt_by<'a>(
     observation: &Observation,
     candidates: &[Candidate],
-    profile: &Profile,
-    by: By,
-    objective: &Objective,
+    profile: impl Into<Option<&'a Profile>>,
+    by: By<'a>,
+    objective: &'a Objective,
     checks: &Checks,
 ) -> Option<Reason> {
-    let fits = Question::new(observation, profile, by, objective, checks)
+    let fits = Question::new(observation, profile.into(), by, objective, checks)
         .and_then(|mut question| question.here().map(|_| ()));
     if let Err(reason) = fits {
         return Some(reason);

@@ -79,6 +79,17 @@ pub struct Situation {
 }
 
 impl Situation {
+    /// What is known without a calibration: all curves 0.
+    pub fn without_profile(observation: &Observation) -> Self {
+        Self {
+            k_z: [0.0; 3],
+            k_c_on: [0.0; 3],
+            k_c_off: [0.0; 3],
+            observation: *observation,
+            curves: ContrastCurves::default(),
+        }
+    }
+
     /// Looks the calibration up; fails outside the calibrated depths and distances.
     pub fn new(observation: &Observation, profile: &Profile) -> Result<Self, ProfileError> {
         Ok(Self {

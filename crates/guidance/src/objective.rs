@@ -269,10 +269,11 @@ pub struct Criterion<'a> {
 }
 
 impl<'a> Criterion<'a> {
-    /// The objective for a depth and the K_z there.
+    /// The objective for a depth and the K_z there. Without a profile the distance term of [`Form::Sum`] has no meaning; [`Form::Overlap`] asks for
+    /// neither.
     pub fn new(
         objective: &'a Objective,
-        profile: &'a Profile,
+        profile: impl Into<Option<&'a Profile>>,
         depth_m: f64,
         k_z: [f64; 3],
     ) -> Self {
@@ -283,7 +284,7 @@ impl<'a> Criterion<'a> {
         let mean_k_z = k_z.iter().sum::<f64>() / 3.0;
         Self {
             objective,
-            contrast_off: profile.contrast_off(),
+            contrast_off: profile.into().map_or(&[], Profile::contrast_off),
             factor_m: objective.kappa_b / denominator,
             width_m: mean_k_z * mean_k_z / objective.kappa_c,
         }
@@ -390,6 +391,7 @@ impl<'a> Criterion<'a> {
             .contrast_off
             .partition_point(|s| s.distance_m <= distance_m);
         match self.contrast_off.len() {
+            0 => (0.0, 0.0),
             1 => (self.level(&self.contrast_off[0]), 0.0),
             n => {
                 let first = after.clamp(1, n - 1) - 1;

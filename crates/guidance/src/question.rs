@@ -22,7 +22,7 @@ const LIGHT_GRID_PER_PCT: f64 = 10.0;
 pub(crate) struct Question<'a> {
     engine: Engine<'a>,
     criterion: Criterion<'a>,
-    profile: &'a Profile,
+    profile: Option<&'a Profile>,
     objective: &'a Objective,
     situation: Situation,
     /// What was found wanting and is allowed by the checks.
@@ -65,13 +65,17 @@ pub(crate) struct Found {
 impl<'a> Question<'a> {
     pub fn new(
         observation: &Observation,
-        profile: &'a Profile,
+        profile: Option<&'a Profile>,
         by: By<'a>,
         objective: &'a Objective,
         checks: &Checks,
     ) -> Result<Self, Reason> {
         observation.check().map_err(Reason::BadObservation)?;
-        let situation = Situation::new(observation, profile)?;
+        let situation = match (profile, by.needs_profile(objective)) {
+            (Some(profile), _) => Situation::new(observation, profile)?,
+            (None, None) => Situation::without_profile(observation),
+            (None, Some(needs)) => return Err(Reason::NoProfile(needs)),
+        };
         let mut warnings = Vec::new();
         for (strictness, reason) in observation
             .quality
@@ -83,7 +87,8 @@ impl<'a> Question<'a> {
                 Strictness::Warn | Strictness::Ignore => warnings.push(reason),
             }
         }
-        if let Some(reason) = other_depth(observation.depth_m, profile, checks) {
+        let depth_m = observation.depth_m;
+        if let Some(reason) = profile.and_then(|profile| other_depth(depth_m, profile, checks)) {
             match checks.other_depth {
                 Strictness::Refuse => return Err(reason),
                 Strictness::Warn | Strictness::Ignore => warnings.push(reason),
@@ -114,7 +119,7 @@ impl<'a> Question<'a> {
                 },
                 By::Physics(physical) => Engine::Physics(physical),
             },
-            criterion: Criterion::new(objective, profile, observation.depth_m, situation.k_z),
+            criterion: Criterion::new(objective, profile, depth_m, situation.k_z),
             profile,
             objective,
             situation,
@@ -247,10 +252,10 @@ impl<'a> Question<'a> {
         self.criterion.score(contrast, candidate.distance_m)
     }
 
-    /// The objective's bounds inside the calibration.
+    /// The objective's bounds inside the calibration, where there is one.
     fn allowed(&self) -> Result<Bounds, Reason> {
-        let (min, max) = self.profile.distance_range_m();
         let [near, far] = self.objective.distance_m;
+        let (min, max) = self.profile.map_or((near, far), Profile::distance_range_m);
         let distance_m = [near.max(min), far.min(max)];
         if distance_m[0] > distance_m[1] {
             return Err(Reason::NoCandidates {
@@ -299,14 +304,18 @@ impl<'a> Question<'a> {
     /// Inputs that follow the calibration to the candidate's distance and leave the trained range somewhere between the
     /// bounds. Between samples the curves are straight, so that their ends tell.
     fn curve_limits(&self, bounds: &Bounds) -> Vec<CurveLimit> {
-        let model = match &self.engine {
-            Engine::Network { model, .. } if self.checks.training == Strictness::Refuse => model,
+        let (model, profile) = match (&self.engine, self.profile) {
+            (Engine::Network { model, .. }, Some(profile))
+                if self.checks.training == Strictness::Refuse =>
+            {
+                (model, profile)
+            }
             _ => return Vec::new(),
         };
         let [near, far] = bounds.distance_m;
-        let samples = self.profile.contrast_on().iter();
+        let samples = profile.contrast_on().iter();
         let mut corners: Vec<f64> = samples
-            .chain(self.profile.contrast_off())
+            .chain(profile.contrast_off())
             .map(|sample| sample.distance_m)
             .filter(|distance_m| (near..=far).contains(distance_m))
             .collect();
@@ -400,15 +409,16 @@ impl Physical<'_> {
         let mut doubts = Vec::new();
         let distances_m = tables.distance_range_m();
         let margin_m = checks.training_margin * (distances_m.1 - distances_m.0);
-        for (field, value, (min, max), margin) in [
-            ("distance_m", observation.distance_m, distances_m, margin_m),
+        let of_distance = ("distance_m", observation.distance_m, distances_m, margin_m);
+        let of_depth = tables.depth_range_m().map(|depths_m| {
             (
                 "depth_m",
                 observation.depth_m,
-                tables.depth_range_m(),
+                depths_m,
                 checks.depth_margin_m,
-            ),
-        ] {
+            )
+        });
+        for (field, value, (min, max), margin) in [of_distance].into_iter().chain(of_depth) {
             if !(min - margin..=max + margin).contains(&value) {
                 let reason = Reason::OutsideTables {
                     field: field.to_owned(),

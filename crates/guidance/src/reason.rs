@@ -4,6 +4,7 @@ use uw_calib::ProfileError;
 use uw_calib::json::FieldError;
 
 use crate::checks::Residual;
+use crate::objective::{Form, Objective};
 use crate::observation::Quality;
 use crate::physics::{Residual as PhysicalResidual, ResidualFrom, Unknown};
 use uw_calib::detail::channel_names;
@@ -48,6 +49,8 @@ pub enum Reason {
         /// Largest misfit allowed.
         limit: f64,
     },
+    /// There is no profile, and who needs one.
+    NoProfile(NeedsProfile),
     /// The picture, the profile and the model are of different cameras or lamps.
     OtherCamera(String),
     /// The profile's contrasts were measured at another depth, where the water may be another.
@@ -136,6 +139,26 @@ pub enum Reason {
     },
 }
 
+/// What cannot be done without a profile.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NeedsProfile {
+    /// A network, of whose inputs it is.
+    Network,
+    /// An objective of the form "sum", whose distance term is made of K_z and K_c.
+    Sum,
+}
+
+impl NeedsProfile {
+    /// What needs one; `None` where nothing does.
+    pub(crate) fn of(by_physics: bool, objective: &Objective) -> Option<Self> {
+        match (by_physics, objective.form) {
+            (false, _) => Some(Self::Network),
+            (true, Form::Sum) => Some(Self::Sum),
+            (true, Form::Overlap) => None,
+        }
+    }
+}
+
 impl Reason {
     /// A short name for programs.
     pub fn name(&self) -> &'static str {
@@ -144,6 +167,7 @@ impl Reason {
             Self::OutsideCalibration { .. } => "outside_calibration",
             Self::OutsideTraining { .. } => "outside_training",
             Self::ModelMisfit { .. } => "model_misfit",
+            Self::NoProfile(_) => "no_profile",
             Self::OtherCamera(_) => "other_camera",
             Self::OtherDepth { .. } => "other_depth",
             Self::NoiseFloor(_) => "noise_floor",
@@ -177,6 +201,12 @@ impl std::fmt::Display for Reason {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         match self {
             Self::BadObservation(error) => error.fmt(f),
+            Self::NoProfile(NeedsProfile::Network) => {
+                f.write_str("no calibration profile is loaded; send set_profile")
+            }
+            Self::NoProfile(NeedsProfile::Sum) => f.write_str(
+                "no calibration profile is loaded, and an objective of the form \"sum\" is made of its K_z and K_c: send set_profile, or ask for the preset \"tracking\", which by physics needs none",
+            ),
             Self::OutsideCalibration {
                 field,
                 value,

@@ -121,7 +121,9 @@ impl Task {
             fitting::report(&found, &depths, folder).map_err(|error| error.to_string())?;
         }
         let (options, paths) = (&self.options, self.paths_per_group);
-        let file = fitting::water_file(&found, &self.vehicle, options, paths, MADE_BY);
+        let goes_on = |_| !cancel.load(Ordering::Relaxed);
+        let of = (paths, MADE_BY);
+        let file = fitting::water_file(&found, &self.vehicle, options, of, goes_on);
         Ok((file.map_err(|error| error.to_string())?, found.warnings))
     }
 }

@@ -136,6 +136,23 @@ class Advice(unittest.TestCase):
                     self.assertEqual(timeless(guide.suggest(picture, **HERE)), theirs)
             self.of_a_lens(folder, (vehicle, water, profile), theirs)
 
+    def test_in_the_dark_without_a_profile(self):
+        with tempfile.TemporaryDirectory() as folder:
+            folder = pathlib.Path(folder)
+            vehicle, water, picture, config = (folder / name for name in ("small.toml", "water.json", "picture.png", "config.toml"))
+            vehicle.write_text('format = "uw-vehicle/1"\nwidth = 120\nheight = 72\n')
+            uw("water-tables", "--jerlov", "1C", "-o", water, "--views", "3", "--kilo-paths", "8", "--dark", "--vehicle", vehicle)
+            uwguide.save(picture, a_picture())
+            config.write_text(f'format = "uwguide-config/1"\n[images]\ndirectory = "{folder}"\n[objective]\npreset = "tracking"\n')
+            here = {**HERE, "depth_m": 400.0, "light_pct": 100.0}
+            with Daemon("--water", water, "--no-profile", "--config", config) as client, client:
+                theirs = timeless(client.suggest_image("picture.png", **here))
+            self.assertNotEqual(theirs["reason"], "no_profile")
+            self.assertIsNotNone(theirs["predicted_here"])
+            guide = uwguide.Guide(water=water, objective={"preset": "tracking"})
+            self.assertEqual(timeless(guide.suggest(picture, **here)), theirs)
+            self.assertEqual(uwguide.Guide(water=water).suggest(picture, **here)["reason"], "no_profile")
+
     def of_a_lens(self, folder, files, ideal):
         """Pictures of a camera with more pixels and a frame before it, as the daemon reads them and as those of the ideal camera."""
         vehicle, water, profile = files

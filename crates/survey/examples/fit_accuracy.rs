@@ -70,7 +70,13 @@ fn main() -> Result<(), Box<dyn Error>> {
         );
         tally.add(&truth, &found);
         if asked("predict") {
-            let water = water_file(&found, &vehicle, &options, TABLE_PATHS, "fit_accuracy")?;
+            let water = water_file(
+                &found,
+                &vehicle,
+                &options,
+                (TABLE_PATHS, "fit_accuracy"),
+                |_| true,
+            )?;
             let other = Truth {
                 pattern: other_target(&truth)?,
                 ..truth

@@ -9,12 +9,12 @@ use image::{Rgb, RgbImage};
 use uw_calib::picture::Counts;
 use uw_calib::vehicle::{Vehicle, Vignetting};
 use uw_guidance::Candidate;
-use uw_guidance::physics::{LinearPicture, Predictor};
+use uw_guidance::physics::{LinearPicture, Predictor, WaterFile};
 use uw_media::WaterType;
-use uw_survey::fit::{Fit, FitError, Options, depths, fit, report, water_file};
+use uw_survey::fit::{Fit, FitError, Options, WaterError, depths, fit, report, water_file};
 use uw_twin::environment::{MEAN, WaterKind};
 
-/// Bound of |z| for the 20 comparisons of two scenes at 1 % altogether (Šidák), errors taken as normal.
+/// Bound of |z| for the 30 comparisons of three scenes at 1.4 % altogether (Šidák), errors taken as normal.
 const MOST_Z: f64 = 3.5;
 
 /// Small pictures: the test is about the fit.
@@ -71,6 +71,13 @@ fn fitted(scene: u32, vehicle: &Vehicle, folder: &Path) -> (Truth, Fit) {
 
 /// Water, lamps and backscatter are found within their errors, and the errors are small where that is said.
 fn assert_found(truth: &Truth, found: &Fit) {
+    assert_within_errors(truth, found);
+    // At least red's absorption is told by pictures from these distances.
+    let first = &Fit::names()[0];
+    assert!(!found.not_identified.contains(first), "{found:?}");
+}
+
+fn assert_within_errors(truth: &Truth, found: &Fit) {
     let names = Fit::names();
     let pairs = [0, 1, 2].map(|k| (found.a_per_m[k], truth.a[k]));
     let pairs = pairs.into_iter();
@@ -81,8 +88,6 @@ fn assert_found(truth: &Truth, found: &Fit) {
         let z = (fitted.value / truth).ln() / fitted.relative_error;
         assert!(z.abs() < MOST_Z, "{name}: {fitted:?} is {truth}, z {z:.1}");
     }
-    // At least red's absorption is told by pictures from these distances.
-    assert!(!found.not_identified.contains(&names[0]), "{found:?}");
     assert!(found.misfit < 2.0, "{}", found.misfit);
 }
 
@@ -165,7 +170,7 @@ fn a_fitted_water_is_the_hidden_one_and_predicts() {
     let (truth, found) = fitted(0, &vehicle, folder.path());
     assert_found(&truth, &found);
     let options = options(&truth);
-    let file = water_file(&found, &vehicle, &options, 4096, "test").expect("tables");
+    let file = water_file(&found, &vehicle, &options, (4096, "test"), |_| true).expect("tables");
     let even = file.sensor.even();
     let response = file.sensor.response();
     let numbers = file.fit.as_ref().expect("numbers of the fit");
@@ -223,6 +228,72 @@ fn a_fitted_water_is_the_hidden_one_and_predicts() {
     assert_eq!(rows("fit.csv"), 3 * found.pictures.len());
     assert_eq!(rows("depths.csv"), 3 * depths.len());
     assert!(Counts::read(&reported.join("fit.png"), None).is_ok());
+}
+
+/// In the dark pictures with the lamps off are not needed, and the water file knows of no daylight, whatever the depth.
+#[test]
+fn a_water_in_the_dark_is_found_and_predicts() {
+    let mut truth = Truth::draw(2, 3, MEAN).expect("a truth");
+    truth.dark = true;
+    truth.paths /= FEWER as u32;
+    let folder = tempfile::tempdir().expect("a folder");
+    let vehicle = vehicle();
+    let manifest = truth.take(folder.path(), &vehicle, 5).expect("pictures");
+    let daylit = of_few_paths(&truth);
+    let told = fit(&manifest, &vehicle, &daylit, &never).expect_err("too deep");
+    let wanted = ["manifest.csv:2: ", "at most 60 m", "got 400", "--dark"];
+    let told = told.to_string();
+    assert!(wanted.iter().all(|words| told.contains(words)), "{told}");
+    let options = Options {
+        dark: true,
+        ..daylit
+    };
+    let found = fit(&manifest, &vehicle, &options, &never).expect("a fit");
+    assert_within_errors(&truth, &found);
+    assert!(
+        found.warnings.iter().all(|w| !w.contains("--dark")),
+        "{:?}",
+        found.warnings
+    );
+    let stopped = water_file(&found, &vehicle, &options, (1024, "test"), |share| {
+        share < 0.2
+    });
+    assert!(matches!(stopped, Err(WaterError::Interrupted)));
+    let file = water_file(&found, &vehicle, &options, (2048, "test"), |_| true).expect("tables");
+    assert_eq!((file.tables.depth_range_m(), file.tables.sun), (None, None));
+    let file: WaterFile = serde_json::from_str(&file.to_json()).expect("a water file");
+    let stats = |name: &str| {
+        let picture = Counts::read(&folder.path().join(name), None).expect("a picture");
+        let stats =
+            uw_calib::ImageStats::from_counts(picture.width, picture.height, &picture.pixels);
+        (picture, stats.expect("patches").contrast)
+    };
+    let here = Candidate {
+        distance_m: 1.2,
+        light_pct: hidden_truth::LIGHT_PCT,
+    };
+    let (picture, contrast) = stats("d1.2_60.png");
+    let linear = LinearPicture::of_counts(&picture, options.encoding);
+    let response = file.sensor.response();
+    let place = file.place(&response, hidden_truth::ABYSS_M);
+    let predictor = Predictor::new(place, &linear, (&here, contrast), &file.sights);
+    for distance_m in [0.8, 1.8] {
+        for light_pct in [0.0, hidden_truth::LIGHT_PCT] {
+            let there = Candidate {
+                distance_m,
+                light_pct,
+            };
+            let (_, seen) = stats(&format!("d{distance_m}_{light_pct}.png"));
+            let predicted = predictor.contrast(&there);
+            for k in 0..3 {
+                let error = predicted.counts[k] - seen[k];
+                assert!(
+                    error.abs() < 0.5 + 0.1 * seen[k],
+                    "{distance_m} m {light_pct} % channel {k}: {predicted:?} seen {seen:?}"
+                );
+            }
+        }
+    }
 }
 
 /// Pictures that show no light of the lamps, of another camera, or from too few places make no water.

@@ -6,6 +6,7 @@ mod binary;
 mod checks;
 mod client;
 mod daemon;
+mod dark;
 mod dvl_stream;
 mod faults;
 #[cfg(unix)]

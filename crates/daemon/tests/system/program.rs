@@ -51,7 +51,10 @@ impl Program {
     pub(crate) fn command(&self, more: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_uwguide"));
         command.current_dir(self.folder.path());
-        command.args(["--model", "model.json", "--profile", "profile.json"]);
+        command.args(["--model", "model.json"]);
+        if !more.contains(&"--no-profile") {
+            command.args(["--profile", "profile.json"]);
+        }
         if self.path("config.toml").exists() {
             command.args(["--config", "config.toml"]);
         }

@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use serde::Serialize;
 use uw_guidance::physics::{Water, WaterFile};
 use uw_render::image::write_frame;
-use uw_survey::fit::{self, FitError, Options};
+use uw_survey::fit::{self, FitError, Options, WaterError};
 
 use super::config::{CalibrationConfig, OperationConfig, TwinConfig, WaterConfig};
 use super::seed_of;
@@ -144,9 +144,12 @@ fn fit_to(
     }
     let of_group = PER_THOUSAND * twin.table_kilo_paths / TABLE_GROUPS;
     let made_by = concat!("uweval ", env!("CARGO_PKG_VERSION"));
-    Ok(fit::water_file(
-        &found, vehicle, &options, of_group, made_by,
-    )?)
+    let goes_on = |_| !cancel.load(Ordering::Relaxed);
+    let file = fit::water_file(&found, vehicle, &options, (of_group, made_by), goes_on);
+    file.map_err(|error| match error {
+        WaterError::Interrupted => EvalError::Interrupted,
+        other => other.into(),
+    })
 }
 
 /// The water file that the configuration names for a water, if it does; it must be of the vehicle's camera.

@@ -152,9 +152,7 @@ impl Answers {
             // The old model answers: starting again would be worse.
             "/healthz" => ("200 OK", "degraded: the last reload was refused\n"),
             "/readyz" if *self.stopping.borrow() => ("503 Service Unavailable", "stopping\n"),
-            "/readyz" if service.loaded().profile.is_none() => {
-                ("503 Service Unavailable", "no profile\n")
-            }
+            "/readyz" if service.lacks_profile() => ("503 Service Unavailable", "no profile\n"),
             "/readyz" => ("200 OK", "ready\n"),
             _ => (
                 "404 Not Found",

@@ -334,7 +334,7 @@ impl WaterTables {
                 )),
             }
         };
-        rising("depths_m", &self.depths_m, 0.0, 1)?;
+        rising("depths_m", &self.depths_m, 0.0, 0)?;
         if let Some(sun) = self.sun
             && !((0.0..90.0).contains(&sun.zenith_deg) && sun.azimuth_deg.is_finite())
         {

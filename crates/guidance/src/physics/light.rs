@@ -143,6 +143,14 @@ impl Source {
         }
     }
 
+    /// One without light, of as many waves.
+    fn none(waves: usize) -> Self {
+        Self {
+            values: std::array::from_fn(|_| Values::new(|_| 0.0)),
+            transfer: vec![0.0; waves],
+        }
+    }
+
     /// Between this and the source of the next view, E divided by `square`.
     fn towards(&self, next: &Self, share: f64, square: f64) -> LitSource {
         let values = |kind: usize| self.values[kind].towards(&next.values[kind], share);
@@ -162,13 +170,16 @@ impl Column {
     /// The tables at `depth_m`.
     pub(super) fn new(tables: &WaterTables, depth_m: f64) -> Self {
         let depth = between(&tables.depths_m, depth_m);
-        let deeper = (depth.before + 1).min(tables.depths_m.len() - 1);
+        let waves = tables.frequencies_per_m.len();
         let view = |view: &super::water::ViewTables| {
-            let day = [&view.daylight[depth.before], &view.daylight[deeper]];
+            let at = |i: usize| view.daylight.get(i);
+            let upper = at(depth.before);
+            let day = upper.map(|upper| [upper, at(depth.before + 1).unwrap_or(upper)]);
             let square = view.distance_m * view.distance_m;
             std::array::from_fn(|k| {
+                let daylight = day.map(|day| Source::new(day, k, depth.share, 1.0));
                 [
-                    Source::new(day, k, depth.share, 1.0),
+                    daylight.unwrap_or_else(|| Source::none(waves)),
                     Source::new([&view.lamps; 2], k, 0.0, square),
                 ]
             })

@@ -116,8 +116,9 @@ pub(super) fn exposed(
     reflectance: &dyn Fn(f64, f64) -> f64,
 ) -> Counts {
     let (d, level) = (at.distance_m, 0.01 * at.light_pct);
-    let light = 0.5 + level * 2.0 / (d * d);
-    let veil = VEIL * d + level * VEIL;
+    let day = f64::from(u8::from(!file.tables.depths_m.is_empty()));
+    let light = day * 0.5 + level * 2.0 / (d * d);
+    let veil = day * VEIL * d + level * VEIL;
     let pixel_m = 2.0 * HALF_VIEW * d / WIDTH as f64;
     let mut noise = Noise(seed);
     let encoding = uw_calib::Encoding::Srgb;
@@ -363,6 +364,38 @@ fn fitted(correlation: f64) -> FitNumbers {
         misfit: 1.0,
         exposure_s: None,
         iso: None,
+    }
+}
+
+/// Without daylight the depth does not count, and without lamps nothing is left but the noise of a black picture.
+#[test]
+fn in_the_dark_lamps_are_all_the_light() {
+    let mut file = even_water();
+    file.tables.depths_m.clear();
+    file.tables
+        .views
+        .iter_mut()
+        .for_each(|view| view.daylight.clear());
+    let file: WaterFile = serde_json::from_str(&file.to_json()).expect("a water file");
+    assert_eq!((file.check(), file.tables.depth_range_m()), (Ok(()), None));
+    let response = file.sensor.response();
+    let here = at(1.0, 60.0);
+    let counts = picture(&file, &here, 3);
+    let linear = LinearPicture::of_counts(&counts, file.sensor.encoding);
+    let now = (&here, contrast_of(&counts));
+    let [deep, shallow] = [400.0, 0.0]
+        .map(|depth_m| Predictor::new(file.place(&response, depth_m), &linear, now, &[]));
+    for there in [at(1.0, 100.0), at(0.7, 20.0), at(0.7, 0.0)] {
+        let seen = contrast_of(&picture(&file, &there, 4));
+        let predicted = deep.contrast(&there);
+        assert_eq!(predicted.counts, shallow.contrast(&there).counts);
+        for k in 0..3 {
+            let off = predicted.counts[k] - seen[k];
+            assert!(
+                off.abs() < 0.15 + 0.05 * seen[k],
+                "{there:?}: {predicted:?}, {seen:?}"
+            );
+        }
     }
 }
 

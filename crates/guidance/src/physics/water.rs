@@ -31,7 +31,7 @@ pub struct ViewTables {
     pub distance_m: f64,
     /// Lamps at 100 %.
     pub lamps: SourceTables,
-    /// Daylight at each of [`WaterTables::depths_m`].
+    /// Daylight at each of [`WaterTables::depths_m`]; none in the dark.
     pub daylight: Vec<SourceTables>,
 }
 
@@ -43,7 +43,7 @@ pub struct WaterTables {
     pub half_view: [f64; 2],
     /// Waves on the target, cycles per metre, rising.
     pub frequencies_per_m: Vec<f64>,
-    /// Depths of daylight, m, rising.
+    /// Depths of daylight, m, rising; empty where there is none (night, or deep): the tables then hold at any depth.
     pub depths_m: Vec<f64>,
     /// The sun of their daylight, where it is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -64,9 +64,11 @@ impl WaterTables {
         (of(self.views.first()), of(self.views.last()))
     }
 
-    /// Least and greatest depth of the tables, m.
-    pub fn depth_range_m(&self) -> (f64, f64) {
-        let of = |depth: Option<&f64>| depth.copied().unwrap_or_default();
-        (of(self.depths_m.first()), of(self.depths_m.last()))
+    /// Least and greatest depth of the tables, m; `None` in the dark, where they hold at any depth.
+    pub fn depth_range_m(&self) -> Option<(f64, f64)> {
+        self.depths_m
+            .first()
+            .copied()
+            .zip(self.depths_m.last().copied())
     }
 }

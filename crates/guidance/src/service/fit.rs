@@ -4,6 +4,7 @@ use uw_calib::{Profile, Rig};
 
 use crate::card::Sun;
 use crate::mlp::Model;
+use crate::objective::Objective;
 use crate::physics::{Water, WaterFile};
 use crate::reason::Reason;
 use crate::service::{Basis, Loaded};
@@ -59,13 +60,19 @@ pub fn other_profile(profile: &Profile, water: &WaterFile) -> Option<Reason> {
 }
 
 /// Why the vehicle's camera and lamps are not those of model, water file or profile; `None` where nothing speaks against it.
-pub(super) fn other_vehicle(vehicle: &Rig, basis: &Basis, profile: &Profile) -> Option<Reason> {
+pub(super) fn other_vehicle(
+    vehicle: &Rig,
+    basis: &Basis,
+    profile: Option<&Profile>,
+) -> Option<Reason> {
     let (of_basis, rig) = match basis {
         Basis::Network(model) => ("model", model.card().rig),
         Basis::Physics(water) => ("water file", water.file().rig()),
     };
-    [(of_basis, &rig), ("profile", profile.rig())]
+    let of_profile = profile.map(|profile| ("profile", profile.rig()));
+    [(of_basis, &rig)]
         .into_iter()
+        .chain(of_profile)
         .find_map(|(of, rig)| {
             let difference = vehicle.differences(rig).into_iter().next()?;
             Some(Reason::OtherCamera(format!(
@@ -102,6 +109,22 @@ pub(super) fn other_sun(seen: SunSeen, basis: &Basis) -> Option<Reason> {
 }
 
 impl Loaded {
+    /// Why an objective cannot be asked for by physics, or asks for what a water file without daylight has not; `None` where nothing speaks against it.
+    pub fn objective_warning(&self, objective: &Objective) -> Option<String> {
+        let Basis::Physics(water) = &self.basis else {
+            return None;
+        };
+        let needs = self.basis.needs_profile(objective)?;
+        match (&self.profile, water.file().tables.depth_range_m()) {
+            (None, _) => Some(Reason::NoProfile(needs).to_string()),
+            (Some(_), None) => Some(
+                "the water file has no daylight, of which K_z and K_c of a profile are: an objective of the form \"sum\" weighs distances by them; the preset \"tracking\" asks for neither"
+                    .to_owned(),
+            ),
+            (Some(_), Some(_)) => None,
+        }
+    }
+
     /// What may be wrong with model or water file and profile, and with them for a `vehicle`, in words; `profile` stands for the loaded
     /// one where it is given.
     pub fn warnings(&self, profile: Option<&Profile>, vehicle: &Rig) -> Vec<String> {
@@ -116,7 +139,7 @@ impl Loaded {
                 Basis::Network(model) => other_camera(None, profile, model),
                 Basis::Physics(water) => other_profile(profile, water.file()),
             };
-            let other = other.or_else(|| other_vehicle(vehicle, &self.basis, profile));
+            let other = other.or_else(|| other_vehicle(vehicle, &self.basis, Some(profile)));
             warnings.extend(other.map(|reason| reason.to_string()));
         }
         warnings

@@ -23,6 +23,7 @@ use crate::model_file::ModelError;
 use crate::objective::Objective;
 use crate::operations::files::regular;
 use crate::physics::{Water, WaterFile, WaterFileError};
+use crate::reason::NeedsProfile;
 use crate::steering::Steering;
 
 mod album;
@@ -101,6 +102,11 @@ impl Basis {
             Self::Network(_) => "network",
             Self::Physics(_) => "physics",
         }
+    }
+
+    /// Why there is no answer without a profile; `None` where none is needed.
+    fn needs_profile(&self, objective: &Objective) -> Option<NeedsProfile> {
+        NeedsProfile::of(matches!(self, Self::Physics(_)), objective)
     }
 }
 
@@ -230,8 +236,13 @@ impl Loaded {
     }
 
     /// Tells the log what may be wrong.
-    fn warn(&self, vehicle: &Rig) {
-        for warning in self.warnings(None, vehicle) {
+    fn warn(&self, settings: &Settings) {
+        let of_objective = self.objective_warning(&settings.objective);
+        for warning in self
+            .warnings(None, &settings.vehicle)
+            .into_iter()
+            .chain(of_objective)
+        {
             tracing::warn!(model = self.model_name, "{warning}");
         }
     }
@@ -302,7 +313,7 @@ impl Service {
 
     /// A service with all settings.
     pub fn with_settings(loaded: Loaded, settings: Settings) -> Self {
-        loaded.warn(&settings.vehicle);
+        loaded.warn(&settings);
         Self {
             settings,
             shared: Mutex::new(Shared {
@@ -339,7 +350,7 @@ impl Service {
     /// Takes another model and profile; requests under way end with the old ones. What is in use now is
     /// returned with its place among the answers.
     pub fn replace(&self, loaded: Loaded) -> (u64, Arc<Loaded>) {
-        loaded.warn(&self.settings.vehicle);
+        loaded.warn(&self.settings);
         self.reloads.fetch_add(1, Ordering::Relaxed);
         *self.reload_error() = None;
         let mut shared = self.lock();
@@ -373,6 +384,13 @@ impl Service {
     /// The model and profile in use.
     pub fn loaded(&self) -> Arc<Loaded> {
         Arc::clone(&self.lock().loaded)
+    }
+
+    /// Whether a profile is missing that the configured objective needs.
+    pub fn lacks_profile(&self) -> bool {
+        let loaded = self.loaded();
+        let needs = loaded.basis.needs_profile(&self.settings.objective);
+        loaded.profile.is_none() && needs.is_some()
     }
 
     /// The vehicle's latest state.

@@ -301,7 +301,9 @@ impl Session {
             } => {
                 let objective = self.objective(objective.as_ref())?;
                 let checks = &self.service.settings.checks;
-                let predicted = |known: &Known, predicting: &Predicting, profile: &Profile| {
+                let predicted = |known: &Known,
+                                 predicting: &Predicting,
+                                 profile: Option<&Profile>| {
                     let mut lenient = *checks;
                     lenient.other_camera = Strictness::Ignore;
                     let ground = match predicting.ground(known, profile, &lenient) {
@@ -315,7 +317,7 @@ impl Session {
                     predicting.tell(&mut fields);
                     Ok(fields)
                 };
-                self.with_known(&inputs, snapshot, now, predicted)
+                self.with_known(&inputs, &objective, (snapshot, now), predicted)
             }
             Op::Subscribe {
                 rate_hz,
@@ -382,19 +384,19 @@ impl Session {
     ) -> Result<Fields, WireError> {
         let objective = self.objective(objective)?;
         let checks = &self.service.settings.checks;
-        let suggested = |known: &Known, predicting: &Predicting, profile: &Profile| {
+        let suggested = |known: &Known, predicting: &Predicting, profile: Option<&Profile>| {
             suggestion::suggest(known, predicting, profile, (&objective, checks))
         };
-        self.with_known(inputs, snapshot, now, suggested)
+        self.with_known(inputs, &objective, (snapshot, now), suggested)
     }
 
-    /// Answers from a complete and fresh observation and a profile, or says to hold.
+    /// Answers from a complete and fresh observation and a profile, where one is needed, or says to hold.
     fn with_known(
         &self,
         inputs: &Inputs,
-        snapshot: &Snapshot,
-        now: Moment,
-        answer: impl FnOnce(&Known, &Predicting, &Profile) -> Result<Fields, WireError>,
+        objective: &Objective,
+        (snapshot, now): (&Snapshot, Moment),
+        answer: impl FnOnce(&Known, &Predicting, Option<&Profile>) -> Result<Fields, WireError>,
     ) -> Result<Fields, WireError> {
         let settings = &self.service.settings;
         let album = album(&self.album);
@@ -416,8 +418,9 @@ impl Session {
             .profile
             .as_deref()
             .or(snapshot.loaded.profile.as_deref());
-        match usable(&known, profile, &settings.max_age) {
-            Ok(profile) => answer(&known, &predicting, profile),
+        let means = (profile, &snapshot.loaded.basis);
+        match usable(&known, means, objective, &settings.max_age) {
+            Ok(()) => answer(&known, &predicting, profile),
             Err(hold) => Ok(hold.fields(Some(&known))),
         }
     }

@@ -102,10 +102,10 @@ impl Subscription {
             Err(other) => return suggestion::unknown(other),
         };
         let profile = own.or(snapshot.loaded.profile.as_deref());
-        let profile = match usable(&known, profile, &settings.max_age) {
-            Ok(profile) => profile,
-            Err(hold) => return Ok(hold.fields(Some(&known))),
-        };
+        let from = (profile, &snapshot.loaded.basis);
+        if let Err(hold) = usable(&known, from, &self.objective, &settings.max_age) {
+            return Ok(hold.fields(Some(&known)));
+        }
         // The course has a least gain of its own, and limits how commands go on.
         let checks = Checks {
             min_gain: f64::NEG_INFINITY,

@@ -23,13 +23,11 @@ use crate::wire::reply::{
 pub(super) enum Hold {
     /// Inputs are too old: their names.
     Stale(Vec<&'static str>),
-    /// There is no calibration.
-    NoProfile,
     /// An input was never given.
     Missing(&'static str),
     /// The beams give no distance.
     Beams(BeamError),
-    /// Picture, profile and model or water file are not of one camera, or the sun is not theirs.
+    /// There is no profile, picture, profile and model or water file are not of one camera, or the sun is not theirs.
     NotMadeFor(Reason),
     /// The picture that physics predicts from was taken at another depth.
     OtherDepth {
@@ -46,7 +44,6 @@ impl Hold {
         match self {
             Self::NotMadeFor(reason) => reason.name(),
             Self::Stale(_) | Self::OtherDepth { .. } => "stale_input",
-            Self::NoProfile => "no_profile",
             Self::Missing(_) => "missing_input",
             Self::Beams(BeamError::Disagree { .. }) => "beams_disagree",
             Self::Beams(_) => "no_range",
@@ -56,7 +53,6 @@ impl Hold {
     fn message(&self) -> String {
         match self {
             Self::Stale(names) => format!("too old: {}", names.join(", ")),
-            Self::NoProfile => "no calibration profile is loaded; send set_profile".to_owned(),
             Self::NotMadeFor(reason) => reason.to_string(),
             Self::Missing("image") => {
                 "physics predicts from a picture, and none was given on this connection: send suggest_image".to_owned()
@@ -97,17 +93,21 @@ impl Hold {
     }
 }
 
-/// What can be asked about: everything known, with a profile, and fresh enough.
-pub(super) fn usable<'p>(
+/// Whether a question can be asked: everything is known and fresh enough, with a profile where one is needed.
+pub(super) fn usable(
     known: &Known,
-    profile: Option<&'p Profile>,
+    (profile, basis): (Option<&Profile>, &Basis),
+    objective: &Objective,
     max_age: &MaxAge,
-) -> Result<&'p Profile, Hold> {
+) -> Result<(), Hold> {
     let stale = known.ages.stale(max_age);
     if !stale.is_empty() {
         return Err(Hold::Stale(stale));
     }
-    profile.ok_or(Hold::NoProfile)
+    match (profile, basis.needs_profile(objective)) {
+        (None, Some(needs)) => Err(Hold::NotMadeFor(Reason::NoProfile(needs))),
+        _ => Ok(()),
+    }
 }
 
 /// An unknown observation as a reply: a fault of the request is an error, a fault of the sensors a hold.
@@ -126,7 +126,7 @@ pub(super) fn unknown(unknown: Unknown) -> Result<Fields, WireError> {
 /// What a question is answered with.
 #[derive(Clone, Copy)]
 pub(super) struct Means<'a> {
-    pub profile: &'a Profile,
+    pub profile: Option<&'a Profile>,
     pub by: By<'a>,
     pub objective: &'a Objective,
     pub checks: &'a Checks,
@@ -160,12 +160,13 @@ impl<'a> Predicting<'a> {
     pub fn ground(
         &self,
         known: &Known,
-        profile: &Profile,
+        profile: Option<&Profile>,
         checks: &Checks,
     ) -> Result<(Ground<'a>, Vec<Reason>), Hold> {
         let (ground, other) = match &self.loaded.basis {
             Basis::Network(model) => {
-                let other = fit::other_camera(known.size_px, profile, model);
+                let other =
+                    profile.and_then(|profile| fit::other_camera(known.size_px, profile, model));
                 (Ground::Network(model), other)
             }
             Basis::Physics(water) => {
@@ -177,10 +178,8 @@ impl<'a> Predicting<'a> {
                 let seen = self
                     .album
                     .seen(known, digest, &self.settings.max_age, self.now)?;
-                (
-                    Ground::Physics(seen),
-                    fit::other_profile(profile, water.file()),
-                )
+                let other = profile.and_then(|profile| fit::other_profile(profile, water.file()));
+                (Ground::Physics(seen), other)
             }
         };
         let vehicle = &self.settings.vehicle;
@@ -216,7 +215,7 @@ impl<'a> Predicting<'a> {
 pub(super) fn suggest(
     known: &Known,
     predicting: &Predicting,
-    profile: &Profile,
+    profile: Option<&Profile>,
     (objective, checks): (&Objective, &Checks),
 ) -> Result<Fields, WireError> {
     let mut fields = match predicting.ground(known, profile, checks) {

@@ -130,6 +130,7 @@ impl From<Reason> for WireError {
             Reason::OutsideTraining { input, .. } => Self::new(Code::OutOfRange, message).at(input),
             Reason::OtherDepth { .. } => Self::new(Code::OutOfRange, message).at("depth_m"),
             Reason::ModelMisfit { .. }
+            | Reason::NoProfile(_)
             | Reason::OtherCamera(_)
             | Reason::OtherSun(_)
             | Reason::Compressed(_)

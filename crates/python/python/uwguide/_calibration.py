@@ -95,7 +95,7 @@ def fit(
         camera: as of :func:`calibrate`.
         mask: as of :func:`calibrate`.
         exposure: as of :func:`calibrate`.
-        dark: there is no daylight.
+        dark: there is no daylight: one picture from each distance, with the lamps on, will do, and the water file holds at any depth.
         bottom: the vehicle looks down at the bottom rather than ahead at a wall.
         backscatter_fraction: that is expected.
         backscatter_error: how well, as a relative error in (0, 3].

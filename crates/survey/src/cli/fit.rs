@@ -14,7 +14,7 @@ use super::interrupt::cancel_flag;
 use super::output;
 use super::photo::{ExposureArguments, PhotoArguments};
 use super::progress::ProgressDisplay;
-use crate::fit::{self, Fit, FitError, Fitted, Options, fit, water_file};
+use crate::fit::{self, Fit, FitError, Fitted, Options, WaterError, fit, water_file};
 use crate::treatment::distances_m;
 use uw_calib::vehicle::{Vehicle, VehicleFile};
 
@@ -40,7 +40,8 @@ pub(super) struct FitArguments {
     /// How the camera's counts stand for light, where the vehicle's file is not to be asked.
     #[arg(long, value_enum)]
     encoding: Option<CurveName>,
-    /// There is no daylight (night, or deep): pictures with the lamps on need none without.
+    /// There is no daylight (night, or deep): pictures with the lamps on need none without, and the water file holds at any depth, without
+    /// daylight.
     #[arg(long)]
     dark: bool,
     /// The vehicle looks down at the bottom rather than ahead at a wall.
@@ -94,9 +95,7 @@ impl FitArguments {
         let found = fit(&self.manifest, &vehicle.vehicle, &options, &progress);
         display.finish();
         let found = found.map_err(|error| match error {
-            FitError::Interrupted => {
-                CliError::Interrupted("interrupted; nothing was written".to_owned())
-            }
+            FitError::Interrupted => interrupted(),
             other => CliError::input(other),
         })?;
         tell(&found);
@@ -105,11 +104,20 @@ impl FitArguments {
                 fit::depths(&found, &vehicle.vehicle, &options).map_err(CliError::failed)?;
             fit::report(&found, &depths, folder).map_err(CliError::failed)?;
         }
-        note("uw: making the tables of this water");
         let of_group = 1024 * self.table_kilo_paths / 8;
         let made_by = concat!("uw fit ", env!("CARGO_PKG_VERSION"));
-        let file = water_file(&found, &vehicle.vehicle, &options, of_group, made_by)
-            .map_err(CliError::failed)?;
+        let display = ProgressDisplay::start(false, true);
+        let goes_on = |share: f64| {
+            display.update(Some(share), || "tables of this water".to_owned());
+            !cancel.load(Ordering::Relaxed)
+        };
+        let of = (of_group, made_by);
+        let file = water_file(&found, &vehicle.vehicle, &options, of, goes_on);
+        display.finish();
+        let file = file.map_err(|error| match error {
+            WaterError::Interrupted => interrupted(),
+            other => CliError::failed(other),
+        })?;
         write(&file, &self.output)
     }
 
@@ -159,6 +167,10 @@ impl FitArguments {
             None => Ok(options),
         }
     }
+}
+
+fn interrupted() -> CliError {
+    CliError::Interrupted("interrupted; nothing was written".to_owned())
 }
 
 fn write(file: &WaterFile, to: &Path) -> Result<(), CliError> {

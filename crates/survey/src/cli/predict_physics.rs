@@ -119,9 +119,11 @@ impl PhysicsArguments {
     }
 
     fn depth(&self, file: &WaterFile) -> Result<f64, CliError> {
-        let (least, most) = file.tables.depth_range_m();
         match self.depth_m {
-            None => Ok(0.5 * (least + most)),
+            None => Ok(file
+                .tables
+                .depth_range_m()
+                .map_or(0.0, |(least, most)| 0.5 * (least + most))),
             Some(depth_m) => match check_depth(file, depth_m) {
                 Ok(()) => Ok(depth_m),
                 Err(told) => Err(CliError::input(format!("--depth-m {told}"))),
@@ -132,12 +134,14 @@ impl PhysicsArguments {
 
 /// What is wrong with a depth.
 fn check_depth(file: &WaterFile, depth_m: f64) -> Result<(), String> {
-    let (least, most) = file.tables.depth_range_m();
-    match (least..=most).contains(&depth_m) {
-        true => Ok(()),
-        false => Err(format!(
+    match file.tables.depth_range_m() {
+        Some((least, most)) if !(least..=most).contains(&depth_m) => Err(format!(
             "must be from {least} to {most} m, of which the water file knows the daylight, got {depth_m}"
         )),
+        None if !(depth_m >= 0.0 && depth_m.is_finite()) => {
+            Err(format!("must be finite and >= 0, got {depth_m}"))
+        }
+        _ => Ok(()),
     }
 }
 

@@ -41,6 +41,9 @@ pub(super) struct WaterTablesArguments {
     /// Depths of daylight, m, such as 1,3,5.
     #[arg(long, default_values_t = [1.0, 3.0, 5.0], value_delimiter = ',')]
     depths_m: Vec<f64>,
+    /// There is no daylight (night, or deep): the water file holds at any depth.
+    #[arg(long, conflicts_with = "depths_m")]
+    dark: bool,
     /// Number of distances, spaced evenly in their logarithm.
     #[arg(long, default_value_t = 12, value_parser = clap::value_parser!(u32).range(2..=100))]
     views: u32,
@@ -77,15 +80,17 @@ impl WaterTablesArguments {
             reflectance: self.reflectance,
         };
         FournierForand::new(PARTICLE_INDEX, self.backscatter_fraction).map_err(CliError::input)?;
+        let plan = self.plan();
+        let sources = 1 + plan.depths_m.len();
         note(format_args!(
             "uw: {} distances x {} sources of light; about {:.0} s on two processors",
             self.views,
-            1 + self.depths_m.len(),
-            0.003 * f64::from(self.views * self.kilo_paths) * (1 + self.depths_m.len()) as f64
+            sources,
+            0.003 * f64::from(self.views * self.kilo_paths) * sources as f64
         ));
         let progress = ProgressDisplay::start(false, true);
         let scene = |depth_m, distance_m| water.scene(&vehicle, depth_m, distance_m);
-        let tables = water_tables_watched(&self.plan(), scene, |share| {
+        let tables = water_tables_watched(&plan, scene, |share| {
             progress.update(Some(share), String::new);
             true
         });
@@ -163,7 +168,10 @@ impl WaterTablesArguments {
     fn plan(&self) -> TablePlan {
         TablePlan {
             distances_m: spaced_distances_m(self.distances_m[0], self.distances_m[1], self.views),
-            depths_m: self.depths_m.clone(),
+            depths_m: match self.dark {
+                true => Vec::new(),
+                false => self.depths_m.clone(),
+            },
             reflectance: self.reflectance,
             paths_per_group: 1024 * self.kilo_paths / 8,
             seed: self.seed,

@@ -10,7 +10,7 @@ use uw_guidance::service::Basis;
 
 use super::stages::{VISITS, write_text};
 use super::{DemoError, DemoOptions};
-use crate::fit::{self, FitError, water_file};
+use crate::fit::{self, FitError, WaterError, water_file};
 use uw_calib::vehicle::Vehicle;
 
 /// Paths of the water's tables per view, source and group.
@@ -96,8 +96,13 @@ fn fitted(
     let manifest = folder.join("calibration/manifest.csv");
     let found = fit::fit(&manifest, &options.vehicle, &of_fit, &goes_on)?;
     let made_by = concat!("uw demo ", env!("CARGO_PKG_VERSION"));
-    let file = water_file(&found, &options.vehicle, &of_fit, TABLE_PATHS, made_by)
-        .map_err(|error| DemoError::Water(error.to_string()))?;
+    let goes_on = |_| !cancel.load(Ordering::Relaxed);
+    let of = (TABLE_PATHS, made_by);
+    let file = water_file(&found, &options.vehicle, &of_fit, of, goes_on);
+    let file = file.map_err(|error| match error {
+        WaterError::Interrupted => DemoError::Interrupted,
+        other => DemoError::Water(other.to_string()),
+    })?;
     write_text(&folder.join(WATER_FILE), &file.to_json())?;
     Ok(Water::new(file))
 }

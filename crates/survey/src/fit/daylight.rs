@@ -30,7 +30,7 @@ pub(super) fn daylight(
     let mut ratios: [Vec<f64>; 3] = Default::default();
     let nearest_m = fit.places.first().map_or(0.0, |place| place[0].distance_m);
     let dark = fit.places.iter().map(|place| &place[0]);
-    for row in dark.filter(|row| row.light_pct <= 0.0 && !options.dark) {
+    for row in dark.filter(|row| row.light_pct <= 0.0) {
         let depth_m = row.depth_m.unwrap_or(SOME_DEPTH_M);
         let place = |list: &[f64], at: f64| {
             let near = |i: &usize| (list[*i] - at).abs();

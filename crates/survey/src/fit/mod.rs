@@ -76,7 +76,7 @@ pub struct Options {
     pub mask: Option<Mask>,
     /// From the pictures as they are stored to those of the vehicle's ideal camera.
     pub undistortion: Option<Undistortion>,
-    /// There is no daylight: a picture with the lamps on needs none without.
+    /// There is no daylight: a picture with the lamps on needs none without, and the water file has none, whatever the depth.
     pub dark: bool,
     /// The vehicle looks down at the bottom rather than ahead at a wall.
     pub down: bool,
@@ -126,6 +126,10 @@ impl Options {
                 "depths_m",
                 format!("must be from {least} to {most} (m), got {got}"),
             ));
+        }
+        if self.dark && !self.depths_m.is_empty() {
+            let wrong = "must be left out in the dark: the water file then holds at any depth";
+            return Some(("depths_m", wrong.to_owned()));
         }
         let ([least, most], got) = (BACKSCATTER_RANGE, self.backscatter_fraction);
         let wrong = || format!("must be from {least} to {most}, got {got}");
@@ -189,6 +193,18 @@ pub enum FitError {
         manifest: String,
         /// Distances with both, m.
         distances_m: Vec<f64>,
+    },
+    /// No daylight is known so deep.
+    #[error(
+        "{manifest}:{line}: depth_m must be at most {} m, of which daylight can be told, got {depth_m}; say --dark where there is none", DEPTHS_M.end()
+    )]
+    TooDeep {
+        /// File.
+        manifest: String,
+        /// Its line.
+        line: u64,
+        /// The depth, m.
+        depth_m: f64,
     },
     /// The farthest picture shows the common part too small.
     #[error(

@@ -11,7 +11,7 @@ use uw_calib::response::LinearNoise;
 use uw_calib::{DepthMeasurement, Encoding, Treatment, View};
 
 use super::blocks::{Block, Grid, Sensor, Stored};
-use super::{FitError, Options};
+use super::{DEPTHS_M, FitError, Options};
 use uw_calib::vehicle::Vehicle;
 
 /// Distances and depths closer than this are one, m.
@@ -20,6 +20,9 @@ pub(super) const SAME_M: f64 = 1e-3;
 pub const FEWEST_DISTANCES: usize = 3;
 /// Least ratio of the largest to the smallest distance.
 pub const LEAST_RATIO: f64 = 1.8;
+/// Standard errors of noise, and share of the lamps' light, that a picture in the dark may show with the lamps off.
+const LIT_ERRORS: f64 = 5.0;
+const LIT_SHARE: f64 = 0.01;
 
 /// The same blocks of the target from a distance, in light of one kind.
 #[derive(Clone, Debug)]
@@ -196,7 +199,7 @@ impl Pictures {
         match (place[0].light_pct > 0.0, options.dark) {
             (true, true) => shown.push(of(Light::Lamps(0.01 * place[0].light_pct), least)),
             (true, false) => self.single += usize::from(place.len() == 1),
-            (false, true) => {}
+            (false, true) => told.extend(lit_in_the_dark(&place[0], &least, shown.last())),
             (false, false) => shown.push(of(Light::Daylight, least)),
         }
         self.shown.append(&mut shown);
@@ -264,8 +267,42 @@ fn places(rows: Vec<Row>) -> Vec<Vec<Row>> {
     places
 }
 
-/// Whether there are places enough whose lamps can be told from daylight.
+/// A warning where a picture with the lamps off shows light, although there is said to be none: more than the sensor's noise, and than a hundredth
+/// of the light that the lamps add.
+fn lit_in_the_dark(row: &Row, off: &[Block], lamps: Option<&Shown>) -> Option<String> {
+    let sums = |blocks: &[Block], k: usize| {
+        let known = blocks.iter().filter(|block| block.variance[k].is_finite());
+        known.fold((0.0, 0.0), |(signal, variance), block| {
+            (signal + block.signal[k], variance + block.variance[k])
+        })
+    };
+    let shows = |k: usize| {
+        let (signal, variance) = sums(off, k);
+        let of_lamps = lamps.map_or(0.0, |lamps| sums(&lamps.blocks, k).0);
+        signal > LIT_ERRORS * variance.sqrt() && signal > LIT_SHARE * of_lamps
+    };
+    (0..3).any(shows).then(|| {
+        format!(
+            "{}: shows light with the lamps off: if it is daylight leave --dark out, or the water file knows of none",
+            row.listed.image.display()
+        )
+    })
+}
+
+/// Whether there are places enough whose lamps can be told from daylight, and none deeper than daylight is made for.
 fn check(path: &Path, places: &[Vec<Row>], options: &Options) -> Result<(), FitError> {
+    let mut rows = places.iter().flatten().filter(|_| !options.dark);
+    let too_deep = rows.find_map(|row| {
+        let depth_m = row.depth_m.filter(|z| z > DEPTHS_M.end())?;
+        Some((row.listed.line, depth_m))
+    });
+    if let Some((line, depth_m)) = too_deep {
+        return Err(FitError::TooDeep {
+            manifest: path.display().to_string(),
+            line,
+            depth_m,
+        });
+    }
     let told = |place: &&Vec<Row>| {
         let lit = place.last().is_some_and(|row| row.light_pct > 0.0);
         lit && (place.len() > 1 || options.dark)
@@ -344,6 +381,21 @@ mod tests {
                 assert!(b.variance[0] < a.variance[0], "{a:?} {b:?}");
             }
         }
+    }
+
+    #[test]
+    fn daylight_in_what_is_said_to_be_dark_is_told() {
+        let dark = Options {
+            dark: true,
+            ..Options::default()
+        };
+        let told = read(1.0, &dark).expect("pictures").told;
+        assert!(
+            told.len() == LIGHTS.len() && told[0].contains("0.5_0.png: shows light"),
+            "{told:?}"
+        );
+        // Counts of 1 to 3 of 255 are what a black picture may have.
+        assert_eq!(read(0.01, &dark).expect("pictures").told[1..], [""; 0]);
     }
 
     #[test]

@@ -14,7 +14,7 @@ use super::pictures::SAME_M;
 use super::{Fit, Options};
 use uw_calib::vehicle::Vehicle;
 use uw_twin::estimate::water_tables::{
-    KnownWater, TablePlan, TablesError, sensor_numbers, water_tables,
+    KnownWater, TablePlan, TablesError, sensor_numbers, water_tables_watched,
 };
 
 /// Largest ratio of a distance of the tables to the one before: in between they are nearly straight lines.
@@ -31,10 +31,22 @@ const REFLECTANCES: std::ops::RangeInclusive<f64> = 0.02..=0.8;
 pub enum WaterError {
     /// The tables cannot be made.
     #[error(transparent)]
-    Tables(#[from] TablesError),
+    Tables(TablesError),
     /// A picture cannot be read.
     #[error(transparent)]
     Picture(#[from] StatsError),
+    /// It was interrupted.
+    #[error("interrupted")]
+    Interrupted,
+}
+
+impl From<TablesError> for WaterError {
+    fn from(error: TablesError) -> Self {
+        match error {
+            TablesError::Stopped => Self::Interrupted,
+            other => Self::Tables(other),
+        }
+    }
 }
 
 impl Fit {
@@ -52,31 +64,34 @@ impl Fit {
     }
 }
 
-/// The water file of `fit`, made from pictures of `vehicle`; tables by `paths_per_group` paths a view, source and group.
+/// The water file of `fit`, made from pictures of `vehicle`; tables by `paths_per_group` paths a view, source and group. `goes_on` hears what
+/// share of them is done and says whether to go on.
 ///
 /// # Errors
-/// The tables cannot be made, or a picture cannot be read again.
+/// The tables cannot be made, a picture cannot be read again, or it was to stop.
 pub fn water_file(
     fit: &Fit,
     vehicle: &Vehicle,
     options: &Options,
-    paths_per_group: u32,
-    made_by: &str,
+    (paths_per_group, made_by): (u32, &str),
+    goes_on: impl Fn(f64) -> bool + Sync,
 ) -> Result<WaterFile, WaterError> {
     // Water files have three bands.
     let vehicle = &vehicle.in_three_bands();
     let mean = fit.reflectance.iter().sum::<f64>() / 3.0;
     let plan = TablePlan {
         distances_m: distances_m(fit),
-        depths_m: depths_m(fit, &options.depths_m),
+        depths_m: match options.dark {
+            true => Vec::new(),
+            false => depths_m(fit, &options.depths_m),
+        },
         reflectance: mean.clamp(*REFLECTANCES.start(), *REFLECTANCES.end()) as f32,
         paths_per_group,
         seed: options.seed,
     };
     let water = fit.known_water(options, plan.reflectance);
-    let mut tables = water_tables(&plan, |depth_m, distance_m| {
-        Ok(lit(water.scene(vehicle, depth_m, distance_m)?, fit))
-    })?;
+    let scene = |depth_m, distance_m| Ok(lit(water.scene(vehicle, depth_m, distance_m)?, fit));
+    let mut tables = water_tables_watched(&plan, scene, goes_on)?;
     let daylight = daylight(fit, vehicle, options, &tables)?;
     if let Some(daylight) = &daylight {
         brighten(&mut tables, daylight.gain);

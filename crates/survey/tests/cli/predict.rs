@@ -192,6 +192,48 @@ fn physics_predicts_from_a_picture_in_a_known_water() {
     );
 }
 
+/// Tables without daylight hold at any depth, and without lamps nothing is seen there but the noise of a black picture, two counts.
+#[test]
+fn in_the_dark_the_depth_does_not_count() {
+    let folder = Folder::new();
+    folder.write("places.csv", "distance_m,light_pct\n1.0,60\n1.0,0\n");
+    let tables = "water-tables --jerlov II --distances-m 0.8 1.5 --views 3 --kilo-paths 8 --dark";
+    folder.good(&format!("{tables} -o water.json"));
+    folder.refused(
+        &format!("{tables} --depths-m 3 -o other.json"),
+        &["--dark", "--depths-m"],
+    );
+    let square = |x: u32, y: u32| ((x / 40 + y / 40) % 2) as u8;
+    let picture = image::RgbImage::from_fn(1280, 720, |x, y| {
+        image::Rgb([70, 90, 100].map(|v: u8| v + 12 * square(x, y)))
+    });
+    picture.save(folder.path("now.png")).expect("a picture");
+    let at = |depth: &str| {
+        format!(
+            "predict --water water.json --image now.png --distance-m 1.0 --light-pct 60 {depth} --candidates places.csv -o out.csv"
+        )
+    };
+    let predicted = ["", "--depth-m 0", "--depth-m 4000"].map(|depth| {
+        folder.good(&at(depth));
+        folder.text("out.csv")
+    });
+    assert!(
+        predicted.iter().all(|text| *text == predicted[0]),
+        "{predicted:?}"
+    );
+    let rows = numbers(&predicted[0]);
+    for k in 2..5 {
+        assert!(
+            (rows[0][k] - 6.0).abs() < 0.6 && (1.5..2.5).contains(&rows[1][k]),
+            "{predicted:?}"
+        );
+    }
+    folder.refused(
+        &at("--depth-m=-1"),
+        &["--depth-m must be finite and >= 0, got -1"],
+    );
+}
+
 /// What a vehicle saw from farther away tells what the present picture does not show.
 #[test]
 fn pictures_taken_before_predict_too() {

@@ -23,6 +23,8 @@ use uw_twin::routine::{UP_SAMPLES, look_up_in};
 pub const DISTANCES_M: [f64; 6] = [0.5, 0.8, 1.2, 1.8, 2.5, 3.5];
 /// Depths of the pictures that look up, m.
 pub const UP_DEPTHS_M: [f64; 3] = [1.0, 2.0, 4.0];
+/// Depth of the pictures in the dark, m.
+pub const ABYSS_M: f64 = 400.0;
 /// Lamp level of the pictures with the lamps on, percent.
 pub const LIGHT_PCT: f64 = 60.0;
 /// Paths per group of a picture: so many that its own noise is below what a fit tells.
@@ -47,6 +49,8 @@ pub struct Truth {
     pub bands: WaterBands,
     /// Paths per group of each picture.
     pub paths: u32,
+    /// There is no daylight: the manifest has no pictures with the lamps off, and is of a place deeper than any of it reaches.
+    pub dark: bool,
 }
 
 impl Truth {
@@ -80,6 +84,7 @@ impl Truth {
             pattern: Pattern::ALL[(u() * Pattern::ALL.len() as f64) as usize],
             bands,
             paths: PATHS,
+            dark: false,
         })
     }
 
@@ -103,6 +108,9 @@ impl Truth {
             if let (Some(water), true) = (&mut scene.water, self.bands == MEAN) {
                 (water.iops.a, water.iops.b) = (self.a, self.b);
             }
+            if self.dark {
+                (scene.sun, scene.sky_radiance) = (None, [0.0; 3]);
+            }
             let seed = 1000 * seed + i as u64;
             let image = TargetImage::render(&scene, &pyramid, seed, self.paths, &never)?;
             let image = image.ok_or("stopped")?;
@@ -112,11 +120,13 @@ impl Truth {
                 let frame = sensor.expose(&picture, 2 * seed + j as u64);
                 let name = format!("d{distance_m}_{light_pct}.png");
                 write_frame(&folder.join(&name), &frame)?;
-                writeln!(
-                    manifest,
-                    "{name},contrast,{},{distance_m},{light_pct}",
-                    self.depth_m
-                )?;
+                let depth_m = if self.dark { ABYSS_M } else { self.depth_m };
+                if light_pct > 0.0 || !self.dark {
+                    writeln!(
+                        manifest,
+                        "{name},contrast,{depth_m},{distance_m},{light_pct}"
+                    )?;
+                }
             }
         }
         let path = folder.join("manifest.csv");

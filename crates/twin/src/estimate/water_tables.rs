@@ -30,6 +30,9 @@ use uw_scenery::textures::Pattern;
 /// Texels of the even target.
 const TEXELS: u32 = 16;
 
+/// Where lamps' tables are made in the dark, m: far enough below the surface that nothing of it is seen.
+const DARK_DEPTH_M: f64 = 30.0;
+
 /// Mean reflectance that targets are taken to have where nothing is known of them: some of their light comes back to them.
 pub const USUAL_REFLECTANCE: f32 = 0.2;
 
@@ -46,7 +49,7 @@ pub fn spaced_distances_m(near_m: f64, far_m: f64, views: u32) -> Vec<f64> {
 pub struct TablePlan {
     /// Distances along the optical axis, m, rising, at least two.
     pub distances_m: Vec<f64>,
-    /// Depths of daylight, m, rising, at least one.
+    /// Depths of daylight, m, rising; none in the dark.
     pub depths_m: Vec<f64>,
     /// Reflectance of the even target.
     pub reflectance: f32,
@@ -54,6 +57,14 @@ pub struct TablePlan {
     pub paths_per_group: u32,
     /// Of all random numbers.
     pub seed: u64,
+}
+
+impl TablePlan {
+    /// Where the lamps' tables are made, m: the surface throws some of their light back.
+    fn lamps_depth_m(&self) -> f64 {
+        let middle = self.depths_m.get(self.depths_m.len() / 2);
+        middle.copied().unwrap_or(DARK_DEPTH_M)
+    }
 }
 
 /// Why there are no tables.
@@ -197,7 +208,7 @@ pub fn water_tables_watched(
     scene: impl Fn(f64, f64) -> Result<Scene, EnvironmentError> + Sync,
     goes_on: impl Fn(f64) -> bool + Sync,
 ) -> Result<WaterTables, TablesError> {
-    let first = scene(plan.depths_m[0], plan.distances_m[0])?;
+    let first = scene(plan.lamps_depth_m(), plan.distances_m[0])?;
     let camera = &first.camera;
     let half_view = [
         0.5 * f64::from(camera.width) / camera.focal_px.x,
@@ -218,7 +229,7 @@ pub fn water_tables_watched(
         half_view,
         frequencies_per_m: frequencies_per_m(),
         depths_m: plan.depths_m.clone(),
-        sun: sun(&first),
+        sun: sun(&first).filter(|_| !plan.depths_m.is_empty()),
         views: views?,
     })
 }
@@ -257,7 +268,7 @@ fn view(
             source,
         }
     };
-    let middle_m = plan.depths_m[plan.depths_m.len() / 2];
+    let middle_m = plan.lamps_depth_m();
     let middle = scene(middle_m, distance_m)?;
     let prepared = Prepared::build(&lamps_alone(&middle));
     let model = TargetModel::new(&middle, &prepared, &pyramid, true, plan.seed)
