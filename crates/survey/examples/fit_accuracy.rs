@@ -1,9 +1,9 @@
 //! How well `uw fit` finds hidden waters: calibration pictures of vehicles in waters drawn at random, fitted with the nominal vehicle.
 //!
-//! `cargo run --release -p uw-survey --example fit_accuracy -- SCENES SEED [spectral] [jerlov] [predict]`; with `jerlov` the water is
+//! `cargo run --release -p uw-survey --example fit_accuracy -- SCENES SEED [spectral] [jerlov] [dark] [predict]`; with `jerlov` the water is
 //! fitted as one of Jerlov's scale (in three bands hidden waters are off it, by wavelength they are on it); with `predict` each fitted water also
 //! predicts the contrast of pictures of a target that was not calibrated with, from each of them for all others; alone, and with those in mind
-//! that a vehicle has taken from 1.2 and 3.5 m without its lamps.
+//! that a vehicle has taken from 1.2 and 3.5 m without its lamps. With `dark` there is no daylight, and all pictures are of the lamps.
 
 #![allow(clippy::print_stdout, reason = "that is what it is for")]
 
@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let (scenes, seed) = match &arguments[..] {
         [scenes, seed, ..] => (scenes.parse::<u32>()?, seed.parse::<u64>()?),
-        _ => return Err("give SCENES SEED [spectral] [jerlov] [predict]".into()),
+        _ => return Err("give SCENES SEED [spectral] [jerlov] [dark] [predict]".into()),
     };
     let asked = |word: &str| arguments[2..].iter().any(|argument| argument == word);
     let bands = match asked("spectral") {
@@ -46,13 +46,17 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut tally = Tally::default();
     let mut predictions = MEMORIES.map(Predictions::new);
     for scene in 0..scenes {
-        let truth = Truth::draw(seed, scene, bands)?;
+        let truth = Truth {
+            dark: asked("dark"),
+            ..Truth::draw(seed, scene, bands)?
+        };
         let folder = tempfile::tempdir()?;
         let manifest = truth.take(folder.path(), &vehicle, u64::from(scene))?;
         let started = Instant::now();
         let options = Options {
             down: truth.is_down()?,
             jerlov: asked("jerlov"),
+            dark: truth.dark,
             ..Options::default()
         };
         let found = fit(&manifest, &vehicle, &options, &|_, _| true)?;
@@ -157,9 +161,13 @@ impl Predictions {
     ) -> Result<(), Box<dyn Error>> {
         let response = water.sensor.response();
         let before = (self.off, self.n);
+        let levels: &[f64] = match truth.dark {
+            true => &[LIGHT_PCT],
+            false => &[0.0, LIGHT_PCT],
+        };
         let mut shots = Vec::new();
         for distance_m in DISTANCES_M {
-            for light_pct in [0.0, LIGHT_PCT] {
+            for &light_pct in levels {
                 let picture =
                     Counts::read(&folder.join(format!("d{distance_m}_{light_pct}.png")), None)?;
                 let stats =
@@ -173,9 +181,9 @@ impl Predictions {
             }
         }
         let place = water.place(&response, truth.depth_m);
-        let earlier = shots
-            .iter()
-            .filter(|(at, ..)| self.been_at_m.contains(&at.distance_m) && at.light_pct == 0.0);
+        let earlier = shots.iter().filter(|(at, ..)| {
+            self.been_at_m.contains(&at.distance_m) && at.light_pct == levels[0]
+        });
         let earlier: Vec<Sight> = earlier
             .map(|(at, picture, _)| Sight::new(&place, picture, at))
             .collect();

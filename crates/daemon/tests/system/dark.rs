@@ -117,7 +117,18 @@ fn an_objective_that_needs_a_profile_says_so_in_the_dark() {
         held["message"].as_str().unwrap().contains("\"tracking\""),
         "{held}"
     );
-    let told = client.ask(&suggest_image(json!({"objective": {"preset": "tracking"}})));
+    let tracking = json!({"objective": {"preset": "tracking"}});
+    let told = client.ask(&suggest_image(tracking.clone()));
     assert_eq!(told["valid"], true, "{told}");
+    // Light with the lamps off is none that the water file knows.
+    write_picture(&program.path("day.png"), (HERE_M, 0.0), &waves, NOISE);
+    let mut by_day = suggest_image(tracking);
+    (by_day["image"], by_day["light_pct"]) = (json!({"path": "day.png"}), json!(0.0));
+    let held = client.ask(&by_day);
+    assert_eq!(
+        (&held["valid"], &held["reason"]),
+        (&json!(false), &json!("other_light")),
+        "{held}"
+    );
     assert_eq!(program.end(), Some(0));
 }

@@ -224,6 +224,14 @@ pub enum FitError {
         /// The distance, m.
         distance_m: f64,
     },
+    /// Grey pictures have one response, and the types are known for those of red, green and blue.
+    #[error(
+        "{manifest}: the pictures are grey: their camera sees all colours in one channel, of which Jerlov's types say nothing; leave --jerlov out"
+    )]
+    Grey {
+        /// File.
+        manifest: String,
+    },
     /// No channel has light enough.
     #[error(
         "{manifest}: the lamps' light is told from noise in no channel: take the pictures with brighter lamps, longer exposure or from nearer"

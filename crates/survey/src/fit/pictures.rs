@@ -141,7 +141,21 @@ impl Pictures {
             pictures.add(path, place, size_px, (&sensor, &treatment), options)?;
         }
         pictures.places = places;
-        Ok(pictures)
+        match options.jerlov && pictures.are_grey() {
+            true => Err(FitError::Grey {
+                manifest: path.display().to_string(),
+            }),
+            false => Ok(pictures),
+        }
+    }
+
+    /// Whether all channels show the same everywhere.
+    fn are_grey(&self) -> bool {
+        let mut signals = self.shown.iter().flat_map(|shown| &shown.blocks);
+        signals.all(|block| {
+            let [r, g, b] = block.signal.map(f64::to_bits);
+            r == g && g == b
+        })
     }
 
     /// Adds what the pictures of a place show, by rising lamp level.
@@ -381,6 +395,20 @@ mod tests {
                 assert!(b.variance[0] < a.variance[0], "{a:?} {b:?}");
             }
         }
+    }
+
+    #[test]
+    fn grey_pictures_have_no_place_on_jerlovs_scale() {
+        let jerlov = Options {
+            jerlov: true,
+            ..Options::default()
+        };
+        let told = read(1.0, &jerlov)
+            .map(|_| ())
+            .expect_err("grey")
+            .to_string();
+        assert!(told.contains("m.csv: the pictures are grey"), "{told}");
+        assert!(read(1.0, &Options::default()).is_ok());
     }
 
     #[test]

@@ -119,7 +119,11 @@ fn draw<B: DrawingBackend>(
         &lamps,
         detail,
     )?;
-    decay(&panels[3], "Lamps off: detail (K_c off)", &daylight, detail)?;
+    let title = match daylight[..] {
+        [] => "Lamps off: no pictures",
+        _ => "Lamps off: detail (K_c off)",
+    };
+    decay(&panels[3], title, &daylight, detail)?;
     residuals(&panels[2], &lamps)?;
     illumination(&panels[4], depths)?;
     ellipses(&panels[5], fit)?;
