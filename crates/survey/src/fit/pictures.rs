@@ -20,8 +20,7 @@ pub(super) const SAME_M: f64 = 1e-3;
 pub const FEWEST_DISTANCES: usize = 3;
 /// Least ratio of the largest to the smallest distance.
 pub const LEAST_RATIO: f64 = 1.8;
-/// Standard errors of noise, and share of the lamps' light, that a picture in the dark may show with the lamps off.
-const LIT_ERRORS: f64 = 5.0;
+/// Share of the lamps' light that a picture in the dark may show with the lamps off.
 const LIT_SHARE: f64 = 0.01;
 
 /// The same blocks of the target from a distance, in light of one kind.
@@ -213,7 +212,9 @@ impl Pictures {
         match (place[0].light_pct > 0.0, options.dark) {
             (true, true) => shown.push(of(Light::Lamps(0.01 * place[0].light_pct), least)),
             (true, false) => self.single += usize::from(place.len() == 1),
-            (false, true) => told.extend(lit_in_the_dark(&place[0], &least, shown.last())),
+            (false, true) => {
+                told.extend(lit_in_the_dark((&place[0], sensor), &least, shown.last()))
+            }
             (false, false) => shown.push(of(Light::Daylight, least)),
         }
         self.shown.append(&mut shown);
@@ -281,19 +282,24 @@ fn places(rows: Vec<Row>) -> Vec<Vec<Row>> {
     places
 }
 
-/// A warning where a picture with the lamps off shows light, although there is said to be none: more than the sensor's noise, and than a hundredth
-/// of the light that the lamps add.
-fn lit_in_the_dark(row: &Row, off: &[Block], lamps: Option<&Shown>) -> Option<String> {
-    let sums = |blocks: &[Block], k: usize| {
+/// A warning where a picture with the lamps off shows light, although there is said to be none: more than a black picture's noise, of which only what is
+/// above black is stored, and than a hundredth of the light that the lamps add.
+fn lit_in_the_dark(
+    (row, sensor): (&Row, &Sensor),
+    off: &[Block],
+    lamps: Option<&Shown>,
+) -> Option<String> {
+    let mean = |blocks: &[Block], k: usize| {
         let known = blocks.iter().filter(|block| block.variance[k].is_finite());
-        known.fold((0.0, 0.0), |(signal, variance), block| {
-            (signal + block.signal[k], variance + block.variance[k])
-        })
+        let (sum, n) = known.fold((0.0, 0.0), |(sum, n), block| {
+            (sum + block.signal[k], n + 1.0)
+        });
+        if n > 0.0 { sum / n } else { 0.0 }
     };
+    let black = sensor.noise.b.sqrt().max(sensor.encoding.light(1.0));
     let shows = |k: usize| {
-        let (signal, variance) = sums(off, k);
-        let of_lamps = lamps.map_or(0.0, |lamps| sums(&lamps.blocks, k).0);
-        signal > LIT_ERRORS * variance.sqrt() && signal > LIT_SHARE * of_lamps
+        let of_lamps = lamps.map_or(0.0, |lamps| mean(&lamps.blocks, k));
+        mean(off, k) > black.max(LIT_SHARE * of_lamps)
     };
     (0..3).any(shows).then(|| {
         format!(
@@ -352,10 +358,19 @@ mod tests {
 
     /// The pictures of a wall that fades to the right, with the lamps off exposed `over` times as long.
     fn read(over: f64, options: &Options) -> Result<Pictures, FitError> {
+        read_lights(&LIGHTS, over, options)
+    }
+
+    /// The same in other light.
+    fn read_lights(
+        lights: &[(f64, [f64; 2])],
+        over: f64,
+        options: &Options,
+    ) -> Result<Pictures, FitError> {
         let folder = tempfile::tempdir().expect("a folder");
         let mut manifest = "file,kind,depth_m,distance_m,light_pct,exposure\n".to_owned();
-        for (distance_m, lights) in LIGHTS {
-            for (light_pct, light) in [0, 100].into_iter().zip(lights) {
+        for (distance_m, lights) in lights {
+            for (light_pct, light) in [0, 100].into_iter().zip(*lights) {
                 let over = if light_pct == 0 { over } else { 1.0 };
                 let picture = RgbImage::from_fn(SIZE[0], SIZE[1], |x, _| {
                     let light = over * light * (1.0 - 0.5 * f64::from(x) / f64::from(SIZE[0]));
@@ -417,13 +432,21 @@ mod tests {
             dark: true,
             ..Options::default()
         };
-        let told = read(1.0, &dark).expect("pictures").told;
-        assert!(
-            told.len() == LIGHTS.len() && told[0].contains("0.5_0.png: shows light"),
-            "{told:?}"
-        );
-        // Counts of 1 to 3 of 255 are what a black picture may have.
-        assert_eq!(read(0.01, &dark).expect("pictures").told[1..], [""; 0]);
+        // Light with the lamps off, and from which distances it is told: three of 255 counts are what noise leaves in a black picture, and a
+        // hundredth of the lamps' light has no say.
+        for (off, expected) in [
+            (0.05, &["0.5", "1", "2"][..]),
+            (0.003, &["1", "2"]),
+            (0.0009, &[]),
+        ] {
+            let lights = LIGHTS.map(|(distance_m, [_, on])| (distance_m, [off, on]));
+            let told = read_lights(&lights, 1.0, &dark).expect("pictures").told;
+            let names = expected.iter().zip(&told);
+            let right = names.fold(true, |right, (distance_m, told)| {
+                right && told.contains(&format!("/{distance_m}_0.png: shows light"))
+            });
+            assert!(right && told.len() == expected.len(), "{off}: {told:?}");
+        }
     }
 
     #[test]
