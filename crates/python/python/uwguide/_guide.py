@@ -33,7 +33,8 @@ class Guide:
 
         Args:
             model: a model file (uw-mlp) or the name of a shipped one; None for the shipped default, or with `water`.
-            profile: a :class:`Profile`, the path of a profile file, the name of a shipped one, or its contents as a dictionary.
+            profile: a :class:`Profile`, the path of a profile file, the name of a shipped one, or its contents as a dictionary. None: by physics an
+                objective of the form "overlap" (preset "tracking") needs none; other answers are to hold (``no_profile``).
             water: in the place of a model: a :class:`Water` or the path of a water file (uw-water/1), for predictions by physics
                 from pictures.
             objective: fields of the objective in the place of its defaults, such as ``{"preset": "tracking"}``.
