@@ -162,6 +162,49 @@ fn a_bottom_that_is_said_to_be_a_wall_is_told() {
     }
 }
 
+/// The picture with the lamps on from `from_m`, `depth_m` deep, predicts the contrast of those from other distances (m), lamps off and on, within `most` of what they have,
+/// 8-bit counts.
+fn assert_predicts(
+    file: &WaterFile,
+    folder: &Path,
+    (from_m, depth_m): (f64, f64),
+    to_m: &[f64],
+    most: impl Fn(f64) -> f64,
+) {
+    let even = file.sensor.even();
+    let response = file.sensor.response();
+    let stats = |at: &Candidate| {
+        let name = format!("d{}_{}.png", at.distance_m, at.light_pct);
+        let picture = Counts::read(&folder.join(name), even.as_ref()).expect("a picture");
+        let stats =
+            uw_calib::ImageStats::from_counts(picture.width, picture.height, &picture.pixels);
+        (picture, stats.expect("patches").contrast)
+    };
+    let at = |distance_m: f64, light_pct: f64| Candidate {
+        distance_m,
+        light_pct,
+    };
+    let here = at(from_m, hidden_truth::LIGHT_PCT);
+    let (picture, contrast) = stats(&here);
+    let linear = LinearPicture::of_counts(&picture, file.sensor.encoding);
+    let place = file.place(&response, depth_m);
+    let predictor = Predictor::new(place, &linear, (&here, contrast), &file.sights);
+    for &distance_m in to_m {
+        for light_pct in [0.0, hidden_truth::LIGHT_PCT] {
+            let there = at(distance_m, light_pct);
+            let (_, seen) = stats(&there);
+            let predicted = predictor.contrast(&there);
+            for k in 0..3 {
+                let error = predicted.counts[k] - seen[k];
+                assert!(
+                    error.abs() < most(seen[k]),
+                    "{there:?} channel {k}: {predicted:?} seen {seen:?}"
+                );
+            }
+        }
+    }
+}
+
 /// Another one is, too, behind a lens with vignetting; its water file predicts what the target would show from elsewhere, and the report is written.
 #[test]
 fn a_fitted_water_is_the_hidden_one_and_predicts() {
@@ -171,8 +214,6 @@ fn a_fitted_water_is_the_hidden_one_and_predicts() {
     assert_found(&truth, &found);
     let options = options(&truth);
     let file = water_file(&found, &vehicle, &options, (4096, "test"), |_| true).expect("tables");
-    let even = file.sensor.even();
-    let response = file.sensor.response();
     let numbers = file.fit.as_ref().expect("numbers of the fit");
     let day = numbers.daylight_gain.expect("pictures with the lamps off");
     for k in 0..3 {
@@ -181,38 +222,14 @@ fn a_fitted_water_is_the_hidden_one_and_predicts() {
         let beside = numbers.lamp_gain[k] / day[k] / truth.gain;
         assert!((0.9..1.1).contains(&beside), "{k}: {beside}, {day:?}");
     }
-    let stats = |name: &str| {
-        let picture = Counts::read(&folder.path().join(name), even.as_ref()).expect("a picture");
-        let stats =
-            uw_calib::ImageStats::from_counts(picture.width, picture.height, &picture.pixels);
-        (picture, stats.expect("patches").contrast)
-    };
-    let here = Candidate {
-        distance_m: 1.8,
-        light_pct: hidden_truth::LIGHT_PCT,
-    };
-    let (picture, contrast) = stats("d1.8_60.png");
-    let linear = LinearPicture::of_counts(&picture, options.encoding);
-    let place = file.place(&response, truth.depth_m);
-    let predictor = Predictor::new(place, &linear, (&here, contrast), &file.sights);
-    for distance_m in [0.8, 1.2, 2.5] {
-        for light_pct in [0.0, hidden_truth::LIGHT_PCT] {
-            let there = Candidate {
-                distance_m,
-                light_pct,
-            };
-            let (_, seen) = stats(&format!("d{distance_m}_{light_pct}.png"));
-            let predicted = predictor.contrast(&there);
-            for k in 0..3 {
-                let error = predicted.counts[k] - seen[k];
-                // Contrasts are up to 15 counts here; tables have an eighth of the paths that they have by default.
-                assert!(
-                    error.abs() < 2.0,
-                    "{distance_m} m {light_pct} % channel {k}: {predicted:?} seen {seen:?}"
-                );
-            }
-        }
-    }
+    // Contrasts are up to 15 counts here; tables have an eighth of the paths that they have by default.
+    assert_predicts(
+        &file,
+        folder.path(),
+        (1.8, truth.depth_m),
+        &[0.8, 1.2, 2.5],
+        |_| 2.0,
+    );
     let reported = folder.path().join("report");
     let depths = depths(&found, &vehicle, &options).expect("renders");
     assert_eq!(depths.len(), hidden_truth::UP_DEPTHS_M.len());
@@ -262,38 +279,10 @@ fn a_water_in_the_dark_is_found_and_predicts() {
     let file = water_file(&found, &vehicle, &options, (2048, "test"), |_| true).expect("tables");
     assert_eq!((file.tables.depth_range_m(), file.tables.sun), (None, None));
     let file: WaterFile = serde_json::from_str(&file.to_json()).expect("a water file");
-    let stats = |name: &str| {
-        let picture = Counts::read(&folder.path().join(name), None).expect("a picture");
-        let stats =
-            uw_calib::ImageStats::from_counts(picture.width, picture.height, &picture.pixels);
-        (picture, stats.expect("patches").contrast)
-    };
-    let here = Candidate {
-        distance_m: 1.2,
-        light_pct: hidden_truth::LIGHT_PCT,
-    };
-    let (picture, contrast) = stats("d1.2_60.png");
-    let linear = LinearPicture::of_counts(&picture, options.encoding);
-    let response = file.sensor.response();
-    let place = file.place(&response, hidden_truth::ABYSS_M);
-    let predictor = Predictor::new(place, &linear, (&here, contrast), &file.sights);
-    for distance_m in [0.8, 1.8] {
-        for light_pct in [0.0, hidden_truth::LIGHT_PCT] {
-            let there = Candidate {
-                distance_m,
-                light_pct,
-            };
-            let (_, seen) = stats(&format!("d{distance_m}_{light_pct}.png"));
-            let predicted = predictor.contrast(&there);
-            for k in 0..3 {
-                let error = predicted.counts[k] - seen[k];
-                assert!(
-                    error.abs() < 0.5 + 0.1 * seen[k],
-                    "{distance_m} m {light_pct} % channel {k}: {predicted:?} seen {seen:?}"
-                );
-            }
-        }
-    }
+    let deep = (1.2, hidden_truth::ABYSS_M);
+    assert_predicts(&file, folder.path(), deep, &[0.8, 1.8], |seen| {
+        0.5 + 0.1 * seen
+    });
 }
 
 /// Pictures that show no light of the lamps, of another camera, or from too few places make no water.

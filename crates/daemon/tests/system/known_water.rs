@@ -12,9 +12,8 @@ pub(crate) const SIZE_PX: [u32; 2] = [320, 192];
 const HALF_VIEW: f64 = 0.5;
 const DAYLIGHT: f64 = 0.5;
 const C_PER_M: f64 = 0.4;
-/// Light of the lamps at 100 %, and of all, over that of daylight.
+/// Light of the lamps at 100 % over that of daylight.
 const LAMPS: f64 = 0.2;
-const ALL_LIGHT: f64 = 1.0 + LAMPS;
 const PATCHES: usize = 60;
 /// Variance of a sensor's noise: a·y + b.
 pub(crate) const NOISE: [f64; 2] = [1e-4, 1e-6];
@@ -32,7 +31,7 @@ pub(crate) fn dark(distances_m: &[f64], noise: [f64; 2]) -> WaterFile {
         view.daylight.clear();
         for field in [&mut view.lamps.veil, &mut view.lamps.light] {
             let values = field.iter_mut().flatten();
-            values.for_each(|value| *value *= ALL_LIGHT / LAMPS);
+            values.for_each(|value| *value *= (1.0 + LAMPS) / LAMPS);
         }
     }
     file
@@ -124,7 +123,7 @@ pub(crate) fn picture_through(
     [noise_a, noise_b]: [f64; 2],
 ) -> image::RgbImage {
     let mut numbers = Numbers::new(5);
-    let light = 1.0 + (ALL_LIGHT - 1.0) * 0.01 * light_pct;
+    let light = 1.0 + LAMPS * 0.01 * light_pct;
     let left = (-C_PER_M * distance_m).exp();
     let pixel_m = 2.0 * HALF_VIEW * distance_m / f64::from(SIZE_PX[0]);
     image::RgbImage::from_fn(size_px[0], size_px[1], |column, row| {

@@ -11,17 +11,11 @@ use uw_calib::response::LinearNoise;
 use uw_calib::{DepthMeasurement, Encoding, Treatment, View};
 
 use super::blocks::{Block, Grid, Sensor, Stored};
-use super::{DEPTHS_M, FitError, Options};
+use super::{FitError, Options, suited};
 use uw_calib::vehicle::Vehicle;
 
 /// Distances and depths closer than this are one, m.
 pub(super) const SAME_M: f64 = 1e-3;
-/// Fewest distances of pictures with more and with less of the lamps.
-pub const FEWEST_DISTANCES: usize = 3;
-/// Least ratio of the largest to the smallest distance.
-pub const LEAST_RATIO: f64 = 1.8;
-/// Share of the lamps' light that a picture in the dark may show with the lamps off.
-const LIT_SHARE: f64 = 0.01;
 
 /// The same blocks of the target from a distance, in light of one kind.
 #[derive(Clone, Debug)]
@@ -77,7 +71,7 @@ pub(super) struct Pictures {
 /// A picture of the target that the manifest lists.
 #[derive(Clone, Debug)]
 pub(super) struct Row {
-    listed: manifest::Row,
+    pub(super) listed: manifest::Row,
     pub(super) distance_m: f64,
     pub(super) depth_m: Option<f64>,
     pub(super) light_pct: f64,
@@ -102,7 +96,7 @@ impl Pictures {
         let told = [exposures.approximate, exposures.warnings].concat();
         let rows: Vec<Row> = manifest.rows.iter().filter_map(of_target).collect();
         let places = places(rows);
-        check(path, &places, options)?;
+        suited::check(path, &places, options)?;
         let distance = |place: &Vec<Row>| place[0].distance_m;
         let (nearest_m, farthest_m) = places
             .iter()
@@ -140,21 +134,12 @@ impl Pictures {
             pictures.add(path, place, size_px, (&sensor, &treatment), options)?;
         }
         pictures.places = places;
-        match options.jerlov && pictures.are_grey() {
+        match options.jerlov && suited::are_grey(&pictures.shown) {
             true => Err(FitError::Grey {
                 manifest: path.display().to_string(),
             }),
             false => Ok(pictures),
         }
-    }
-
-    /// Whether all channels show the same everywhere.
-    fn are_grey(&self) -> bool {
-        let mut signals = self.shown.iter().flat_map(|shown| &shown.blocks);
-        signals.all(|block| {
-            let [r, g, b] = block.signal.map(f64::to_bits);
-            r == g && g == b
-        })
     }
 
     /// Adds what the pictures of a place show, by rising lamp level.
@@ -212,9 +197,11 @@ impl Pictures {
         match (place[0].light_pct > 0.0, options.dark) {
             (true, true) => shown.push(of(Light::Lamps(0.01 * place[0].light_pct), least)),
             (true, false) => self.single += usize::from(place.len() == 1),
-            (false, true) => {
-                told.extend(lit_in_the_dark((&place[0], sensor), &least, shown.last()))
-            }
+            (false, true) => told.extend(suited::lit_in_the_dark(
+                (&place[0], sensor),
+                &least,
+                shown.last(),
+            )),
             (false, false) => shown.push(of(Light::Daylight, least)),
         }
         self.shown.append(&mut shown);
@@ -280,68 +267,6 @@ fn places(rows: Vec<Row>) -> Vec<Vec<Row>> {
     }
     places.sort_by(|a, b| a[0].distance_m.total_cmp(&b[0].distance_m));
     places
-}
-
-/// A warning where a picture with the lamps off shows light, although there is said to be none: more than a black picture's noise, of which only what is
-/// above black is stored, and than a hundredth of the light that the lamps add.
-fn lit_in_the_dark(
-    (row, sensor): (&Row, &Sensor),
-    off: &[Block],
-    lamps: Option<&Shown>,
-) -> Option<String> {
-    let mean = |blocks: &[Block], k: usize| {
-        let known = blocks.iter().filter(|block| block.variance[k].is_finite());
-        let (sum, n) = known.fold((0.0, 0.0), |(sum, n), block| {
-            (sum + block.signal[k], n + 1.0)
-        });
-        if n > 0.0 { sum / n } else { 0.0 }
-    };
-    let black = sensor.noise.b.sqrt().max(sensor.encoding.light(1.0));
-    let shows = |k: usize| {
-        let of_lamps = lamps.map_or(0.0, |lamps| mean(&lamps.blocks, k));
-        mean(off, k) > black.max(LIT_SHARE * of_lamps)
-    };
-    (0..3).any(shows).then(|| {
-        format!(
-            "{}: shows light with the lamps off: if it is daylight leave --dark out, or the water file knows of none",
-            row.listed.image.display()
-        )
-    })
-}
-
-/// Whether there are places enough whose lamps can be told from daylight, and none deeper than daylight is made for.
-fn check(path: &Path, places: &[Vec<Row>], options: &Options) -> Result<(), FitError> {
-    let mut rows = places.iter().flatten().filter(|_| !options.dark);
-    let too_deep = rows.find_map(|row| {
-        let depth_m = row.depth_m.filter(|z| z > DEPTHS_M.end())?;
-        Some((row.listed.line, depth_m))
-    });
-    if let Some((line, depth_m)) = too_deep {
-        return Err(FitError::TooDeep {
-            manifest: path.display().to_string(),
-            line,
-            depth_m,
-        });
-    }
-    let told = |place: &&Vec<Row>| {
-        let lit = place.last().is_some_and(|row| row.light_pct > 0.0);
-        lit && (place.len() > 1 || options.dark)
-    };
-    let mut distances_m: Vec<f64> = places
-        .iter()
-        .filter(told)
-        .map(|place| place[0].distance_m)
-        .collect();
-    distances_m.dedup_by(|a, b| (*a - *b).abs() < SAME_M);
-    let ends = distances_m.first().zip(distances_m.last());
-    let wide = ends.is_some_and(|(near, far)| far / near >= LEAST_RATIO);
-    match distances_m.len() >= FEWEST_DISTANCES && wide {
-        true => Ok(()),
-        false => Err(FitError::TooFew {
-            manifest: path.display().to_string(),
-            distances_m,
-        }),
-    }
 }
 
 #[cfg(test)]

@@ -44,6 +44,10 @@ fn what_cannot_be_fitted_is_refused_by_name() {
             "--backscatter-error 9",
             "--backscatter-error must be above 0",
         ),
+        (
+            "--dark --depths-m 3",
+            "--depths-m must be left out in the dark",
+        ),
     ] {
         folder.refused(&format!("fit m.csv -o w.json {vehicle} {option}"), &[told]);
     }
