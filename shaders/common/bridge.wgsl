@@ -17,7 +17,7 @@ import package::common::math::{circle, frame, minus_ln, turn};
 import package::common::phase::phase_sample_x;
 import package::common::rng::{next_bits, uniform_number};
 
-/// Walks longer than the straight way by this optical depth are dropped.
+/// Bridges are dropped that hold less than e to minus this of the light of others of their order.
 const MAX_EXCESS_DEPTH: f32 = 60.0;
 
 struct Bridge {
@@ -122,13 +122,21 @@ fn bridge_draw(start: vec3f, end: vec3f, order: u32) -> bool {
     }
     let scale = distance / extent;
     let walked = total * scale;
-    if (walked - distance) * scene.c_min > MAX_EXCESS_DEPTH {
+    if excess_depth(f32(order), walked, distance) > MAX_EXCESS_DEPTH {
         return false;
     }
     bridge_fit(axis, position / extent, direction, scale);
     bridge.order = order;
     bridge.length = max(walked, distance);
     return true;
+}
+
+/// How many times e less light a bridge of `order` scatterings holds at least for being `walked` m long: its light goes with s^order e^(-cs),
+/// which is largest at order/c or, if that is farther, at the straight way.
+fn excess_depth(order: f32, walked: f32, straight: f32) -> f32 {
+    let best = max(straight * scene.c_min, order);
+    let depth = max(walked * scene.c_min, best);
+    return depth - best - order * log(depth / best);
 }
 
 /// Draws the fractions of the bridge's length at which it scatters, in increasing order.

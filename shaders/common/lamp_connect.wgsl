@@ -21,7 +21,7 @@ import package::common::phase::phase_value;
 import package::common::rng::uniform_number;
 import package::common::settings::largest_order;
 import package::common::spectrum::lamp_sigma;
-import package::common::subpath::subpath;
+import package::common::subpath::{most_from, subpath};
 import package::common::tables::{lamp_film_layer, lamp_intensity, lamp_level, lamp_radius};
 import package::common::unfold::segment_factor;
 
@@ -154,7 +154,7 @@ fn connect_lamps(on_surface: bool, is_start: bool, point: SurfacePoint, max_even
     let position = unfolded(walk.origin);
     // The straight way from the first surface is not the walk's to count.
     let least = select(0u, 1u, walk.unscattered && walk.met_surface);
-    let most = max_events - min(walk.events, max_events);
+    let most = min(max_events - min(walk.events, max_events), most_from(subpath.count - min(subpath.count, 1u)));
     if target_count == 0u {
         return;
     }

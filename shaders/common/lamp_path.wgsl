@@ -11,10 +11,10 @@ import package::common::lamp_resampling::{Landing, resample_landing};
 import package::common::lamp_spot::{is_led_start, no_spot_start, set_spot_start, share_arrival, spot_start};
 import package::common::lamp_survival::{land, lit_length2, lit_length2_of, survives};
 import package::common::lamp_targets::{NO_NUMBER, choose_targets, target_centre, target_count, targets};
-import package::common::lamp_walk::{unfolded, walk, walk_drawn, walk_start};
+import package::common::lamp_walk::{unfolded, unfolded_direction, walk, walk_drawn, walk_start};
 import package::common::layer_tables::BY_SCATTERING;
 import package::common::layers::{water_at, way_along};
-import package::common::layout::{HAS_BEAMS, HAS_GLOSS, HAS_LAYERS, HAS_SCATTERING, HAS_SURFACE, Spectrum, counters, dispatch, scene};
+import package::common::layout::{HAS_BEAMS, HAS_GLOSS, HAS_LAYERS, HAS_SCATTERING, HAS_SURFACE, Spectrum, scene};
 import package::common::math::turn;
 import package::common::medium::{channels_scatter, channels_start, rest_of_start};
 import package::common::phase::{phase_sample_x, phase_value};
@@ -177,10 +177,6 @@ fn connect_and_turn(on_surface: bool) -> u32 {
             return LOST;
         }
     } else {
-        if subpath.count >= dispatch.slots {
-            atomicAdd(&counters.cut_paths, 1u);
-            return LOST;
-        }
         subpath_push(unfolded(walk.origin), walk.length, walk_drawn(), walk.ln_relative, walk.reflected);
     }
     let is_start = start_of_led(on_surface);
@@ -227,8 +223,24 @@ fn root_on_surface() -> bool {
         return false;
     }
     let position = unfolded(walk.origin);
-    subpath_root(position, walk.length, walk_drawn(), walk.reflected, is_close_to_lamp(position), walk.unscattered);
+    let companions = is_close_to_lamp(position) || is_turned_away(position);
+    subpath_root(position, walk.length, walk_drawn(), walk.reflected, companions, walk.unscattered);
     share_arrival(ground);
+    return true;
+}
+
+/// Whether every lamp lies behind the surface on which the walk stands: bridges would have to go around it, which those of few scatterings
+/// seldom do.
+fn is_turned_away(position: vec3f) -> bool {
+    if !HAS_SCATTERING {
+        return false;
+    }
+    let normal = unfolded_direction(ground.shading_normal);
+    for (var i = 0u; i < target_count; i++) {
+        if dot(normal, target_centre(targets[i]) - position) > 0.0 {
+            return false;
+        }
+    }
     return true;
 }
 

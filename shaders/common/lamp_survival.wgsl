@@ -18,8 +18,14 @@ const FALL: f32 = 10.0;
 const OF_START: f32 = 3.0;
 const OF_END: f32 = 0.5;
 const OF_RAY: f32 = 0.02;
+/// Events after which a walk goes on with a probability of at most 1 - LATE_FALL over their number, so that all come to an end.
 const SURE_EVENTS: u32 = 1000u;
-const LATE_SURVIVAL: f32 = 0.998;
+const LATE_FALL: f32 = 1.25;
+/// Scatterings by which light has come from the lamp, over the square of the lit length in free paths, and their least number; after them walks in
+/// water go on with a probability of at most 1 - WATER_FALL over theirs.
+const OF_LIT: f32 = 0.2;
+const LEAST_ON_ITS_WAY: f32 = 40.0;
+const WATER_FALL: f32 = 0.75;
 
 /// Square of the distance from a lamp, m², beyond which prospects fall.
 var<private> lit_length2: f32;
@@ -49,7 +55,15 @@ fn survival_of_walk(weight: f32) -> f32 {
     if walk.scatterings <= SURE_VERTICES {
         return beside_best;
     }
-    return min(beside_best, capped_importance(REACH_IN_WATER * prospects));
+    return min(min(beside_best, survival_of_long()), capped_importance(REACH_IN_WATER * prospects));
+}
+
+/// Probability with which a walk without a surface goes on, however bright it is: light that has diffused to where the walk began has scattered n
+/// times with a density of n^(-3/2) at most, once it has had the time to come from the lamp.
+fn survival_of_long() -> f32 {
+    let scatterings = f32(walk.scatterings);
+    let on_its_way = max(LEAST_ON_ITS_WAY, OF_LIT * scene.c_max * scene.c_max * lit_length2);
+    return select(1.0, 1.0 - WATER_FALL / scatterings, scatterings > on_its_way);
 }
 
 /// The same for a walk before its first surface after many scatterings, whatever it has brought.
@@ -58,13 +72,13 @@ fn survival_in_water(weight: f32) -> f32 {
 }
 
 fn capped_importance(importance: f32) -> f32 {
-    return min(importance, select(1.0, LATE_SURVIVAL, walk.events > SURE_EVENTS));
+    return min(importance, select(1.0, 1.0 - LATE_FALL / f32(walk.events), walk.events > SURE_EVENTS));
 }
 
 /// Estimate of what a walk of this weight can still bring, relative to what one of weight 1 brings from close to a lamp.
 fn prospects_of_walk(weight: f32) -> f32 {
     let nearest2 = nearest2_to(walk.origin);
-    return weight * exp(-min(0.5 * scene.c_min * sqrt(nearest2), 80.0)) / (1.0 + nearest2 / lit_length2);
+    return weight * exp(-min(scene.lamp_decay * sqrt(nearest2), 80.0)) / (1.0 + nearest2 / lit_length2);
 }
 
 /// Square of the distance from the nearest lamp, m², within which a walk along `ray` is close to it: a length of the

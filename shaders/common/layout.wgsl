@@ -153,9 +153,10 @@ struct Scene {
     distortion_k4: f32,
     distortion_k5: f32,
     distortion_k6: f32,
+    /// Decay of the light of far lamps, 1/m.
+    lamp_decay: f32,
     padding_1: u32,
     padding_2: u32,
-    padding_3: u32,
 }
 
 struct Dispatch {

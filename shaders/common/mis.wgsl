@@ -1,7 +1,7 @@
 // Multiple importance sampling: the techniques by which one path to a lamp can be made, combined by the balance
 // heuristic (Veach and Guibas 1995).
 // Checked by: tests/system/ (closed_form, validator, furnace, radiative_transfer; gpu: both precisions).
-import package::common::bridge::{bridge, bridge_vertex, drawn_row, extra_row, subpath_row};
+import package::common::bridge::{bridge, bridge_vertex, drawn_row, extra_row};
 import package::common::lamp_beam::{Beam, beam_pdf, is_in_beam};
 import package::common::layer_tables::BY_SCATTERING;
 import package::common::layers::drawn_between;
@@ -12,7 +12,7 @@ import package::common::order::{LN_POISSON_SHARE, order_ln_tail, scattered_share
 import package::common::phase::phase_value;
 import package::common::settings::{lamp_strategies, largest_order};
 import package::common::spectrum::{lamp_ln_sigma, lamp_sigma, water_c, water_ln_b};
-import package::common::subpath::{BridgeStart, LEAST_LENGTH, PathToLamp, bridge_start, drawn_up_to, is_joined, path, subpath};
+import package::common::subpath::{BridgeStart, FREE_VERTICES, LEAST_LENGTH, PathToLamp, bridge_start, drawn_up_to, is_joined, late_order, most_from, path, subpath, turn_row, vertex_row};
 
 /// How a path goes on from the last vertex of the walk.
 struct Connection {
@@ -104,13 +104,17 @@ fn techniques_before(total_order: u32, lamp: vec3f) -> f32 {
     var i = 0u;
     loop {
         let order = total_order - (i + first);
-        let extra = scratch[extra_row(i)];
-        if order <= largest_order() && extra.w > 0.0 {
-            let vertex = scratch[subpath_row(i)];
+        let extra = scratch[turn_row(i)];
+        if order <= most_from(i) && extra.w > 0.0 {
+            let vertex = scratch[vertex_row(i)];
             let start = bridge_start(vertex.xyz, vertex.w, drawn_up_to(i, vertex.w), lamp, i + 1u, 0u);
             density += extra.w * technique_density(start, order, subpath.rooted && i == 0u, extra.z);
         }
         i += 1u;
+        if i == FREE_VERTICES {
+            // No bridge from a vertex in between has so low an order.
+            i = max(i, total_order - min(total_order, first + late_order()));
+        }
         if i + 1u >= subpath.count {
             break;
         }
@@ -137,8 +141,11 @@ fn techniques_after(connection: Connection) -> f32 {
         length += vertex.w;
         drawn += drawn_segment(i, vertex.w);
         reflected *= extra.y;
-        let start = bridge_start(vertex.xyz, length, drawn, connection.lamp, subpath.count, i + 1u);
-        density += reflected * technique_density(start, bridge.order - 1u - i, false, phase_value(extra.x));
+        let order = bridge.order - 1u - i;
+        if order <= most_from(subpath.count + i) {
+            let start = bridge_start(vertex.xyz, length, drawn, connection.lamp, subpath.count, i + 1u);
+            density += reflected * technique_density(start, order, false, phase_value(extra.x));
+        }
         i += 1u;
         if i >= bridge.order {
             break;
@@ -164,9 +171,12 @@ fn ln_power(exponent: u32, ln: Spectrum) -> Spectrum {
     return select(f32(exponent) * ln, Spectrum(0.0), exponent == 0u);
 }
 
-/// Which of the path's vertices after the subpath's first is the first in the beam; NONE: none of them.
+/// Which of the path's vertices after the subpath's first is the first in the beam; NONE: none of them, or more than led ways have.
 fn first_in_beam(beam: Beam) -> u32 {
     let walked = subpath.count - 1u;
+    if walked + bridge.order > largest_order() {
+        return NONE;
+    }
     var i = 0u;
     loop {
         if i >= walked + bridge.order {
@@ -174,7 +184,7 @@ fn first_in_beam(beam: Beam) -> u32 {
         }
         var position: vec3f;
         if i < walked {
-            position = scratch[subpath_row(i + 1u)].xyz;
+            position = scratch[vertex_row(i + 1u)].xyz;
         } else {
             position = bridge_vertex(i - walked).xyz;
         }
@@ -190,21 +200,21 @@ fn first_in_beam(beam: Beam) -> u32 {
 fn density_through_beam(connection: Connection, middle: u32, last_reflected: f32) -> f32 {
     let walked = subpath.count - 1u;
     let order = walked + bridge.order;
-    if middle == NONE || order > largest_order() {
+    if middle == NONE {
         return 0.0;
     }
-    let first = scratch[subpath_row(0u)];
-    let extra = scratch[extra_row(0u)];
+    let first = scratch[vertex_row(0u)];
+    let extra = scratch[turn_row(0u)];
     let total = path.last_length + bridge.length - first.w;
     var position: vec3f;
     var length_to = path.last_length - first.w;
     var onwards = connection.scattering_pdf;
     if middle < walked {
-        let vertex = scratch[subpath_row(middle + 1u)];
+        let vertex = scratch[vertex_row(middle + 1u)];
         position = vertex.xyz;
         length_to = vertex.w - first.w;
         if middle + 1u < walked {
-            onwards = scratch[extra_row(middle + 1u)].z;
+            onwards = scratch[turn_row(middle + 1u)].z;
         }
     } else {
         var i = 0u;
@@ -262,7 +272,7 @@ fn root_density(ln_walk_density: Spectrum, lamp: vec3f) -> Spectrum {
     if !subpath.scattered {
         return ln_walk_density;
     }
-    return ln_walk_density - ln_scattered(drawn_between(scratch[subpath_row(0u)].xyz, lamp, BY_SCATTERING));
+    return ln_walk_density - ln_scattered(drawn_between(scratch[vertex_row(0u)].xyz, lamp, BY_SCATTERING));
 }
 
 /// ln of the probability that a bridge of a drawn length scatters.
@@ -307,10 +317,10 @@ fn mis_of_scattered(channels: ChannelSampling, connection: Connection) -> Spectr
         return Spectrum(0.0);
     }
     let last = subpath.count - 1u;
-    let vertex = scratch[subpath_row(last)];
+    let vertex = scratch[vertex_row(last)];
     let last_length = vertex.w;
     let last_drawn = drawn_up_to(last, last_length);
-    let last_reflected = scratch[extra_row(last)].w;
+    let last_reflected = scratch[turn_row(last)].w;
     let order = bridge.order;
     let ln_walk = max(channels.ln_density, Spectrum(LN_ZERO));
     path = PathToLamp(f32(order), last_length, last_drawn, bridge.length, ln_walk, root_density(ln_walk, connection.lamp), 0.0);

@@ -3,10 +3,15 @@
 import package::common::bridge::{bridge, bridge_vertex, drawn_row, extra_row, subpath_row};
 import package::common::layer_tables::{BY_BRIDGE, BY_SCATTERING};
 import package::common::layers::{drawn_between, relative_at};
-import package::common::layout::{HAS_LAYERS, Spectrum, scratch};
+import package::common::layout::{HAS_LAYERS, Spectrum, dispatch, scratch};
+import package::common::settings::largest_order;
 
 /// Most vertices of a walk that are joined to lamps where the water varies.
 const MOST_JOINED: u32 = 12u;
+/// Vertices of a walk from which bridges may have any order, and the highest order from those after them. What a connection takes and what is
+/// kept of a walk would grow with its length otherwise.
+const FREE_VERTICES: u32 = 12u;
+const LATE_ORDER: u32 = 32u;
 /// Least length of a way whose logarithm is taken, m.
 const LEAST_LENGTH: f32 = 1e-30;
 
@@ -54,14 +59,40 @@ fn subpath_has_room() -> bool {
     return is_joined(subpath.count + 1u);
 }
 
-/// Adds a vertex; there has to be room. `ln_relative` is of where it scattered.
+/// Highest order of a bridge from vertex `i` of the walk.
+fn most_from(i: u32) -> u32 {
+    return select(late_order(), largest_order(), i < FREE_VERTICES);
+}
+
+fn late_order() -> u32 {
+    let any = largest_order();
+    return min(any - min(any, FREE_VERTICES), LATE_ORDER);
+}
+
+/// Where vertex `i` is kept: the first ones for good, of the later ones those that bridges of the highest order reach.
+fn kept_at(i: u32) -> u32 {
+    if i < dispatch.slots {
+        return i;
+    }
+    return FREE_VERTICES + (i - FREE_VERTICES) % (dispatch.slots - FREE_VERTICES);
+}
+
+fn vertex_row(i: u32) -> u32 {
+    return subpath_row(kept_at(i));
+}
+
+fn turn_row(i: u32) -> u32 {
+    return extra_row(kept_at(i));
+}
+
+/// Adds a vertex. `ln_relative` is of where it scattered.
 fn subpath_push(position: vec3f, length: f32, drawn: f32, ln_relative: f32, reflected: f32) {
     if HAS_LAYERS {
         scratch[drawn_row(subpath.count)].x = drawn;
         scratch[drawn_row(subpath.count)].w = ln_relative;
     }
-    scratch[subpath_row(subpath.count)] = vec4f(position, length);
-    let extra = extra_row(subpath.count);
+    scratch[vertex_row(subpath.count)] = vec4f(position, length);
+    let extra = turn_row(subpath.count);
     scratch[extra].z = 0.0;
     scratch[extra].w = reflected;
     subpath.count += 1u;
@@ -69,7 +100,7 @@ fn subpath_push(position: vec3f, length: f32, drawn: f32, ln_relative: f32, refl
 
 /// The walk went on from its last vertex with density `scattering_pdf` of its direction.
 fn subpath_leave(scattering_pdf: f32) {
-    scratch[extra_row(subpath.count - 1u)].z = scattering_pdf;
+    scratch[turn_row(subpath.count - 1u)].z = scattering_pdf;
 }
 
 /// Where a technique's bridge starts: length and drawn length of the path up to there, and the straight way to the lamp.

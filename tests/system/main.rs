@@ -13,6 +13,7 @@ mod closed_form;
 mod cloud_daylight;
 mod convergence;
 mod estimated_error;
+mod far_lamps;
 mod furnace;
 mod gloss;
 mod irradiance_by_cameras;

@@ -286,15 +286,6 @@ fn rows_of_the_validator() {
     write_means("validator", rows);
 }
 
-/// Prints the scenes that are kept aside. When the renderer has learned one, it belongs to the corpus.
-#[test]
-#[ignore = "the renderer's standard errors are not to be trusted on these scenes"]
-fn unsettled_scenes() {
-    let cases = cases::unsettled();
-    let theirs = for_all(&cases, threads(), |i, case| validated(i, case, 1.0, RUN));
-    compare_all(&cases, &theirs);
-}
-
 /// Every walk in lossless water ends in the sky, whose radiance grows by n² in the water: no noise at all.
 #[test]
 fn the_validator_keeps_energy_under_a_refracting_surface() {

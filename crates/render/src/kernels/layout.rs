@@ -161,9 +161,9 @@ exact_records! {
         distortion_k4: f32,
         distortion_k5: f32,
         distortion_k6: f32,
+        lamp_decay: f32,
         padding_1: u32,
         padding_2: u32,
-        padding_3: u32,
     }
     /// A lamp at 100 %.
     Lamp {

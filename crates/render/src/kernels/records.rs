@@ -234,6 +234,7 @@ fn water(medium: &Medium, record: &mut Scene, rows: &mut Rows) {
     record.b_mean = medium.b_mean();
     record.c_min = medium.c_min;
     record.c_max = medium.c_max;
+    record.lamp_decay = medium.lamp_decay();
     record.ln_b = logarithms(medium.ln_b);
     let strategies = |s: &Strategies| (s.sigma, logarithms(s.sigma.map(f64::ln)), s.count as u32);
     (

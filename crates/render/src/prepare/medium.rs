@@ -197,6 +197,13 @@ impl Medium {
         }
     }
 
+    /// How the light of far lamps decays at least, 1/m, for what decides which walks go on: as in diffusion, where water loses little of what
+    /// it scatters; half of the attenuation elsewhere.
+    pub fn lamp_decay(&self) -> f64 {
+        let diffuse = 3.0 * (1.0 - self.albedo) * (1.0 - self.albedo * self.mean_cosine);
+        self.c_min * diffuse.max(0.0).sqrt().min(0.5)
+    }
+
     /// Whether any channel scatters.
     pub fn scatters(&self) -> bool {
         self.by_scattering.count > 0

@@ -36,12 +36,8 @@ pub fn all() -> Vec<Case> {
     cases.extend(layers::cases());
     cases.extend(gloss::cases());
     cases.extend(air::cases());
+    cases.extend(lamps::in_bright_water());
     cases
-}
-
-/// Scenes kept aside until the renderer's variance is finite on them; each says what is wrong.
-pub fn unsettled() -> Vec<Case> {
-    lamps::unsettled_cases()
 }
 
 impl Case {
