@@ -22,6 +22,7 @@ use std::f64::consts::PI;
 
 use uw_media::phase::PhaseFunction;
 
+pub use angles::gauss;
 use matrix::sum;
 use solver::Solver;
 pub use water::{Level, Water};
