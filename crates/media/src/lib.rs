@@ -20,6 +20,7 @@
 //! ```
 
 mod bands;
+mod daylight;
 mod depth_profile;
 pub mod encoding;
 mod error;
@@ -33,6 +34,7 @@ pub mod transmittance;
 mod vignetting;
 
 pub use bands::{Bands, Camera, Interval, channel_iops};
+pub use daylight::kirk_attenuation;
 pub use depth_profile::{DepthLayer, depth_profile};
 pub use encoding::{CurveError, Encoding, ResponseCurve};
 pub use error::{MediaError, meant};

@@ -15,6 +15,11 @@ pub(crate) const MEASURED: &str =
 /// Types of each 10 m of depth, by the type at the surface.
 pub(crate) const DEPTH_PROFILES: &str =
     include_str!("../../../assets/water/jerlov_depth_profiles.csv");
+/// a and b of pure water.
+pub(crate) const PURE_WATER: &str = include_str!("../../../assets/water/pure_water.csv");
+/// Relative absorption of phytoplankton.
+pub(crate) const CHLOROPHYLL: &str =
+    include_str!("../../../assets/water/chlorophyll_absorption.csv");
 /// Spectral responses of three cameras.
 pub(crate) const CAMERAS: &str = include_str!("../../../assets/water/camera_responses.csv");
 /// Spectral responses of eleven more.

@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use uw_calib::{Calibration, Daylight, RoutineOptions, Treatment, from_manifest};
 use uw_survey::treatment::{Photographs, distances_m};
 use uw_twin::daylight::{Known, attenuation, stand_in};
-use uw_twin::environment::WaterKind;
+use uw_twin::environment::JerlovWater;
 
 use crate::camera::Camera;
 use crate::errors::{value_error, warn};
@@ -48,7 +48,7 @@ pub(crate) fn calibrate(
             return Err(value_error("jerlov and kd_per_m must not be given both"));
         }
         (Some(jerlov), None) => {
-            let parsed = jerlov.parse::<WaterKind>();
+            let parsed = jerlov.parse::<JerlovWater>();
             Known::Jerlov(parsed.map_err(|e| value_error(format_args!("jerlov: {e}")))?)
         }
         (None, Some(k_d)) => {

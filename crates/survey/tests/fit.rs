@@ -12,7 +12,7 @@ use uw_guidance::Candidate;
 use uw_guidance::physics::{LinearPicture, Predictor, WaterFile};
 use uw_media::WaterType;
 use uw_survey::fit::{Fit, FitError, Options, WaterError, depths, fit, report, water_file};
-use uw_twin::environment::{MEAN, WaterKind};
+use uw_twin::environment::{JerlovWater, MEAN};
 
 /// Bound of |z| for the 30 comparisons of three scenes at 1.4 % altogether (Šidák), errors taken as normal.
 const MOST_Z: f64 = 3.5;
@@ -131,15 +131,12 @@ fn a_water_on_jerlovs_scale_is_told_by_its_place() {
 }
 
 /// Number of the type that a water is, or between two.
-fn place(water: WaterKind) -> f64 {
+fn place(water: JerlovWater) -> f64 {
     let number = |of: WaterType| {
         let number = WaterType::ALL.iter().position(|t| *t == of);
         number.expect("a type") as f64
     };
-    match water {
-        WaterKind::Type(of) => number(of),
-        WaterKind::Between { from, share, .. } => number(from) + share,
-    }
+    number(water.from) + water.share
 }
 
 /// What daylight does with distance tells a bottom from a wall: who says the wrong one is told, who says the right one is not.

@@ -8,9 +8,9 @@ use uw_assets::AssetError;
 use uw_calib::{
     CalibrateError, Daylight, DaylightFit, RoutineOptions, check_manifest, fit_daylight,
 };
-use uw_media::{Iops, MediaError, WaterType};
+use uw_media::{Iops, MediaError, WaterType, kirk_attenuation};
 
-use crate::environment::{EnvironmentError, Target, WATER_INDEX, WaterBody, WaterKind};
+use crate::environment::{EnvironmentError, JerlovWater, Target, WATER_INDEX, WaterBody};
 use crate::measure::Quality;
 use crate::routine::{RoutineError, UP_DEPTHS_M, UP_SAMPLES, look_up, measure_depths};
 use uw_assets::assets_dir;
@@ -21,7 +21,7 @@ use uw_scenery::textures::Pattern;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Known {
     /// Its type.
-    Jerlov(WaterKind),
+    Jerlov(JerlovWater),
     /// Its diffuse attenuation of daylight per channel, 1/m, > 0; see [`attenuation`].
     Attenuation([f64; 3]),
     /// What the manifest's pictures tell.
@@ -67,7 +67,7 @@ pub fn attenuation(k_d: &[f64]) -> Result<[f64; 3], String> {
 /// A water to be rendered where no picture looks up.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stand {
-    jerlov: WaterKind,
+    jerlov: JerlovWater,
     depths_m: Vec<f64>,
     /// How the water was found, for the profile's note.
     from: String,
@@ -170,27 +170,14 @@ fn words(k_d: [f64; 3]) -> String {
 
 /// The water on Jerlov's scale, mixtures of neighbours included, with the diffuse attenuation nearest to `k_d` in logarithm,
 /// and a remark where that is not near.
-fn nearest(k_d: [f64; 3]) -> Result<(WaterKind, String), MediaError> {
-    let mut best = (WaterKind::Type(WaterType::I), f64::INFINITY);
-    for pair in WaterType::ALL.windows(2) {
-        // The ocean's types end where the coast's begin.
-        let last = if pair[1] == WaterType::C1 { 0 } else { 10 };
-        for tenths in 0..=last {
-            let water = match tenths {
-                0 => WaterKind::Type(pair[0]),
-                10 => WaterKind::Type(pair[1]),
-                tenths => WaterKind::Between {
-                    from: pair[0],
-                    to: pair[1],
-                    share: f64::from(tenths) / 10.0,
-                },
-            };
-            let known = diffuse_attenuation(&water.iops()?);
-            let off = (0..3).map(|k| (k_d[k].max(LEAST_K_D) / known[k]).ln().powi(2));
-            let off = (off.sum::<f64>() / 3.0).sqrt();
-            if off < best.1 {
-                best = (water, off);
-            }
+fn nearest(k_d: [f64; 3]) -> Result<(JerlovWater, String), MediaError> {
+    let mut best = (JerlovWater::from(WaterType::I), f64::INFINITY);
+    for water in JerlovWater::scale().into_iter().flatten() {
+        let known = diffuse_attenuation(&water.iops()?);
+        let off = (0..3).map(|k| (k_d[k].max(LEAST_K_D) / known[k]).ln().powi(2));
+        let off = (off.sum::<f64>() / 3.0).sqrt();
+        if off < best.1 {
+            best = (water, off);
         }
     }
     let (water, off) = best;
@@ -206,18 +193,13 @@ fn nearest(k_d: [f64; 3]) -> Result<(WaterKind, String), MediaError> {
 const LEAST_K_D: f64 = 0.01;
 /// Logarithm of the ratio beyond which a water is not near.
 const FAR: f64 = 0.35;
-/// Kirk's share of scattering in K_d under a high sun (Limnol. Oceanogr. 29 (1984), 350).
-const KIRK: f64 = 0.256;
 
 /// K_d per channel by Kirk's formula, sqrt(a² + 0.256 a b) over the cosine of the default sun's zenith angle in water, 1/m;
 /// within 12 % of the fall of rendered pictures with depth in IB, 1C and 5C.
 fn diffuse_attenuation(iops: &Iops) -> [f64; 3] {
     let sine = Vehicle::default().sun_zenith_deg.to_radians().sin() / WATER_INDEX;
     let cosine = (1.0 - sine * sine).sqrt();
-    std::array::from_fn(|k| {
-        let (a, b) = (iops.a[k], iops.b[k]);
-        (a * a + KIRK * a * b).sqrt() / cosine
-    })
+    std::array::from_fn(|k| kirk_attenuation(iops.a[k], iops.b[k]) / cosine)
 }
 
 #[cfg(test)]
@@ -227,7 +209,7 @@ mod tests {
     #[test]
     fn a_water_is_found_again_by_its_attenuation() {
         for name in ["I", "IB", "III", "1C", "5C", "9C", "3C-5C@0.5"] {
-            let water: WaterKind = name.parse().expect("a water");
+            let water: JerlovWater = name.parse().expect("a water");
             let k_d = diffuse_attenuation(&water.iops().expect("coefficients"));
             let (found, remark) = nearest(k_d.map(|k| 1.02 * k)).expect("a water");
             let again = diffuse_attenuation(&found.iops().expect("coefficients"));

@@ -2,7 +2,8 @@
 
 mod water;
 
-pub use water::{MEAN, WaterBody, WaterKind};
+pub use uw_media::spectral::JerlovWater;
+pub use water::{MEAN, WaterBody};
 pub use water::{PARTICLE_INDEX, WATER_INDEX};
 
 use std::path::Path;
@@ -224,7 +225,8 @@ fn spectral(
     bands: WaterBands,
     colours: &Colours,
 ) -> Result<Option<Spectral>, EnvironmentError> {
-    let spectral = water.jerlov.spectral(bands, &colours.response)?;
+    let spectrum = bands.spectrum(water.jerlov)?;
+    let spectral = spectrum.map(|spectrum| Spectral::of(spectrum, colours.response.clone()));
     let clear = vehicle.daylight_spectrum.is_some();
     let zenith_deg = vehicle.sun_zenith_deg;
     Ok(spectral.map(|spectral| Spectral {

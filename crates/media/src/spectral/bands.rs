@@ -1,13 +1,12 @@
-//! Waters on Jerlov's scale, between types too, in three bands or by wavelength.
+//! How the spectra of a water become the three channels of a camera.
 
 use std::fmt;
 use std::str::FromStr;
 
-use super::{Response, WaterSpectrum};
+use super::{JerlovWater, Response, WaterSpectrum};
 use crate::bands::{Bands, channel_iops};
 use crate::error::MediaError;
 use crate::iops::Iops;
-use crate::jerlov::WaterType;
 
 /// Name of the bands that leave a Jerlov type as it is by wavelength.
 const SPECTRAL: &str = "spectral";
@@ -26,49 +25,6 @@ pub enum WaterBands {
     Three(Bands),
 }
 
-/// A water on Jerlov's scale.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct JerlovWater {
-    /// A type.
-    pub from: WaterType,
-    /// Another type.
-    pub to: WaterType,
-    /// How far the water is from the first to the second, in [0, 1]; absorption and scattering are linear between them.
-    pub share: f64,
-}
-
-impl From<WaterType> for JerlovWater {
-    fn from(only: WaterType) -> Self {
-        Self {
-            from: only,
-            to: only,
-            share: 0.0,
-        }
-    }
-}
-
-impl JerlovWater {
-    /// What `of` gives for the types, mixed; the second is not asked for where it does not count.
-    fn mixed<T>(
-        &self,
-        of: impl Fn(WaterType) -> Result<T, MediaError>,
-        towards: fn(&T, &T, f64) -> T,
-    ) -> Result<T, MediaError> {
-        let first = of(self.from)?;
-        match self.share {
-            0.0 => Ok(first),
-            share => Ok(towards(&first, &of(self.to)?, share)),
-        }
-    }
-
-    fn by_wavelength(
-        &self,
-        of: impl Fn(WaterType) -> Result<WaterSpectrum, MediaError>,
-    ) -> Result<WaterSpectrum, MediaError> {
-        self.mixed(of, WaterSpectrum::towards)
-    }
-}
-
 impl WaterBands {
     /// Whether light goes by wavelength.
     pub fn is_spectral(&self) -> bool {
@@ -81,10 +37,8 @@ impl WaterBands {
     /// Types that were not measured.
     pub fn spectrum(&self, water: JerlovWater) -> Result<Option<WaterSpectrum>, MediaError> {
         match self {
-            Self::Spectral => water
-                .by_wavelength(|t| Ok(WaterSpectrum::jerlov(t)))
-                .map(Some),
-            Self::SpectralMeasured => water.by_wavelength(WaterSpectrum::measured).map(Some),
+            Self::Spectral => Ok(Some(water.spectrum())),
+            Self::SpectralMeasured => water.measured().map(Some),
             Self::Three(_) => Ok(None),
         }
     }
@@ -96,10 +50,8 @@ impl WaterBands {
     pub fn iops(&self, water: JerlovWater, response: &Response) -> Result<Iops, MediaError> {
         let near = |spectrum: WaterSpectrum| spectrum.near_zero_range(response);
         match self {
-            Self::Spectral => water
-                .by_wavelength(|t| Ok(WaterSpectrum::jerlov(t)))
-                .map(near),
-            Self::SpectralMeasured => water.by_wavelength(WaterSpectrum::measured).map(near),
+            Self::Spectral => Ok(near(water.spectrum())),
+            Self::SpectralMeasured => water.measured().map(near),
             Self::Three(bands) => water.mixed(|t| channel_iops(t, bands), Iops::towards),
         }
     }
@@ -130,6 +82,7 @@ impl fmt::Display for WaterBands {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::WaterType;
 
     #[test]
     fn bands_are_read_as_they_are_written() {

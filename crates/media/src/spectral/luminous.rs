@@ -7,13 +7,12 @@ const SEEN_NM: (u32, u32) = (400, 700);
 /// Lumens of a watt where the eye is most sensitive (the definition of the candela).
 const MOST_LM_PER_W: f64 = 683.0;
 
-/// Lumens per watt of light between 400 and 700 nm with this spectrum; 0 where there is none. The eye's sensitivity is taken as
-/// 1.019 exp(-285.4 (λ/µm - 0.559)²), which is off by some percent where it counts.
+/// Lumens per watt of light between 400 and 700 nm with this spectrum; 0 where there is none.
 pub fn efficacy_lm_per_w(spectrum: &Curve) -> f64 {
     let (mut seen, mut all) = (0.0, 0.0);
     for (nm, light) in seen_light(spectrum) {
         all += light;
-        seen += light * 1.019 * (-285.4 * (1e-3 * nm - 0.559).powi(2)).exp();
+        seen += light * eye(nm);
     }
     if all > 0.0 {
         MOST_LM_PER_W * seen / all
@@ -28,12 +27,20 @@ pub fn mean_seen(spectrum: &Curve) -> f64 {
     sum / f64::from(SEEN_NM.1 - SEEN_NM.0)
 }
 
+/// Sensitivity of the eye by daylight at a wavelength, nm, relative: 1.019 exp(-285.4 (λ/µm - 0.559)²), which is off by some
+/// percent where it counts.
+pub(super) fn eye(nm: f64) -> f64 {
+    1.019 * (-285.4 * (1e-3 * nm - 0.559).powi(2)).exp()
+}
+
+/// The middle of every nm that cameras see, nm.
+pub(super) fn seen_nm() -> impl Iterator<Item = f64> {
+    (SEEN_NM.0..SEEN_NM.1).map(|nm| f64::from(nm) + 0.5)
+}
+
 /// Wavelength, nm, and light in the middle of every nm.
 fn seen_light(spectrum: &Curve) -> impl Iterator<Item = (f64, f64)> {
-    (SEEN_NM.0..SEEN_NM.1).map(|nm| {
-        let nm = f64::from(nm) + 0.5;
-        (nm, spectrum.at(nm))
-    })
+    seen_nm().map(|nm| (nm, spectrum.at(nm)))
 }
 
 #[cfg(test)]

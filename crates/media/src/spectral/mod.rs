@@ -3,18 +3,24 @@
 //! Between its nodes a spectrum is a straight line. The value of a channel with response w is ∫ L(λ) w(λ) dλ / ∫ w(λ) dλ.
 
 mod bands;
+mod constituents;
 mod curve;
+mod jerlov_water;
 mod luminous;
 mod named;
 mod response;
+mod sight;
 mod table;
 mod water;
 
-pub use bands::{JerlovWater, WaterBands};
+pub use bands::WaterBands;
+pub use constituents::Constituents;
 pub use curve::Curve;
+pub use jerlov_water::JerlovWater;
 pub use luminous::{efficacy_lm_per_w, mean_seen};
 pub use named::{ILLUMINANTS, illuminant, sky_light, sunlight};
 pub use response::{Drawn, RESPONSES, Response};
+pub use sight::{secchi_depth_m, visibility_m};
 pub use table::{TableError, read_columns};
 pub use water::WaterSpectrum;
 

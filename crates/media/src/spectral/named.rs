@@ -69,9 +69,9 @@ fn by_zenith(kind: &str, zenith_deg: f64) -> Curve {
     }
 }
 
-/// A column of an embedded table against its wavelengths.
+/// A column of an embedded table against its wavelengths, without those of which it knows nothing.
 pub(super) fn embedded(table: &'static str, column: &str) -> Curve {
-    let rows = tables::rows(table);
+    let rows = tables::rows(table).filter(|row| !row.text(column).is_empty());
     Curve::new(
         rows.map(|row| (row.number("wavelength_nm"), row.number(column)))
             .collect(),

@@ -144,6 +144,15 @@ impl Response {
         self.channels.each_ref().map(weight)
     }
 
+    /// Largest share of a channel that lies outside `range_nm`, and which channel that is.
+    pub fn most_outside(&self, (low_nm, high_nm): (f64, f64)) -> (f64, &'static str) {
+        let inside = |nm: f64| f64::from(u8::from((low_nm..=high_nm).contains(&nm)));
+        let shares = self.channel_values(None, inside).map(|share| 1.0 - share);
+        let worst = (0..3).max_by(|&a, &b| shares[a].total_cmp(&shares[b]));
+        let worst = worst.unwrap_or(0);
+        (shares[worst], ["r", "g", "b"][worst])
+    }
+
     /// First and last wavelength at which a channel responds, nm.
     pub fn range_nm(&self) -> (f64, f64) {
         let ranges = self.channels.iter().filter_map(Curve::range_nm);

@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use uw_media::{WaterType, depth_profile, spectrum};
+use uw_media::{WaterType, depth_profile, kirk_attenuation, spectrum};
 
 use crate::reference::{number, rows};
 
@@ -28,7 +28,7 @@ fn kd(water_type: WaterType, wavelength_nm: f64) -> f64 {
     let at = |sample: &&uw_media::SpectralIop| sample.wavelength_nm == wavelength_nm;
     let sample = spectrum(water_type).iter().find(at);
     let sample = sample.expect("Jerlov's wavelengths are those of the coefficients");
-    (sample.a * sample.a + 0.256 * sample.a * sample.b).sqrt()
+    kirk_attenuation(sample.a, sample.b)
 }
 
 fn rms(values: &[f64]) -> f64 {

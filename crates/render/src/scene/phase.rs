@@ -39,8 +39,8 @@ const PHASE_FIELDS: [&str; 9] = [
     "parts",
 ];
 /// What `jerlov` may be besides the name of a type.
-const TYPES_EXPECTED: &str = "a Jerlov water type such as \"3C\", or what lies between two of them as { between = [\"1C\", \"3C\"], \
-     share = 0.4 }";
+const TYPES_EXPECTED: &str = "a Jerlov water type such as \"3C\", or what lies between two of them as \"1C-3C@0.4\" or \
+     { between = [\"1C\", \"3C\"], share = 0.4 }";
 /// Relative refractive index and backscatter fraction of the default phase function: the Fournier-Forand
 /// function closest to Petzold's average particle.
 pub(super) const DEFAULT_PARTICLES: (f64, f64) = (1.10, 0.0183);
@@ -209,7 +209,11 @@ pub(super) fn read_types(jerlov: &Value<'_>) -> Result<JerlovWater, SceneError> 
         if !jerlov.is_text() {
             return Err(jerlov.invalid(TYPES_EXPECTED));
         }
-        return one(jerlov).map(JerlovWater::from);
+        let text = jerlov.as_text()?;
+        return match text.contains('@') {
+            true => text.parse().map_err(|_| jerlov.invalid(TYPES_EXPECTED)),
+            false => one(jerlov).map(JerlovWater::from),
+        };
     }
     let table = jerlov.as_table(&["between", "share"])?;
     let between = table.required("between", "two Jerlov water types")?;

@@ -12,6 +12,16 @@ use super::SceneError;
 
 /// Arrays of tables that a scene file has.
 const ARRAYS: [&str; 2] = ["lamp", "object"];
+/// Fields of `[water]` that tell the whole water; a and b do so together.
+const WATERS: [&str; 7] = [
+    "jerlov",
+    "spectrum",
+    "profile",
+    "jerlov_profile",
+    "fitted",
+    "a",
+    "b",
+];
 /// How a setting is written.
 const EXPECTED: &str = "KEY=VALUE, such as water.jerlov=3C or lamp.left.level_pct=50";
 /// Name of the value where it is parsed.
@@ -107,6 +117,7 @@ impl<'s> Amended<'s> {
             let parsed = DeTable::parse(padded);
             let parsed = parsed.map_err(|error| refused(error.message().to_owned()))?;
             if let Some(value) = parsed.into_inner().remove(NAME) {
+                forget_water(root, &setting.path);
                 set(root, "", &setting.path, value).map_err(refused)?;
             }
         }
@@ -128,6 +139,38 @@ impl<'s> Amended<'s> {
             setting: setting.to_string(),
             reason: text.strip_prefix(&prefix).unwrap_or(&text).to_owned(),
         }
+    }
+}
+
+/// Takes what told the water before out of the scene, where `path` leads to what tells it from now on.
+fn forget_water(root: &mut Spanned<DeValue<'_>>, path: &[String]) {
+    let [table, new] = path else {
+        return;
+    };
+    let DeValue::Table(root) = root.get_mut() else {
+        return;
+    };
+    let water = root.get_mut("water").filter(|_| table == "water");
+    let Some(DeValue::Table(water)) = water.map(Spanned::get_mut) else {
+        return;
+    };
+    if !WATERS.contains(&new.as_str()) {
+        return;
+    }
+    let is_pair = |field: &str| ["a", "b"].contains(&field);
+    for old in WATERS {
+        if old != new && !(is_pair(old) && is_pair(new)) {
+            water.remove(old);
+        }
+    }
+    // What the new water tells itself.
+    let told: &[&str] = match new.as_str() {
+        "fitted" => &["bands", "phase"],
+        "spectrum" | "a" | "b" => &["bands"],
+        _ => &[],
+    };
+    for field in told {
+        water.remove(*field);
     }
 }
 
@@ -279,6 +322,51 @@ mod tests {
                 .map(|water| (water.iops.a, water.iops.b))
         };
         assert_eq!(coefficients(&scene), coefficients(&other));
+    }
+
+    /// Each way of telling the water takes the place of every other, with what goes with it.
+    #[test]
+    fn another_water_takes_the_place_of_that_of_the_file() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let rows = [400, 450, 500, 550, 600, 650, 700].map(|nm| format!("{nm},0.1,0.2\n"));
+        let table = format!("wavelength_nm,a_per_m,b_per_m\n{}", rows.concat());
+        let fitted = r#"{"format": "uw-water/1", "water": {"a_per_m": [0.4, 0.1, 0.2], "b_per_m": [0.3, 0.3, 0.3],
+            "backscatter_fraction": 0.02, "particle_index": 1.1}}"#;
+        std::fs::write(folder.path().join("sea.csv"), table).expect("written");
+        std::fs::write(folder.path().join("w.json"), fitted).expect("written");
+        let ways = [
+            "water.jerlov=3C",
+            "water.spectrum=sea.csv",
+            "water.fitted=w.json",
+            "water.jerlov_profile=IB",
+            "water.profile=[{ depth_m = 0, jerlov = \"II\" }]",
+        ];
+        let read = |settings: &[&str]| {
+            let settings: Result<Vec<Setting>, String> =
+                settings.iter().map(|text| text.parse()).collect();
+            let text = SCENE.replace("\"IB\"", "\"IB\"\nbands = \"mean\"");
+            let text = text + "\n[surface]\nheight_m = 2.0\n";
+            let settings = settings.expect("settings");
+            let scene = Scene::parse_with(&text, folder.path(), "pool.toml", &settings);
+            scene.map(|scene| format!("{:?}", scene.water))
+        };
+        for last in ways {
+            // Bands hold for types on the scale and for profiles of them, and go with the rest.
+            let bands = last.contains("jerlov").then_some("water.bands=mean");
+            let with_bands = |settings: &[&'static str]| -> Vec<&'static str> {
+                settings.iter().copied().chain(bands).collect()
+            };
+            let alone = read(&with_bands(&[last])).expect(last);
+            for first in ways {
+                let after = read(&with_bands(&[first, last]));
+                assert_eq!(after.expect(last), alone, "{first} {last}");
+            }
+            let three = ["water.a=[0.1, 0.1, 0.1]", "water.b=[0.2, 0.2, 0.2]"];
+            let own = read(&[last, three[0], three[1]]).expect(last);
+            assert_eq!(own, read(&three).expect("a and b"), "{last}");
+        }
+        let half = read(&["water.a=[0.1, 0.1, 0.1]"]).expect_err("b is missing");
+        assert!(half.to_string().contains("`b`"), "{half}");
     }
 
     #[test]

@@ -253,12 +253,7 @@ fn check_covered(
     response: &Response,
 ) -> Result<(), SceneError> {
     let (low, high) = water.range_nm();
-    let inside = |nm: f64| f64::from(u8::from((low..=high).contains(&nm)));
-    let shares = response.channel_values(None, inside);
-    let worst = (0..3)
-        .min_by(|&a, &b| shares[a].total_cmp(&shares[b]))
-        .unwrap_or(0);
-    let outside = 1.0 - shares[worst];
+    let (outside, channel) = response.most_outside((low, high));
     if outside <= OUTSIDE_SHARE {
         return Ok(());
     }
@@ -268,7 +263,7 @@ fn check_covered(
              channel may lie beyond",
             100.0 * OUTSIDE_SHARE
         ),
-        format!("{:.1} % of channel {}", 100.0 * outside, ["r", "g", "b"][worst]),
+        format!("{:.1} % of channel {channel}", 100.0 * outside),
     ))
 }
 

@@ -11,7 +11,7 @@ use crate::demo::{self, DemoError, DemoOptions};
 use uw_assets::assets_dir;
 use uw_calib::vehicle::VehicleFile;
 use uw_scenery::textures::Pattern;
-use uw_twin::environment::{WaterBody, WaterKind};
+use uw_twin::environment::{JerlovWater, WaterBody};
 
 /// Arguments of `uw demo`.
 #[derive(Debug, Args)]
@@ -44,7 +44,7 @@ pub(super) struct DemoArguments {
 
 impl DemoArguments {
     pub(super) fn run(&self) -> Result<(), CliError> {
-        let jerlov: WaterKind = self
+        let jerlov: JerlovWater = self
             .jerlov
             .parse()
             .map_err(|e| CliError::input(format_args!("--jerlov: {e}")))?;

@@ -36,6 +36,8 @@ mod stats;
 mod undistortion;
 pub(crate) mod values;
 mod water;
+mod water_constituents;
+mod water_sight;
 mod water_spectrum;
 mod water_tables;
 
@@ -96,7 +98,7 @@ enum Command {
     ErrorTime(error_time::ErrorTimeArguments),
     /// Values, samples or angles of a phase function.
     Phase(phase::PhaseArguments),
-    /// Absorption, scattering and attenuation of a Jerlov water type per colour channel.
+    /// Absorption, scattering and attenuation of a water, by its type, by what it holds or by how far one sees in it.
     Water(water::WaterArguments),
     /// Contrast and mean of pictures, in 8-bit counts.
     Stats(stats::StatsArguments),

@@ -14,6 +14,7 @@ use uw_render::image::{ImageError, write_frame};
 use super::error::CliError;
 use super::numbers::significant;
 use super::output;
+use super::water_constituents::phase_entry;
 use uw_plot::{bitmap, use_font};
 
 /// Significant digits of the coefficients: more than any measurement has.
@@ -39,6 +40,14 @@ pub(super) struct SpectrumArguments {
     plot: Option<PathBuf>,
 }
 
+/// A water by wavelength as it is told.
+pub(super) struct Sheet<'a> {
+    pub(super) water: &'a WaterSpectrum,
+    pub(super) name: &'a str,
+    /// Share of the light that is scattered backwards, where it is known.
+    pub(super) backscatter_fraction: Option<f64>,
+}
+
 /// Light that is left after a range, per channel: by wavelength and as three bands have it.
 struct AfterRange {
     range_m: f64,
@@ -47,17 +56,18 @@ struct AfterRange {
 }
 
 impl SpectrumArguments {
-    /// Prints `water`, called `name`, as JSON where `json`.
+    /// Writes `sheet` to the file `to` or to standard output, as JSON where `json`. What is left after a range is no part of
+    /// a table that goes to a file, which scenes read.
     pub(super) fn run(
         &self,
-        water: &WaterSpectrum,
-        name: &str,
+        sheet: &Sheet<'_>,
+        to: Option<&Path>,
         json: bool,
     ) -> Result<(), CliError> {
         let response = self.response()?;
         let light = self.light()?;
         let seen = Seen {
-            water,
+            water: sheet.water,
             response: &response,
             light: light.as_ref(),
         };
@@ -72,12 +82,18 @@ impl SpectrumArguments {
             None => None,
         };
         if let Some(path) = &self.plot {
-            plot(water, name, path)?;
+            plot(sheet.water, sheet.name, path)?;
         }
-        output::to_stdout(|out| match json {
-            true => write_json(out, (water, name), &response.name, &iops, after.as_ref()),
-            false => write_table(out, water, &iops, after.as_ref()),
-        })
+        if json {
+            return output::to_file_or_stdout(to, |out| {
+                write_json(out, sheet, &response.name, &iops, after.as_ref())
+            });
+        }
+        output::to_file_or_stdout(to, |out| write_table(out, sheet))?;
+        let Some(after) = after else {
+            return Ok(());
+        };
+        output::to_stdout(|out| write_range(out, &iops, &after, to.is_none()))
     }
 
     /// An error where an argument was given that only a spectrum has use for.
@@ -90,7 +106,7 @@ impl SpectrumArguments {
         ];
         match given.iter().find(|(given, _)| *given) {
             Some((_, name)) => Err(CliError::input(format!(
-                "{name} goes with --bands spectral, --bands spectral-measured or --spectrum FILE"
+                "{name} goes with --bands spectral, --bands spectral-measured, --spectrum FILE or --chlorophyll-mg-m3"
             ))),
             None => Ok(()),
         }
@@ -123,8 +139,13 @@ impl SpectrumArguments {
     }
 }
 
+/// The water of a table that an option names.
+pub(super) fn read_water(path: &str) -> Result<WaterSpectrum, CliError> {
+    WaterSpectrum::parse(&read(path)?).map_err(|error| CliError::input(format!("{path}: {error}")))
+}
+
 /// The text of a file that an option names.
-pub(super) fn read(path: &str) -> Result<String, CliError> {
+fn read(path: &str) -> Result<String, CliError> {
     fs::read_to_string(path).map_err(|error| CliError::input(format!("{path}: {error}")))
 }
 
@@ -164,23 +185,33 @@ impl Seen<'_> {
     }
 }
 
-fn write_table(
-    out: &mut dyn Write,
-    water: &WaterSpectrum,
-    iops: &Iops,
-    after: Option<&AfterRange>,
-) -> io::Result<()> {
+fn write_table(out: &mut dyn Write, sheet: &Sheet<'_>) -> io::Result<()> {
+    let water = sheet.water;
+    if let Some(backscatter_fraction) = sheet.backscatter_fraction {
+        writeln!(out, "# {}", sheet.name)?;
+        writeln!(out, "# phase = {}", phase_entry(backscatter_fraction))?;
+    }
     writeln!(out, "wavelength_nm,a_per_m,b_per_m,c_per_m")?;
     for (&(nm, a), &(_, b)) in water.a.nodes().iter().zip(water.b.nodes()) {
         let row = [nm, a, b, a + b].map(|value| significant(value, DIGITS));
         writeln!(out, "{}", row.join(","))?;
     }
-    let Some(after) = after else {
-        return Ok(());
-    };
+    Ok(())
+}
+
+/// What is left after a range, beneath another table where `beneath`.
+fn write_range(
+    out: &mut dyn Write,
+    iops: &Iops,
+    after: &AfterRange,
+    beneath: bool,
+) -> io::Result<()> {
+    if beneath {
+        writeln!(out)?;
+    }
     writeln!(
         out,
-        "\nchannel,c_per_m,range_m,light_left,light_left_wideband,ratio"
+        "channel,c_per_m,range_m,light_left,light_left_wideband,ratio"
     )?;
     for (k, channel) in ["r", "g", "b"].iter().enumerate() {
         let (left, wideband) = (after.left[k], after.wideband[k]);
@@ -193,11 +224,12 @@ fn write_table(
 
 fn write_json(
     out: &mut dyn Write,
-    (water, name): (&WaterSpectrum, &str),
+    sheet: &Sheet<'_>,
     response: &str,
     iops: &Iops,
     after: Option<&AfterRange>,
 ) -> io::Result<()> {
+    let water = sheet.water;
     let column = |curve: &Curve| curve.nodes().iter().map(|node| node.1).collect::<Vec<_>>();
     let wavelengths: Vec<f64> = water.a.nodes().iter().map(|node| node.0).collect();
     let range = after.map(|after| {
@@ -207,8 +239,8 @@ fn write_json(
             "light_left_wideband": after.wideband,
         })
     });
-    let document = json!({
-        "water": name,
+    let mut document = json!({
+        "water": sheet.name,
         "wavelength_nm": wavelengths,
         "a_per_m": column(&water.a),
         "b_per_m": column(&water.b),
@@ -216,6 +248,9 @@ fn write_json(
         "wideband": {"a_per_m": iops.a, "b_per_m": iops.b, "c_per_m": iops.c()},
         "range": range,
     });
+    if let Some(backscatter_fraction) = sheet.backscatter_fraction {
+        document["backscatter_fraction"] = json!(backscatter_fraction);
+    }
     writeln!(out, "{document}")
 }
 

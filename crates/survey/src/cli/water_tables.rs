@@ -7,17 +7,22 @@ use uw_guidance::physics::WaterFile;
 use uw_guidance::physics::file::WATER_FORMAT;
 use uw_media::Iops;
 use uw_media::phase::FournierForand;
+use uw_media::spectral::Response;
 
 use super::error::{CliError, note};
 use super::output;
 use super::progress::ProgressDisplay;
 use super::values::triple;
+use super::water_spectrum::read_water;
 use uw_calib::vehicle::{Vehicle, VehicleFile};
-use uw_twin::environment::{PARTICLE_INDEX, WaterKind};
+use uw_twin::environment::{JerlovWater, PARTICLE_INDEX};
 use uw_twin::estimate::water_tables::{
     KnownWater, TablePlan, USUAL_REFLECTANCE, sensor_numbers, spaced_distances_m,
     water_tables_watched,
 };
+
+/// Share of a channel that may lie outside the water's table.
+const OUTSIDE_SHARE: f64 = 0.02;
 
 /// Arguments of `uw water-tables`.
 #[derive(Debug, Args)]
@@ -25,10 +30,13 @@ use uw_twin::estimate::water_tables::{
 pub(super) struct WaterTablesArguments {
     /// Jerlov type, or a mixture of two such as IB-II@0.5, in three bands.
     #[arg(long, group = "of", value_name = "TYPE")]
-    jerlov: Option<WaterKind>,
+    jerlov: Option<JerlovWater>,
     /// Absorption of red, green and blue, 1/m, such as 0.36,0.07,0.04; with --b.
     #[arg(long, group = "of", value_name = "R,G,B", requires = "b", value_parser = triple)]
     a: Option<[f64; 3]>,
+    /// A table with the columns wavelength_nm, a_per_m and b_per_m; what three bands (600-700, 500-600, 400-500 nm) make of it.
+    #[arg(long, group = "of", value_name = "FILE")]
+    spectrum: Option<String>,
     /// Scattering of red, green and blue, 1/m.
     #[arg(long, value_name = "R,G,B", requires = "a", value_parser = triple)]
     b: Option<[f64; 3]>,
@@ -83,10 +91,8 @@ impl WaterTablesArguments {
         let plan = self.plan();
         let sources = 1 + plan.depths_m.len();
         note(format_args!(
-            "uw: {} distances x {} sources of light; about {:.0} s on two processors",
-            self.views,
-            sources,
-            0.003 * f64::from(self.views * self.kilo_paths) * sources as f64
+            "uw: {} distances x {sources} sources of light",
+            self.views
         ));
         let progress = ProgressDisplay::start(false, true);
         let scene = |depth_m, distance_m| water.scene(&vehicle, depth_m, distance_m);
@@ -147,10 +153,11 @@ impl WaterTablesArguments {
     }
 
     fn iops(&self) -> Result<Iops, CliError> {
-        let iops = match (self.jerlov, self.a, self.b) {
+        let iops = match (self.jerlov, &self.spectrum, self.a, self.b) {
             (Some(kind), ..) => kind.iops().map_err(CliError::input)?,
-            (None, Some(a), Some(b)) => Iops { a, b },
-            _ => return Err(CliError::input("give --jerlov, or --a and --b")),
+            (_, Some(path), ..) => three_bands(path)?,
+            (_, _, Some(a), Some(b)) => Iops { a, b },
+            _ => return Err(CliError::input("give --jerlov, --spectrum, or --a and --b")),
         };
         if let Some(wrong) = iops
             .a
@@ -177,4 +184,18 @@ impl WaterTablesArguments {
             seed: self.seed,
         }
     }
+}
+
+/// What the three boxes make of a table, near zero range as the types of `--jerlov`.
+fn three_bands(path: &str) -> Result<Iops, CliError> {
+    let water = read_water(path)?;
+    let boxes = Response::boxes();
+    let (outside, channel) = boxes.most_outside(water.range_nm());
+    if outside > OUTSIDE_SHARE {
+        return Err(CliError::input(format!(
+            "{path}: must cover 400 to 700 nm, but {:.0} % of channel {channel} lies beyond",
+            100.0 * outside
+        )));
+    }
+    Ok(water.near_zero_range(&boxes))
 }

@@ -11,7 +11,7 @@ use super::accuracy::Accuracy;
 use super::presets;
 use uw_calib::vehicle::{Vehicle, VehicleFile};
 use uw_scenery::textures::Pattern;
-use uw_twin::environment::{MEAN, WaterBody, WaterKind};
+use uw_twin::environment::{JerlovWater, MEAN, WaterBody};
 
 /// The value of the field `format`.
 const FORMAT: &str = "uw-dataset/1";
@@ -197,8 +197,8 @@ impl DatasetConfig {
             .colours()
             .map_err(|e| format!("vehicle: {e}"))?;
         for name in &self.water_types {
-            let water: WaterKind = name.parse().map_err(|e| format!("water_types: {e}"))?;
-            let iops = water.iops_in(bands, &colours.response);
+            let water: JerlovWater = name.parse().map_err(|e| format!("water_types: {e}"))?;
+            let iops = bands.iops(water, &colours.response);
             iops.map_err(|e| format!("bands: {e}"))?;
         }
         if let (WaterBands::Three(_), Some(field)) = (bands, self.vehicle.needs_wavelengths()) {
@@ -299,7 +299,7 @@ impl DatasetConfig {
     pub fn waters(&self) -> Vec<WaterBody> {
         let kinds = self.water_types.iter().filter_map(|t| t.parse().ok());
         kinds
-            .flat_map(|jerlov: WaterKind| {
+            .flat_map(|jerlov: JerlovWater| {
                 self.backscatter_fractions
                     .iter()
                     .map(move |&backscatter_fraction| WaterBody {

@@ -23,9 +23,9 @@ pub(super) fn text(
     let colours = colours.map_err(|e| DatasetError::Inconsistent(e.to_string()))?;
     let mut waters = Vec::new();
     for water in config.waters() {
-        let iops = water
-            .jerlov
-            .iops_in(config.water_bands(), &colours.response)
+        let iops = config
+            .water_bands()
+            .iops(water.jerlov, &colours.response)
             .map_err(|e| DatasetError::Inconsistent(e.to_string()))?;
         waters.push(json!({
             "name": water.name(), "type": water.jerlov.to_string(),

@@ -2,7 +2,7 @@
 
 use uw_media::WaterType;
 
-use uw_twin::environment::WaterKind;
+use uw_twin::environment::JerlovWater;
 
 /// How far a natural water is taken to be off the mixture of two neighbouring types, of the logarithms.
 pub(super) const OFF_SCALE: f64 = 0.02;
@@ -23,7 +23,7 @@ pub(super) struct OnScale {
 impl Scale {
     pub(super) fn new() -> Self {
         let all = WaterType::ALL.iter();
-        let of_type = all.filter_map(|t| WaterKind::from(*t).iops().ok());
+        let of_type = all.filter_map(|t| JerlovWater::from(*t).iops().ok());
         Self(
             of_type
                 .map(|iops| std::array::from_fn(|k| [iops.a[k], iops.b[k]]))
@@ -54,9 +54,9 @@ impl Scale {
     }
 
     /// The water at a place, at the scale's end beyond it.
-    pub(super) fn water(&self, place: f64) -> WaterKind {
+    pub(super) fn water(&self, place: f64) -> JerlovWater {
         let (first, share) = self.between(place);
-        WaterKind::Between {
+        JerlovWater {
             from: WaterType::ALL[first],
             to: WaterType::ALL[first + 1],
             share: (share.clamp(0.0, 1.0) * 1000.0).round() / 1000.0,
@@ -71,7 +71,7 @@ mod tests {
     #[test]
     fn places_are_mixtures_of_types_with_their_derivatives() {
         let scale = Scale::new();
-        let third = WaterKind::from(WaterType::ALL[3]).iops().expect("a type");
+        let third = JerlovWater::from(WaterType::ALL[3]).iops().expect("a type");
         for k in 0..3 {
             let [a, b] = scale.at(k, 3.0);
             assert!((a.ln - third.a[k].ln()).abs() < 1e-12);

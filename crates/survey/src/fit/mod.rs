@@ -41,7 +41,7 @@ pub use suited::{FEWEST_DISTANCES, LEAST_RATIO};
 use told::told;
 pub use upward::{FittedDepth, depths};
 use uw_calib::vehicle::Vehicle;
-use uw_twin::environment::{EnvironmentError, WATER_INDEX, WaterKind};
+use uw_twin::environment::{EnvironmentError, JerlovWater, WATER_INDEX};
 use uw_twin::estimate::every_water::EveryWaterError;
 use views::{BACKSCATTER, Views};
 pub use water::{WaterError, water_file};
@@ -273,7 +273,7 @@ pub struct Fitted {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FittedMixture {
     /// The water.
-    pub water: WaterKind,
+    pub water: JerlovWater,
     /// Standard error of its place on the scale, types.
     pub error: f64,
 }
@@ -492,7 +492,7 @@ impl Search<'_> {
     fn best_start(&self, problem: &mut Problem<'_>) -> Result<Option<Solution>, FitError> {
         let mut best: Option<Solution> = None;
         for water in STARTS {
-            let iops = WaterKind::from(water).iops();
+            let iops = JerlovWater::from(water).iops();
             let iops = iops.map_err(EnvironmentError::from)?;
             let mut start = problem.start(iops.a, iops.b);
             let place = WaterType::ALL.iter().position(|t| *t == water);

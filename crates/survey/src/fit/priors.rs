@@ -8,7 +8,7 @@ use super::mixture::{self, OFF_SCALE};
 use super::pictures::Light;
 use super::problem::Problem;
 use super::views::Coefficients;
-use uw_twin::environment::WaterKind;
+use uw_twin::environment::JerlovWater;
 use uw_twin::estimate::every_water::Derived;
 
 /// Spread of the deviations of the lamps' gains in the channels from each other, logarithms.
@@ -147,7 +147,7 @@ impl Problem<'_> {
 pub(super) fn water_prior(k: usize) -> [[f64; 2]; 2] {
     let types: Vec<[f64; 2]> = WaterType::ALL
         .iter()
-        .filter_map(|t| WaterKind::from(*t).iops().ok())
+        .filter_map(|t| JerlovWater::from(*t).iops().ok())
         .map(|iops| [iops.a[k].ln(), iops.b[k].ln()])
         .collect();
     [0, 1].map(|i| {

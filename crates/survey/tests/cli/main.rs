@@ -20,3 +20,4 @@ mod render_options;
 mod sequence;
 mod support;
 mod water;
+mod water_told;

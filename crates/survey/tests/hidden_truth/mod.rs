@@ -13,7 +13,7 @@ use uw_render::image::write_frame;
 use uw_render::sampling::Draws;
 use uw_render::scene::Sensor;
 use uw_scenery::textures::Pattern;
-use uw_twin::environment::{MEAN, Target, View, WaterBody, WaterKind, scene_in, sensor};
+use uw_twin::environment::{JerlovWater, MEAN, Target, View, WaterBody, scene_in, sensor};
 use uw_twin::estimate::pyramid::TexturePyramid;
 use uw_twin::estimate::target_image::TargetImage;
 use uw_twin::measure::Quality;
@@ -63,14 +63,14 @@ impl Truth {
         let place = u() * 8.999;
         let first = place as usize;
         let body = WaterBody {
-            jerlov: WaterKind::Between {
+            jerlov: JerlovWater {
                 from: types[first],
                 to: types[first + 1],
                 share: (100.0 * place.fract()).round() / 100.0,
             },
             backscatter_fraction: 0.006 * (0.05f64 / 0.006).powf(u()),
         };
-        let iops = body.jerlov.iops_in(bands, &Response::boxes())?;
+        let iops = bands.iops(body.jerlov, &Response::boxes())?;
         // By wavelength the types stay as they are.
         let own = f64::from(u8::from(bands == MEAN));
         let mut shift = |most: f64| (own * most * (2.0 * u() - 1.0)).exp();

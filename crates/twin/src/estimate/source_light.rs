@@ -10,6 +10,7 @@
 //! image and kept at a few of its points ([`SeenLight`]). Scattered rays have wavelengths of their own ([`super::walks`]).
 
 use glam::DVec3;
+use uw_media::kirk_attenuation;
 use uw_render::prepare::{AtWavelengths, WavelengthSets};
 use uw_render::scene::Scene;
 
@@ -25,8 +26,6 @@ const ROWS: usize = 11;
 const EVEN_SHARE: f64 = 0.1;
 /// Length of daylight's way to a depth, over that depth: between the sun's, refracted, and the sky's.
 const DAYLIGHT_WAY: f64 = 1.1;
-/// Kirk's measure of scattering in the attenuation of daylight (Limnology and Oceanography 29 (1984), 350).
-const KIRK: f64 = 0.256;
 
 /// What each channel sees of a texture's red, green and blue.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -95,7 +94,7 @@ impl SourceLight {
                 false => 1.0,
             })]
         };
-        let lost = |a: f64, b: f64| DAYLIGHT_WAY * (a * (a + KIRK * b)).sqrt();
+        let lost = |a: f64, b: f64| DAYLIGHT_WAY * kirk_attenuation(a, b);
         Self {
             sets: sets(wavelengths, lost, light),
             origin: Origin::Daylight(scene.surface.map(|surface| surface.height_m)),

@@ -23,7 +23,7 @@ use super::radiance::Source;
 use super::spread::ScatteredWaves;
 use super::target_model::{TargetModel, daylight_alone, lamps_alone};
 use super::target_view::{BeyondTarget, Sight};
-use crate::environment::{EnvironmentError, Target, View, WaterBody, WaterKind, scene};
+use crate::environment::{EnvironmentError, Target, View, WaterBody, scene};
 use uw_calib::vehicle::Vehicle;
 use uw_scenery::textures::Pattern;
 
@@ -154,7 +154,7 @@ impl KnownWater {
         };
         // Its coefficients are put in the place of the type's.
         let body = WaterBody {
-            jerlov: WaterKind::Type(WaterType::II),
+            jerlov: WaterType::II.into(),
             backscatter_fraction: self.backscatter_fraction,
         };
         let mut scene = scene(vehicle, &body, &target, view)?;

@@ -343,7 +343,7 @@ fn scale(jerlov: &toml::Value) -> Option<f64> {
 fn types(jerlov: &toml::Value) -> Option<JerlovWater> {
     let one = |name: &toml::Value| name.as_str()?.parse::<WaterType>().ok();
     let Some(between) = jerlov.get("between") else {
-        return one(jerlov).map(JerlovWater::from);
+        return jerlov.as_str()?.parse().ok();
     };
     let share = jerlov.get("share")?;
     Some(JerlovWater {

@@ -1,9 +1,12 @@
 //! The water panel: an ocean of any kind.
 
 use egui::{Button, Checkbox, ComboBox, Slider, Ui};
-use uw_media::{Bands, WaterType, phase::PhaseFunction, spectral::Response};
+use uw_media::phase::PhaseFunction;
+use uw_media::spectral::{Response, WaterSpectrum, secchi_depth_m, visibility_m};
+use uw_media::{Bands, WaterType};
 
 use super::knobs::{channels, heading, light_spectrum, list_height, log_slider, slider};
+use super::scale::figure;
 use super::{clouds, depth_profile, phase_plot, snow, spectra};
 use crate::app::{FilePurpose, Viewer};
 use crate::model::{
@@ -126,7 +129,7 @@ fn everywhere(ui: &mut Ui, coefficients: &mut Coefficients, response: &Response)
         }
         Coefficients::Direct(_) | Coefficients::Profile(_) => {}
     }
-    let is_spectral = matches!(coefficients.spectrum(), Ok(Some(_)));
+    let spectrum = coefficients.spectrum().ok().flatten();
     let mut iops = match before {
         Ok(iops) => iops,
         Err(error) => {
@@ -134,7 +137,7 @@ fn everywhere(ui: &mut Ui, coefficients: &mut Coefficients, response: &Response)
             return;
         }
     };
-    if is_spectral {
+    if spectrum.is_some() {
         ui.weak("Light goes by wavelength. Near zero range the channels have:")
             .on_hover_text("Set one of these, and the water is known in three bands from then on");
     }
@@ -144,11 +147,23 @@ fn everywhere(ui: &mut Ui, coefficients: &mut Coefficients, response: &Response)
     if iops != shown {
         *coefficients = Coefficients::Direct(iops);
     }
-    ui.weak(format!(
+    let attenuation = ui.weak(format!(
         "attenuation c = a + b  {} 1/m",
         triple(iops.c(), 3)
     ));
+    if let Some(water) = &spectrum {
+        attenuation.on_hover_text(sight(water));
+    }
     ui.weak(format!("albedo b/c  {}", triple(iops.albedo(), 2)));
+}
+
+/// How far people see in a water.
+fn sight(water: &WaterSpectrum) -> String {
+    format!(
+        "By daylight a diver sees {} m far in it, and a Secchi disk is lost at {} m",
+        figure(visibility_m(water), 2),
+        figure(secchi_depth_m(water), 2)
+    )
 }
 
 fn triple(values: [f64; 3], digits: usize) -> String {

@@ -1,0 +1,81 @@
+//! `uw water` from what a water holds.
+
+use clap::Args;
+use uw_media::spectral::Constituents;
+use uw_twin::environment::PARTICLE_INDEX;
+
+use super::error::CliError;
+
+/// Tasks of `uw water` that tell a water in another way.
+const OTHERS: [&str; 7] = [
+    "jerlov",
+    "list",
+    "spectrum",
+    "sight",
+    "secchi_m",
+    "visibility_m",
+    "attenuation_per_m",
+];
+
+/// Arguments of `uw water` that go with chlorophyll.
+#[derive(Debug, Args)]
+pub(super) struct ConstituentArguments {
+    /// Chlorophyll of sea water, mg/m³ (0 to 100), in the place of a water type: a and b by wavelength of what goes with it.
+    #[arg(
+        long,
+        group = "task",
+        value_name = "CHL",
+        allow_negative_numbers = true
+    )]
+    chlorophyll_mg_m3: Option<f64>,
+    /// Absorption of yellow substance (CDOM) at 440 nm, 1/m (0 to 20). Default: what goes with the chlorophyll.
+    #[arg(
+        long,
+        value_name = "A",
+        conflicts_with_all = OTHERS,
+        allow_negative_numbers = true
+    )]
+    cdom_440_per_m: Option<f64>,
+    /// Suspended minerals, g/m³ (0 to 2000).
+    #[arg(
+        long,
+        value_name = "G_M3",
+        conflicts_with_all = OTHERS,
+        allow_negative_numbers = true,
+        default_value_t = 0.0
+    )]
+    minerals_g_m3: f64,
+}
+
+impl ConstituentArguments {
+    /// What the water holds; `None` where it is told in another way.
+    pub(super) fn constituents(&self) -> Result<Option<Constituents>, CliError> {
+        let Some(chlorophyll_mg_m3) = self.chlorophyll_mg_m3 else {
+            return Ok(None);
+        };
+        Constituents::new(chlorophyll_mg_m3, self.cdom_440_per_m, self.minerals_g_m3)
+            .map(Some)
+            .map_err(CliError::input)
+    }
+
+    /// The water in words.
+    pub(super) fn name(&self, water: &Constituents) -> String {
+        let chlorophyll = self.chlorophyll_mg_m3.unwrap_or_default();
+        let cdom = water.cdom_440_per_m();
+        let minerals = self.minerals_g_m3;
+        format!(
+            "chlorophyll {chlorophyll} mg/m3, CDOM {cdom:.3} 1/m at 440 nm, minerals {minerals} g/m3"
+        )
+    }
+}
+
+/// The phase function of a water whose backscatter fraction is known, as a scene file has it.
+pub(super) fn phase_entry(backscatter_fraction: f64) -> String {
+    if backscatter_fraction < 0.5 {
+        format!(
+            "{{ model = \"fournier-forand\", n = {PARTICLE_INDEX:.2}, backscatter_fraction = {backscatter_fraction:.4} }}"
+        )
+    } else {
+        "{ model = \"rayleigh\" }".to_owned()
+    }
+}
