@@ -76,6 +76,7 @@ impl Scene {
         let doc = Document {
             file: name,
             text: &amended.text,
+            settings_from: text.len(),
             base_dir,
         };
         let parsed = DeTable::parse(text).map_err(|error| syntax_error(&doc, &error))?;

@@ -118,13 +118,13 @@ impl<'d> Value<'d> {
             .ok_or_else(|| self.invalid("text in quotes"))
     }
 
-    /// A path, taken from the folder of the scene file; that of a shipped file (`shipped:NAME`) stays.
+    /// A path, as [`Document::path`] takes it; that of a shipped file (`shipped:NAME`) stays.
     pub(super) fn as_path(&self) -> Result<PathBuf, SceneError> {
         let text = self.as_text()?;
         if text.is_empty() {
             return Err(self.invalid("the path of a file"));
         }
-        Ok(uw_assets::joined(self.doc.base_dir, text))
+        Ok(self.doc.path(text, self.value.span().start))
     }
 
     /// True or false.

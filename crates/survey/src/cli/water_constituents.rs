@@ -6,6 +6,8 @@ use uw_twin::environment::PARTICLE_INDEX;
 
 use super::error::CliError;
 
+/// Backscatter fraction from which on it is molecules that scatter most.
+const MOLECULAR: f64 = 0.4;
 /// Tasks of `uw water` that tell a water in another way.
 const OTHERS: [&str; 7] = [
     "jerlov",
@@ -71,7 +73,7 @@ impl ConstituentArguments {
 
 /// The phase function of a water whose backscatter fraction is known, as a scene file has it.
 pub(super) fn phase_entry(backscatter_fraction: f64) -> String {
-    if backscatter_fraction < 0.5 {
+    if backscatter_fraction < MOLECULAR {
         format!(
             "{{ model = \"fournier-forand\", n = {PARTICLE_INDEX:.2}, backscatter_fraction = {backscatter_fraction:.4} }}"
         )

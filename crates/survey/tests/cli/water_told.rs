@@ -44,6 +44,14 @@ fn water_with_chlorophyll_is_a_table_for_scenes() {
         scene.replace("jerlov = \"IB\"", "spectrum = \"sea.csv\""),
     );
     folder.good("render sea.toml -o sea.exr --spp 1 --quiet");
+    // A shipped scene takes it from the working directory, where a name of its own folder is still that.
+    let shipped = "render clear_lamp --width 32 -o shipped.exr --spp 1 --quiet";
+    folder.good(&format!("{shipped} --set water.spectrum=sea.csv"));
+    folder.good(&format!(
+        "{shipped} --set object.0.reflectance.texture=../textures/gravel.png"
+    ));
+    let lost = format!("{shipped} --set water.spectrum=lake.csv");
+    folder.refused(&lost, &["--set water.spectrum=lake.csv", "scenes/lake.csv"]);
 }
 
 #[test]
@@ -62,12 +70,12 @@ fn harbours_have_minerals_and_yellow_substance() {
         beside.stdout
     );
     assert!(!folder.text("harbour.csv").contains("channel"));
-    // Water alone scatters as molecules do.
-    let pure = folder.good("water --chlorophyll-mg-m3 0").stdout;
-    assert!(
-        pure.contains("\n# phase = { model = \"rayleigh\" }\n"),
-        "{pure}"
-    );
+    // Water alone, or nearly so, scatters as molecules do.
+    for chlorophyll in ["0", "1e-6"] {
+        let pure = folder.good(&format!("water --chlorophyll-mg-m3 {chlorophyll}"));
+        let told = "\n# phase = { model = \"rayleigh\" }\n";
+        assert!(pure.stdout.contains(told), "{}", pure.stdout);
+    }
 }
 
 #[test]
