@@ -36,11 +36,12 @@ impl JerlovWater {
         let coast = WaterType::ALL.partition_point(|own| *own < WaterType::C1);
         [&WaterType::ALL[..coast], &WaterType::ALL[coast..]].map(|types| {
             let between = types.windows(2).flat_map(|pair| {
-                (0..10).map(move |tenths| Self {
+                let mixed = (1..10).map(|tenths| Self {
                     from: pair[0],
                     to: pair[1],
                     share: f64::from(tenths) / 10.0,
-                })
+                });
+                std::iter::once(pair[0].into()).chain(mixed)
             });
             between
                 .chain(types.last().map(|last| (*last).into()))
