@@ -365,6 +365,10 @@ mod tests {
             let own = read(&[last, three[0], three[1]]).expect(last);
             assert_eq!(own, read(&three).expect("a and b"), "{last}");
         }
+        // A fitted water tells its phase function.
+        let phase = "water.phase={ model = \"petzold\" }";
+        let fitted = read(&[phase, "water.fitted=w.json"]).expect("fitted");
+        assert_eq!(fitted, read(&["water.fitted=w.json"]).expect("fitted"));
         let half = read(&["water.a=[0.1, 0.1, 0.1]"]).expect_err("b is missing");
         assert!(half.to_string().contains("`b`"), "{half}");
     }
