@@ -1,5 +1,7 @@
 //! Water from what it holds: chlorophyll, yellow substance, minerals.
 
+use std::fmt;
+
 use super::{WaterSpectrum, named};
 use crate::error::{MediaError, check};
 use crate::tables;
@@ -63,11 +65,6 @@ impl Constituents {
         })
     }
 
-    /// Absorption of yellow substance at 440 nm, 1/m.
-    pub fn cdom_440_per_m(&self) -> f64 {
-        self.cdom_440_per_m
-    }
-
     /// Absorption and scattering, water itself included (Pope and Fry 1997; Zhang et al. 2009), 400 to 700 nm.
     pub fn spectrum(&self) -> WaterSpectrum {
         let pure = |column| named::embedded(tables::PURE_WATER, column);
@@ -112,6 +109,16 @@ impl Constituents {
             false => 0.0,
         };
         0.416 * chl.powf(0.766) * (nm / MIDDLE_NM).powf(slope)
+    }
+}
+
+impl fmt::Display for Constituents {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "chlorophyll {} mg/m3, CDOM {:.3} 1/m at 440 nm, minerals {} g/m3",
+            self.chlorophyll_mg_m3, self.cdom_440_per_m, self.minerals_g_m3
+        )
     }
 }
 

@@ -144,13 +144,16 @@ impl Response {
         self.channels.each_ref().map(weight)
     }
 
-    /// Largest share of a channel that lies outside `range_nm`, and which channel that is.
-    pub fn most_outside(&self, (low_nm, high_nm): (f64, f64)) -> (f64, &'static str) {
+    /// Share of a channel that may lie outside the table of a water.
+    pub const MAY_LIE_OUTSIDE: f64 = 0.02;
+
+    /// Largest share of a channel that lies outside `range_nm`, and which channel that is; `None` where it may lie there.
+    pub fn not_covered(&self, (low_nm, high_nm): (f64, f64)) -> Option<(f64, &'static str)> {
         let inside = |nm: f64| f64::from(u8::from((low_nm..=high_nm).contains(&nm)));
-        let shares = self.channel_values(None, inside).map(|share| 1.0 - share);
-        let worst = (0..3).max_by(|&a, &b| shares[a].total_cmp(&shares[b]));
-        let worst = worst.unwrap_or(0);
-        (shares[worst], ["r", "g", "b"][worst])
+        let outside = self.channel_values(None, inside).map(|share| 1.0 - share);
+        let channels = outside.into_iter().zip(["r", "g", "b"]);
+        let worst = channels.max_by(|one, other| one.0.total_cmp(&other.0));
+        worst.filter(|(share, _)| *share > Self::MAY_LIE_OUTSIDE)
     }
 
     /// First and last wavelength at which a channel responds, nm.

@@ -20,7 +20,7 @@ pub fn visibility_m(water: &WaterSpectrum) -> f64 {
 }
 
 /// Secchi depth, m: ln(0.14 / 0.013) / (2.5 K_d) at the wavelength of which daylight goes deepest (Lee et al. 2015, Remote Sens.
-/// Environ. 169, 139; without the reflectance of the water against that of the disk, some 3 %), K_d by Kirk.
+/// Environ. 169, 139; without the reflectance of the water, which is small against that of the disk), K_d by Kirk.
 pub fn secchi_depth_m(water: &WaterSpectrum) -> f64 {
     let (disk, least) = DISK;
     let k_d = seen_nm().map(|nm| kirk_attenuation(water.a.at(nm), water.b.at(nm)));
@@ -60,7 +60,8 @@ mod tests {
         }
     }
 
-    /// Tyler (1968): 8.69 over the sum of attenuation and diffuse attenuation, both as the eye weighs them.
+    /// Tyler (1968): 8.69 over the sum of attenuation and diffuse attenuation, both as the eye weighs them. The two
+    /// differ by up to 40 %.
     #[test]
     fn disks_are_lost_at_about_the_depth_of_the_older_rule() {
         for water_type in WaterType::ALL {
@@ -72,7 +73,7 @@ mod tests {
             }
             let older = 8.69 / (4.8 / visibility_m(&water) + k_d / all);
             let ratio = secchi_depth_m(&water) / older;
-            assert!((0.6..1.5).contains(&ratio), "{water_type}: {ratio:.2}");
+            assert!((0.6..1.4).contains(&ratio), "{water_type}: {ratio:.2}");
         }
     }
 }

@@ -21,7 +21,7 @@ fn k_d(water: &Constituents, nm: f64) -> f64 {
     (1.0 + 0.005 * SUN_DEG) * a + 4.18 * (1.0 - 0.52 * (-10.8 * a).exp()) * backwards
 }
 
-/// Within 15 % from the clearest ocean to a bloom, root mean square of the logarithm (found: 0.10 to 0.14), and without a trend.
+/// Within 15 % from the clearest ocean to a bloom, root mean square of the logarithm (found: 0.10 to 0.13), and without a trend.
 #[test]
 fn daylight_falls_as_it_was_measured_by_chlorophyll() {
     for chlorophyll in [0.03, 0.1, 0.3, 1.0, 3.0, 10.0] {

@@ -12,8 +12,6 @@ use super::reader::Table;
 use super::value::Value;
 use super::{Lamp, Material, SceneError, Spectral, variation};
 
-/// Share of a channel's response that may lie outside the water's table.
-const OUTSIDE_SHARE: f64 = 0.02;
 /// The clear sky's own spectra, by the sun's zenith angle.
 const CLEAR_SKY: &str = "clear-sky";
 /// Wavelengths that a reflectance must cover, nm.
@@ -253,15 +251,14 @@ fn check_covered(
     response: &Response,
 ) -> Result<(), SceneError> {
     let (low, high) = water.range_nm();
-    let (outside, channel) = response.most_outside((low, high));
-    if outside <= OUTSIDE_SHARE {
+    let Some((outside, channel)) = response.not_covered((low, high)) else {
         return Ok(());
-    }
+    };
     Err(place.invalid_got(
         format!(
             "water that is known where the camera sees: its table ends at {low} and {high} nm, and at most {} % of a \
              channel may lie beyond",
-            100.0 * OUTSIDE_SHARE
+            100.0 * Response::MAY_LIE_OUTSIDE
         ),
         format!("{:.1} % of channel {channel}", 100.0 * outside),
     ))

@@ -52,14 +52,14 @@ impl WaterArguments {
         if let Some(path) = &self.output {
             output::check_writable(path)?;
         }
+        if let Some(holding) = self.holding.constituents()? {
+            let backscatter_fraction = Some(holding.backscatter_fraction());
+            let (spectrum, name) = (holding.spectrum(), holding.to_string());
+            return self.by_wavelength(&spectrum, &name, backscatter_fraction, json);
+        }
         if let Some(path) = &self.spectrum {
             let spectrum = read_water(path)?;
             return self.by_wavelength(&spectrum, path, None, json);
-        }
-        if let Some(holding) = self.holding.constituents()? {
-            let name = self.holding.name(&holding);
-            let backscatter_fraction = Some(holding.backscatter_fraction());
-            return self.by_wavelength(&holding.spectrum(), &name, backscatter_fraction, json);
         }
         let Some(name) = &self.jerlov else {
             self.of_spectrum.refuse()?;

@@ -8,18 +8,8 @@ use super::error::CliError;
 
 /// Backscatter fraction from which on it is molecules that scatter most.
 const MOLECULAR: f64 = 0.4;
-/// Tasks of `uw water` that tell a water in another way.
-const OTHERS: [&str; 7] = [
-    "jerlov",
-    "list",
-    "spectrum",
-    "sight",
-    "secchi_m",
-    "visibility_m",
-    "attenuation_per_m",
-];
 
-/// Arguments of `uw water` that go with chlorophyll.
+/// Arguments of `uw water` that tell what a water holds.
 #[derive(Debug, Args)]
 pub(super) struct ConstituentArguments {
     /// Chlorophyll of sea water, mg/m³ (0 to 100), in the place of a water type: a and b by wavelength of what goes with it.
@@ -31,43 +21,32 @@ pub(super) struct ConstituentArguments {
     )]
     chlorophyll_mg_m3: Option<f64>,
     /// Absorption of yellow substance (CDOM) at 440 nm, 1/m (0 to 20). Default: what goes with the chlorophyll.
-    #[arg(
-        long,
-        value_name = "A",
-        conflicts_with_all = OTHERS,
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "A", allow_negative_numbers = true)]
     cdom_440_per_m: Option<f64>,
-    /// Suspended minerals, g/m³ (0 to 2000).
-    #[arg(
-        long,
-        value_name = "G_M3",
-        conflicts_with_all = OTHERS,
-        allow_negative_numbers = true,
-        default_value_t = 0.0
-    )]
-    minerals_g_m3: f64,
+    /// Suspended minerals, g/m³ (0 to 2000). Default: none.
+    #[arg(long, value_name = "G_M3", allow_negative_numbers = true)]
+    minerals_g_m3: Option<f64>,
 }
 
 impl ConstituentArguments {
     /// What the water holds; `None` where it is told in another way.
     pub(super) fn constituents(&self) -> Result<Option<Constituents>, CliError> {
+        let beside = [
+            ("--cdom-440-per-m", self.cdom_440_per_m),
+            ("--minerals-g-m3", self.minerals_g_m3),
+        ];
         let Some(chlorophyll_mg_m3) = self.chlorophyll_mg_m3 else {
-            return Ok(None);
+            return match beside.iter().find(|(_, value)| value.is_some()) {
+                Some((name, _)) => Err(CliError::input(format!(
+                    "{name} goes with --chlorophyll-mg-m3"
+                ))),
+                None => Ok(None),
+            };
         };
-        Constituents::new(chlorophyll_mg_m3, self.cdom_440_per_m, self.minerals_g_m3)
+        let minerals_g_m3 = self.minerals_g_m3.unwrap_or(0.0);
+        Constituents::new(chlorophyll_mg_m3, self.cdom_440_per_m, minerals_g_m3)
             .map(Some)
             .map_err(CliError::input)
-    }
-
-    /// The water in words.
-    pub(super) fn name(&self, water: &Constituents) -> String {
-        let chlorophyll = self.chlorophyll_mg_m3.unwrap_or_default();
-        let cdom = water.cdom_440_per_m();
-        let minerals = self.minerals_g_m3;
-        format!(
-            "chlorophyll {chlorophyll} mg/m3, CDOM {cdom:.3} 1/m at 440 nm, minerals {minerals} g/m3"
-        )
     }
 }
 

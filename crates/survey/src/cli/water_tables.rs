@@ -21,9 +21,6 @@ use uw_twin::estimate::water_tables::{
     water_tables_watched,
 };
 
-/// Share of a channel that may lie outside the water's table.
-const OUTSIDE_SHARE: f64 = 0.02;
-
 /// Arguments of `uw water-tables`.
 #[derive(Debug, Args)]
 #[command(group(ArgGroup::new("of").required(true)))]
@@ -190,8 +187,7 @@ impl WaterTablesArguments {
 fn three_bands(path: &str) -> Result<Iops, CliError> {
     let water = read_water(path)?;
     let boxes = Response::boxes();
-    let (outside, channel) = boxes.most_outside(water.range_nm());
-    if outside > OUTSIDE_SHARE {
+    if let Some((outside, channel)) = boxes.not_covered(water.range_nm()) {
         return Err(CliError::input(format!(
             "{path}: must cover 400 to 700 nm, but {:.0} % of channel {channel} lies beyond",
             100.0 * outside

@@ -186,8 +186,14 @@ fn what_cannot_be_is_refused() {
             "--chlorophyll-mg-m3 1 --minerals-g-m3 1e5",
             "in [0, 2000] g/m3",
         ),
-        ("--secchi-m 8 --minerals-g-m3 3", "cannot be used with"),
-        ("--jerlov 3C --cdom-440-per-m 1", "cannot be used with"),
+        (
+            "--secchi-m 8 --minerals-g-m3 3",
+            "--minerals-g-m3 goes with --chlorophyll-mg-m3",
+        ),
+        (
+            "--jerlov 3C --cdom-440-per-m 1",
+            "--cdom-440-per-m goes with --chlorophyll-mg-m3",
+        ),
         ("--chlorophyll-mg-m3 1 --bands mean", "cannot be used with"),
         (
             "--secchi-m 0.4",

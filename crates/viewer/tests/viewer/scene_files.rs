@@ -253,6 +253,25 @@ fn tables_and_beams_are_found_after_saving_elsewhere() {
 }
 
 #[test]
+fn a_water_between_types_keeps_its_place_however_it_is_written() {
+    let folder = tempfile::tempdir().expect("folder");
+    for written in [
+        "\"1C-3C@0.4\"",
+        "{ between = [\"1C\", \"3C\"], share = 0.4 }",
+    ] {
+        let text = crate::support::SCENE.replace("\"IB\"", written);
+        let (open, settings) = OpenScene::parse(&text, "between.toml".as_ref()).expect("valid");
+        let water = settings.water.as_ref().expect("water");
+        let Coefficients::Jerlov { scale, .. } = water.coefficients else {
+            panic!("{written}: {:?}", water.coefficients);
+        };
+        assert!((scale - 5.4).abs() < 1e-12, "{written}: {scale}");
+        let (_, read) = saved(&open, &settings, folder.path());
+        assert_eq!(read.water, settings.water, "{written}");
+    }
+}
+
+#[test]
 fn a_gltf_file_is_seen_from_outside_and_lit() {
     let path = repository().join("assets/scenes/seabed.glb");
     let (open, settings) = OpenScene::read(&path).expect("valid");
