@@ -1,9 +1,10 @@
 //! How well `uw fit` finds hidden waters: calibration pictures of vehicles in waters drawn at random, fitted with the nominal vehicle.
 //!
-//! `cargo run --release -p uw-survey --example fit_accuracy -- SCENES SEED [spectral] [jerlov] [dark] [predict]`; with `jerlov` the water is
+//! `cargo run --release -p uw-survey --example fit_accuracy -- SCENES SEED [spectral] [jerlov] [dark] [predict] [known]`; with `jerlov` the water is
 //! fitted as one of Jerlov's scale (in three bands hidden waters are off it, by wavelength they are on it); with `predict` each fitted water also
 //! predicts the contrast of pictures of a target that was not calibrated with, from each of them for all others; alone, and with those in mind
-//! that a vehicle has taken from 1.2 and 3.5 m without its lamps. With `dark` there is no daylight, and all pictures are of the lamps.
+//! that a vehicle has taken from 1.2 and 3.5 m without its lamps; with `known` besides the true water does, so that what is off is not the fit's.
+//! With `dark` there is no daylight, and all pictures are of the lamps.
 
 #![allow(clippy::print_stdout, reason = "that is what it is for")]
 
@@ -35,7 +36,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let (scenes, seed) = match &arguments[..] {
         [scenes, seed, ..] => (scenes.parse::<u32>()?, seed.parse::<u64>()?),
-        _ => return Err("give SCENES SEED [spectral] [jerlov] [dark] [predict]".into()),
+        _ => return Err("give SCENES SEED [spectral] [jerlov] [dark] [predict] [known]".into()),
     };
     let asked = |word: &str| arguments[2..].iter().any(|argument| argument == word);
     let bands = match asked("spectral") {
@@ -74,6 +75,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         );
         tally.add(&truth, &found);
         if asked("predict") {
+            let found = match asked("known") {
+                true => known(&truth, found),
+                false => found,
+            };
             let water = water_file(
                 &found,
                 &vehicle,
@@ -99,6 +104,19 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     }
     Ok(())
+}
+
+/// A fit that has found the truth.
+fn known(truth: &Truth, mut found: Fit) -> Fit {
+    let sure = |value: f64| Fitted {
+        value,
+        relative_error: 0.0,
+    };
+    found.a_per_m = truth.a.map(sure);
+    found.b_per_m = truth.b.map(sure);
+    found.backscatter_fraction = sure(truth.body.backscatter_fraction);
+    found.lamp_gain = [sure(truth.gain); 3];
+    found
 }
 
 /// The next texture of which the camera sees the same side.

@@ -8,11 +8,11 @@ use std::sync::OnceLock;
 
 use serde::{Deserialize, Serialize};
 use uw_calib::response::CountResponse;
-use uw_calib::stats::{PATCH_COLUMNS, PATCH_ROWS};
 
 use super::cleared::{Cleared, LinearPicture, Sums, clear};
 use super::grid::{self, PATCHES};
 use super::light::Seen;
+use super::patches::Patches;
 use super::scales::{Bands, FINER_OCTAVES, LEAST_LEFT, Scales};
 use super::shape::{Shape, quantiles};
 use super::water::WaterTables;
@@ -23,8 +23,6 @@ const WAVES_BEYOND: f64 = 0.35;
 const CROP: f64 = 0.8;
 /// Error of the logarithm of a deviation of which nothing is known.
 pub(super) const UNKNOWN: f64 = 10.0;
-/// Largest deviation of a patch over their root mean square.
-const MOST_UNEVEN: f64 = 4.0;
 /// Most parts.
 const MOST_CROPS: i32 = 9;
 /// Relative error of the variance that a sensor's noise is taken to have.
@@ -329,17 +327,22 @@ fn channel(
     }
     windows.extend((1..=MOST_PATCHES).map(|n| (n * patch_w, n * patch_h)));
     let sums = Sums::new(cleared);
+    let patches = Patches::new(&sums, (patch_w, patch_h), &cleared.noise);
+    let noise = cleared.noise.before(patches.detail());
+    let patches = Patches::new(&sums, (patch_w, patch_h), &noise);
     let mut windows_m = vec![metres_per_px];
     let (mut scales, mut evenness) = (Scales::default(), Vec::new());
+    let (mean_noise, unevenness) = (noise.mean(), noise.unevenness());
+    let pixels = cleared.values.len() as f64;
     let mut before = 0.0;
     let mut from_px = 1.0;
     for (w, h) in windows {
-        let (inside, even) = sums.inside(w, h, cleared.noise);
+        let (inside, even) = sums.inside(w, h, &noise);
         evenness.push(even);
         scales.variance.push(inside - before);
-        let of_noise = cleared.noise.of(from_px * from_px) - cleared.noise.of((w * h) as f64);
+        let of_noise = mean_noise.of(from_px * from_px) - mean_noise.of((w * h) as f64);
         // How well the noise is known, and what it happens to be in so many windows.
-        let happens = (2.0 * from_px * from_px / cleared.values.len() as f64).sqrt();
+        let happens = unevenness * (2.0 * from_px * from_px / pixels).sqrt();
         scales.doubt.push(NOISE_ERROR.hypot(happens) * of_noise);
         before = inside;
         from_px = ((w * h) as f64).sqrt();
@@ -349,22 +352,7 @@ fn channel(
     scales.expect(&windows_m);
     let of_full_scale = FULL_SCALE_ERROR * cleared.clipped().sqrt();
     scales.doubt_share(2.0 * of_full_scale);
-    let n = cleared.values.len() as f64;
-    let mean = cleared.values.iter().sum::<f64>() / n;
-    // Small parts have room for another column or row.
-    let patches: Vec<(f64, f64)> = sums
-        .window_grid([PATCH_COLUMNS, PATCH_ROWS], patch_w, patch_h)
-        .collect();
-    let own = patches.iter().map(|(_, variance)| variance).sum::<f64>() / PATCHES as f64;
-    let noise = cleared.noise.of_pixel;
-    let detail = own - noise;
-    let positive = |patch: &(f64, f64)| (patch.1 - noise).max(0.0);
-    let of_all = patches.iter().map(positive).sum::<f64>() / PATCHES as f64;
-    let of_patch = |patch: &(f64, f64)| {
-        (positive(patch) / of_all.max(f64::MIN_POSITIVE))
-            .sqrt()
-            .min(MOST_UNEVEN)
-    };
+    let (mean, detail) = (patches.mean(), patches.detail());
     ChannelDetail {
         mean,
         windows_m,
@@ -374,14 +362,14 @@ fn channel(
         patch_m,
         evenness,
         error: match detail > 0.0 {
-            true => (0.5 * NOISE_ERROR * noise / detail)
+            true => (0.5 * NOISE_ERROR * mean_noise.of_pixel / detail)
                 .hypot(of_full_scale)
                 .min(UNKNOWN),
             false => UNKNOWN,
         },
         shape: Shape {
-            means: patches.iter().map(|patch| patch.0 / mean).collect(),
-            deviations: patches.iter().map(of_patch).collect(),
+            means: patches.means(mean),
+            deviations: patches.deviations(),
             quantiles: quantiles(cleared, (patch_w, patch_h)),
         },
         clipped: cleared.clipped(),

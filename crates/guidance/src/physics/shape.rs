@@ -180,7 +180,7 @@ fn spread(values: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::cleared::Noise;
+    use super::super::noise::{Noise, NoiseMap};
     use super::*;
 
     /// Deviation of values that are cut off at 1.
@@ -208,7 +208,7 @@ mod tests {
             values: (0..width * height)
                 .map(|i| value(i % width, i / width))
                 .collect(),
-            noise: Noise::default(),
+            noise: NoiseMap::even(Noise::default()),
             at_full: vec![false; width * height],
         };
         for (i, quantiles) in quantiles(&cleared, (20, 20)).iter().enumerate() {
@@ -229,7 +229,7 @@ mod tests {
             width: 50,
             height: 30,
             values: vec![0.3; 1500],
-            noise: Noise::default(),
+            noise: NoiseMap::even(Noise::default()),
             at_full: vec![false; 1500],
         };
         let all = quantiles(&cleared, (5, 5));
