@@ -75,6 +75,8 @@ impl Noise {
 pub(super) struct NoiseMap {
     /// Of the picture's blocks, row by row.
     blocks: Arc<[Noise]>,
+    /// Light on them.
+    light: Arc<[f64]>,
     /// Blocks across and down.
     grid: [usize; 2],
     /// Sides of a block, pixels.
@@ -83,8 +85,9 @@ pub(super) struct NoiseMap {
     corner_px: [usize; 2],
     /// Size of the part, pixels.
     size_px: [usize; 2],
-    /// What weights are relative to: the least variance of a pixel's noise in the part, and the target's detail.
-    least: f64,
+    /// Variance of a pixel's noise in the part where light is.
+    lit: f64,
+    /// Variance of the target's detail.
     detail: f64,
 }
 
@@ -98,13 +101,22 @@ impl NoiseMap {
         response: &CountResponse,
     ) -> Self {
         let grid = [picture.width, picture.height].map(|side| (side / BLOCK_PX).max(1));
-        let light = Light::new(&seen.gain[k]);
-        let block = |i: usize| {
+        let middle = |i: usize| {
             let at = [i % grid[0], i / grid[0]];
-            let [u, v] = [0, 1].map(|axis| (at[axis] as f64 + 0.5) / grid[axis] as f64);
-            let gain = exposure * light.at(u, v);
+            [0, 1].map(|axis| (at[axis] as f64 + 0.5) / grid[axis] as f64)
+        };
+        let of_target = Light::new(&seen.gain[k]);
+        let lit = |i: usize| {
+            let [u, v] = middle(i);
+            of_target.at(u, v)
+        };
+        let light: Arc<[f64]> = (0..grid[0] * grid[1]).map(lit).collect();
+        let block = |i: usize| {
+            let corner_px = [i % grid[0] * BLOCK_PX, i / grid[0] * BLOCK_PX];
+            let mean = block_mean(picture, corner_px, k);
+            let [u, v] = middle(i);
             let of = picture.origin(u, v);
-            let mean = block_mean(picture, at.map(|place| place * BLOCK_PX), k);
+            let gain = exposure * light[i];
             let stored = noise_variance(of.share * mean, response) / (of.share * gain).powi(2);
             Noise {
                 of_pixel: of.left * stored,
@@ -113,12 +125,13 @@ impl NoiseMap {
         };
         let size_px = [picture.width, picture.height];
         let whole = Self {
-            blocks: (0..grid[0] * grid[1]).map(block).collect(),
+            blocks: (0..light.len()).map(block).collect(),
+            light,
             grid,
             block_px: [0, 1].map(|i| size_px[i] as f64 / grid[i] as f64),
             corner_px: [0; 2],
             size_px,
-            least: 0.0,
+            lit: 0.0,
             detail: 0.0,
         };
         whole.part([0; 2], size_px)
@@ -129,11 +142,12 @@ impl NoiseMap {
     pub(super) fn even(noise: Noise) -> Self {
         Self {
             blocks: [noise].into(),
+            light: [1.0].into(),
             grid: [1; 2],
             block_px: [f64::INFINITY; 2],
             corner_px: [0; 2],
             size_px: [1; 2],
-            least: noise.of_pixel,
+            lit: noise.of_pixel,
             detail: 0.0,
         }
     }
@@ -145,9 +159,9 @@ impl NoiseMap {
             size_px,
             ..self.clone()
         };
-        let of_pixel = part.all().map(|noise| noise.of_pixel);
+        let by_light = part.all().map(|i| (part.blocks[i], part.light[i].powi(2)));
         Self {
-            least: of_pixel.fold(f64::INFINITY, f64::min),
+            lit: Noise::mean(by_light).of_pixel,
             ..part
         }
     }
@@ -160,11 +174,11 @@ impl NoiseMap {
         }
     }
 
-    /// What the variance of a place with such noise counts, 1 where noise is least: the inverse square of its error, which goes with the variance of
+    /// What the variance of a place with such noise counts, 1 where light is: the inverse square of its error, which goes with the variance of
     /// detail and noise together.
     pub(super) fn weight(&self, of_pixel: f64) -> f64 {
-        let least = (self.detail + self.least).max(f64::MIN_POSITIVE);
-        (least / (self.detail + of_pixel).max(least)).powi(2)
+        let lit = (self.detail + self.lit).max(f64::MIN_POSITIVE);
+        (lit / (self.detail + of_pixel).max(lit)).powi(2)
     }
 
     /// Mean over the part, places weighted.
@@ -188,17 +202,20 @@ impl NoiseMap {
     }
 
     fn weighted(&self) -> impl Iterator<Item = (Noise, f64)> + '_ {
-        self.all().map(|noise| (noise, self.weight(noise.of_pixel)))
+        self.all().map(|i| {
+            let noise = self.blocks[i];
+            (noise, self.weight(noise.of_pixel))
+        })
     }
 
-    fn all(&self) -> impl Iterator<Item = Noise> + '_ {
+    fn all(&self) -> impl Iterator<Item = usize> + '_ {
         self.blocks_in([0; 2], self.size_px)
     }
 
     /// Mean over a window of the part.
     pub(super) fn over(&self, corner_px: [usize; 2], size_px: [usize; 2]) -> Noise {
         let blocks = self.blocks_in(corner_px, size_px);
-        Noise::mean(blocks.map(|noise| (noise, 1.0)))
+        Noise::mean(blocks.map(|i| (self.blocks[i], 1.0)))
     }
 
     /// The blocks whose middles lie in a window, or that in which its own lies.
@@ -206,7 +223,7 @@ impl NoiseMap {
         &self,
         corner_px: [usize; 2],
         size_px: [usize; 2],
-    ) -> impl Iterator<Item = Noise> + '_ {
+    ) -> impl Iterator<Item = usize> + '_ {
         let [across, down] = [0, 1].map(|i| {
             let from = (self.corner_px[i] + corner_px[i]) as f64 / self.block_px[i];
             let to = from + size_px[i] as f64 / self.block_px[i];
@@ -220,11 +237,7 @@ impl NoiseMap {
                 }
             }
         });
-        down.flat_map(move |y| {
-            across
-                .clone()
-                .map(move |x| self.blocks[y * self.grid[0] + x])
-        })
+        down.flat_map(move |y| across.clone().map(move |x| y * self.grid[0] + x))
     }
 }
 

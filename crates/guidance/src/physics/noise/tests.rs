@@ -1,6 +1,8 @@
+use super::super::detail::ChannelDetail;
 use super::super::file::WaterFile;
+use super::super::predict::Contrast;
 use super::super::tests::{Noise as Normal, at, contrast_of, even_water, reflectance};
-use super::super::{Contrast, LinearPicture, Predictor, Unknown};
+use super::super::{LinearPicture, Predictor, Sight, Unknown};
 use super::*;
 use crate::features::Candidate;
 use uw_calib::picture::Counts;
@@ -73,6 +75,16 @@ fn beam(edge: f64) -> [f64; PATCHES] {
 
 /// A picture of the waves of `reflectance` with the lamps at 100 %.
 fn picture(file: &WaterFile, beam: &[f64; PATCHES], distance_m: f64, seed: u64) -> Counts {
+    picture_of(file, beam, (distance_m, seed), &reflectance)
+}
+
+/// The same of another target.
+fn picture_of(
+    file: &WaterFile,
+    beam: &[f64; PATCHES],
+    (distance_m, seed): (f64, u64),
+    reflectance: &dyn Fn(f64, f64) -> f64,
+) -> Counts {
     let (width, height) = (file.sensor.width_px, file.sensor.height_px);
     let pixel_m = 2.0 * file.tables.half_view[0] * distance_m / width as f64;
     let view = &file.tables.views[0].lamps;
@@ -141,4 +153,83 @@ fn a_narrow_beam_tells_what_it_lights() {
             assert!(off.abs() < 0.25, "{contrast:?} {truth:?}");
         }
     }
+}
+
+/// A channel of what a picture from `distance_m` shows of the target of `reflectance`, whose light is that of `beam`.
+fn shown(file: &WaterFile, counts: &Counts, distance_m: f64) -> ChannelDetail {
+    let response = file.sensor.response();
+    let linear = LinearPicture::of_counts(counts, file.sensor.encoding);
+    let place = file.place(&response, 3.0);
+    let sight = Sight::new(&place, &linear, &at(distance_m, 100.0));
+    sight.channel(0).clone()
+}
+
+/// A veil that is 2 % off makes reflectances without end of corners without light; they are not the target's, nor is their noise its detail.
+#[test]
+fn places_without_light_say_nothing_of_the_target() {
+    let beam = beam(1e-3);
+    let mut file = dark_water(&beam);
+    let counts = picture(&file, &beam, 1.6, 3);
+    let lamps = file.tables.views.iter_mut().map(|view| &mut view.lamps);
+    for veil in lamps.flat_map(|lamps| &mut lamps.veil) {
+        veil.iter_mut().for_each(|veil| *veil *= 0.98);
+    }
+    let detail = shown(&file, &counts, 1.6);
+    assert!((detail.mean / 0.3 - 1.0).abs() < 0.25, "{}", detail.mean);
+    for corner in [0, 9, PATCHES - 10, PATCHES - 1] {
+        let deviation = detail.shape.deviations[corner];
+        assert!((0.8..1.2).contains(&deviation), "{corner}: {deviation}");
+    }
+}
+
+/// As long as noise is less than the detail, what is seen in little light counts as much as what is seen in the middle.
+#[test]
+fn places_with_little_light_count_the_same_where_noise_is_little() {
+    let beam = beam(0.1);
+    let mut file = dark_water(&beam);
+    (file.sensor.noise_a, file.sensor.noise_b) = (1e-9, 1e-11);
+    let outward = |x: f64, y: f64| 0.3 + 8.0 * (x * x + y * y) * (reflectance(x, y) - 0.3);
+    let counts = picture_of(&file, &beam, (1.2, 3), &outward);
+    let detail = shown(&file, &counts, 1.2);
+    let patches: f64 = detail.shape.deviations.iter().map(|d| d * d).sum();
+    assert!((patches / PATCHES as f64 - 1.0).abs() < 0.03, "{patches}");
+}
+
+/// The error of a weighted mean of variances, found by drawing them.
+#[test]
+fn the_error_of_uneven_noise_is_that_of_drawn_ones() {
+    let blocks: Vec<Noise> = (0..64)
+        .map(|i| {
+            let of_pixel = if i < 16 { 1.0 } else { 1.0 + f64::from(i) };
+            Noise {
+                of_pixel,
+                of_means: of_pixel,
+            }
+        })
+        .collect();
+    let map = NoiseMap {
+        blocks: blocks.into(),
+        light: [1.0; 64].into(),
+        grid: [8; 2],
+        block_px: [6.0; 2],
+        corner_px: [0; 2],
+        size_px: [48; 2],
+        lit: 1.0,
+        detail: 0.5,
+    };
+    let (mut normal, draws, share) = (Normal(5), 4000, 0.1);
+    let mut square = 0.0;
+    for _ in 0..draws {
+        let (mut sum, mut weights) = (0.0, 0.0);
+        for (noise, weight) in map.weighted() {
+            sum += weight * noise.of_pixel * share * normal.next();
+            weights += weight;
+        }
+        square += (sum / weights / map.mean().of_pixel).powi(2);
+    }
+    let found = (square / f64::from(draws)).sqrt();
+    let even = share / 64f64.sqrt();
+    assert!(map.unevenness() > 1.1, "{}", map.unevenness());
+    let off = found / (even * map.unevenness()) - 1.0;
+    assert!(off.abs() < 0.05, "{found} {even} {}", map.unevenness());
 }
