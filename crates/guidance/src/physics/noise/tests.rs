@@ -105,8 +105,11 @@ fn picture_of(
     Counts::stored(width, height, (0..width * height).map(pixel).collect())
 }
 
+/// Contrast per channel of a picture.
+type Measured = [f64; 3];
+
 /// What a picture from `from_m` tells of the places `to_m`, with what is seen there.
-fn told(edge: f64, from_m: f64, to_m: &[f64]) -> (Vec<(Contrast, [f64; 3])>, [Option<Unknown>; 3]) {
+fn told(edge: f64, from_m: f64, to_m: &[f64]) -> (Vec<(Contrast, Measured)>, [Option<Unknown>; 3]) {
     let beam = beam(edge);
     let file = dark_water(&beam);
     let response = file.sensor.response();
