@@ -191,14 +191,13 @@ impl Sums {
     }
 
     /// Mean variance inside such windows without the share of `noise`, below 0 where that is taken to be too large, and their mean deviation over its
-    /// root; windows with more noise count less.
+    /// root; windows in less light count less.
     pub(super) fn inside(&self, w: usize, h: usize, noise: &NoiseMap) -> (f64, f64) {
         let (mut sum, mut deviation, mut weights) = (0.0, 0.0, 0.0);
         let columns = self.width / w;
         for (i, (_, variance)) in self.windows(w, h).enumerate() {
-            let own = noise.over([i % columns * w, i / columns * h], [w, h]);
+            let (own, weight) = noise.over([i % columns * w, i / columns * h], [w, h]);
             let detail = variance - (own.of_pixel - own.of((w * h) as f64));
-            let weight = noise.weight(own.of_pixel);
             sum += weight * detail;
             deviation += weight * detail.max(0.0).sqrt();
             weights += weight;

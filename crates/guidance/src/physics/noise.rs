@@ -75,8 +75,8 @@ impl Noise {
 pub(super) struct NoiseMap {
     /// Of the picture's blocks, row by row.
     blocks: Arc<[Noise]>,
-    /// Light on them.
-    light: Arc<[f64]>,
+    /// 1 over the square of the light on them.
+    dimness: Arc<[f64]>,
     /// Blocks across and down.
     grid: [usize; 2],
     /// Sides of a block, pixels.
@@ -85,8 +85,9 @@ pub(super) struct NoiseMap {
     corner_px: [usize; 2],
     /// Size of the part, pixels.
     size_px: [usize; 2],
-    /// Variance of a pixel's noise in the part where light is.
+    /// Variance of a pixel's noise in the part where light is, and the mean square of light.
     lit: f64,
+    bright: f64,
     /// Variance of the target's detail.
     detail: f64,
 }
@@ -110,7 +111,7 @@ impl NoiseMap {
             let [u, v] = middle(i);
             of_target.at(u, v)
         };
-        let light: Arc<[f64]> = (0..grid[0] * grid[1]).map(lit).collect();
+        let light: Vec<f64> = (0..grid[0] * grid[1]).map(lit).collect();
         let block = |i: usize| {
             let corner_px = [i % grid[0] * BLOCK_PX, i / grid[0] * BLOCK_PX];
             let mean = block_mean(picture, corner_px, k);
@@ -126,12 +127,13 @@ impl NoiseMap {
         let size_px = [picture.width, picture.height];
         let whole = Self {
             blocks: (0..light.len()).map(block).collect(),
-            light,
+            dimness: light.iter().map(|light| light.powi(-2)).collect(),
             grid,
             block_px: [0, 1].map(|i| size_px[i] as f64 / grid[i] as f64),
             corner_px: [0; 2],
             size_px,
             lit: 0.0,
+            bright: 0.0,
             detail: 0.0,
         };
         whole.part([0; 2], size_px)
@@ -142,12 +144,13 @@ impl NoiseMap {
     pub(super) fn even(noise: Noise) -> Self {
         Self {
             blocks: [noise].into(),
-            light: [1.0].into(),
+            dimness: [1.0].into(),
             grid: [1; 2],
             block_px: [f64::INFINITY; 2],
             corner_px: [0; 2],
             size_px: [1; 2],
             lit: noise.of_pixel,
+            bright: 1.0,
             detail: 0.0,
         }
     }
@@ -159,9 +162,13 @@ impl NoiseMap {
             size_px,
             ..self.clone()
         };
-        let by_light = part.all().map(|i| (part.blocks[i], part.light[i].powi(2)));
+        let by_light = part.all().map(|i| (part.blocks[i], 1.0 / part.dimness[i]));
+        let (sum, n) = part.all().fold((0.0, 0.0), |(sum, n), i| {
+            (sum + 1.0 / part.dimness[i], n + 1.0)
+        });
         Self {
             lit: Noise::mean(by_light).of_pixel,
+            bright: sum / f64::max(n, 1.0),
             ..part
         }
     }
@@ -174,11 +181,12 @@ impl NoiseMap {
         }
     }
 
-    /// What the variance of a place with such noise counts, 1 where light is: the inverse square of its error, which goes with the variance of
-    /// detail and noise together.
-    pub(super) fn weight(&self, of_pixel: f64) -> f64 {
+    /// What the variance of a place counts, 1 where light is: the inverse square of its error, which goes with the variance of detail and noise
+    /// together. Noise is taken to go with the light alone here: where bright spots of the target, which have more of it, counted less, detail would.
+    fn weight(&self, dimness: f64) -> f64 {
         let lit = (self.detail + self.lit).max(f64::MIN_POSITIVE);
-        (lit / (self.detail + of_pixel).max(lit)).powi(2)
+        let here = self.detail + self.lit * self.bright * dimness;
+        (lit / here.max(lit)).powi(2)
     }
 
     /// Mean over the part, places weighted.
@@ -202,20 +210,20 @@ impl NoiseMap {
     }
 
     fn weighted(&self) -> impl Iterator<Item = (Noise, f64)> + '_ {
-        self.all().map(|i| {
-            let noise = self.blocks[i];
-            (noise, self.weight(noise.of_pixel))
-        })
+        self.all()
+            .map(|i| (self.blocks[i], self.weight(self.dimness[i])))
     }
 
     fn all(&self) -> impl Iterator<Item = usize> + '_ {
         self.blocks_in([0; 2], self.size_px)
     }
 
-    /// Mean over a window of the part.
-    pub(super) fn over(&self, corner_px: [usize; 2], size_px: [usize; 2]) -> Noise {
-        let blocks = self.blocks_in(corner_px, size_px);
-        Noise::mean(blocks.map(|i| (self.blocks[i], 1.0)))
+    /// Mean over a window of the part, and what the variance in it counts.
+    pub(super) fn over(&self, corner_px: [usize; 2], size_px: [usize; 2]) -> (Noise, f64) {
+        let blocks = || self.blocks_in(corner_px, size_px);
+        let noise = Noise::mean(blocks().map(|i| (self.blocks[i], 1.0)));
+        let (sum, n) = blocks().fold((0.0, 0.0), |(sum, n), i| (sum + self.dimness[i], n + 1.0));
+        (noise, self.weight(sum / f64::max(n, 1.0)))
     }
 
     /// The blocks whose middles lie in a window, or that in which its own lies.

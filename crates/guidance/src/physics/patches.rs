@@ -31,12 +31,12 @@ impl Patches {
     pub(super) fn new(sums: &Sums, (width, height): (usize, usize), noise: &NoiseMap) -> Self {
         let patch = |(i, (mean, variance)): (usize, (f64, f64))| {
             let corner_px = [i % PATCH_COLUMNS * width, i / PATCH_COLUMNS * height];
-            let own = noise.over(corner_px, [width, height]).of_pixel;
+            let (own, weight) = noise.over(corner_px, [width, height]);
             Patch {
                 mean,
-                detail: variance - own,
-                noise: own,
-                weight: noise.weight(own),
+                detail: variance - own.of_pixel,
+                noise: own.of_pixel,
+                weight,
             }
         };
         let windows = sums.window_grid([PATCH_COLUMNS, PATCH_ROWS], width, height);

@@ -210,9 +210,11 @@ fn the_error_of_uneven_noise_is_that_of_drawn_ones() {
             }
         })
         .collect();
+    let dimness = blocks.iter().map(|noise| noise.of_pixel).collect();
     let map = NoiseMap {
         blocks: blocks.into(),
-        light: [1.0; 64].into(),
+        dimness,
+        bright: 1.0,
         grid: [8; 2],
         block_px: [6.0; 2],
         corner_px: [0; 2],
@@ -235,4 +237,22 @@ fn the_error_of_uneven_noise_is_that_of_drawn_ones() {
     assert!(map.unevenness() > 1.1, "{}", map.unevenness());
     let off = found / (even * map.unevenness()) - 1.0;
     assert!(off.abs() < 0.05, "{found} {even} {}", map.unevenness());
+}
+
+/// Bright spots have more noise, and more detail; in even light they count as much as others.
+#[test]
+fn in_even_light_bright_and_dark_places_count_the_same() {
+    let beam = beam(1.0);
+    let file = dark_water(&beam);
+    let response = file.sensor.response();
+    let halves = |x: f64, _: f64| if x < 0.0 { 0.1 } else { 0.8 };
+    let counts = picture_of(&file, &beam, (2.0, 3), &halves);
+    let linear = LinearPicture::of_counts(&counts, file.sensor.encoding);
+    let place = file.place(&response, 3.0);
+    let column = place.column();
+    let seen = place.seen(&column.lit(2.0), 100.0);
+    let map = NoiseMap::new(&linear, &seen, place.exposure, 0, &response);
+    let [(dark, of_dark), (bright, of_bright)] = [0, 160].map(|x| map.over([x, 0], [160, 192]));
+    assert!(bright.of_pixel > 1.5 * dark.of_pixel, "{dark:?} {bright:?}");
+    assert!((of_dark - 1.0).abs() < 1e-9 && (of_bright - 1.0).abs() < 1e-9);
 }
