@@ -300,7 +300,12 @@ impl TargetDetail {
         Self {
             focal_px,
             channels: std::array::from_fn(|k| {
-                let cleared = clear(picture, seen, exposure, k, response);
+                let mut cleared = clear(picture, seen, exposure, k, response);
+                // What finer scales are expected to hold was chosen in daylight with the mean noise: with that of each place turbid water is
+                // predicted worse (seabed 0.046 instead of 0.037 of 15 counts), in the dark much better.
+                if !tables.depths_m.is_empty() {
+                    cleared.noise = cleared.noise.averaged();
+                }
                 let left = |frequency: f64| seen.left_of(k, frequency);
                 let patch_px = ((picture.width / 10 * (picture.height / 6)) as f64).sqrt();
                 let scale = (metres_per_px, patch_px * metres_per_px);

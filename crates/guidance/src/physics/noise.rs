@@ -155,6 +155,18 @@ impl NoiseMap {
         }
     }
 
+    /// The picture's mean noise everywhere.
+    pub(super) fn averaged(&self) -> Self {
+        let mean = Noise::mean(self.blocks.iter().map(|&noise| (noise, 1.0)));
+        Self {
+            blocks: self.blocks.iter().map(|_| mean).collect(),
+            dimness: self.blocks.iter().map(|_| 1.0).collect(),
+            lit: mean.of_pixel,
+            bright: 1.0,
+            ..self.clone()
+        }
+    }
+
     /// A part of the picture.
     pub(super) fn part(&self, corner_px: [usize; 2], size_px: [usize; 2]) -> Self {
         let part = Self {
